@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.emulator import Emulator, Local, Stacked
+from dolfingrip.diagnosis.core.emulator import Emulator, Local
 from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -54,7 +54,7 @@ class Case:
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
     ground: Emulator
-    mended: Mapping[Subset, Emulator] = field(default_factory=dict)
+    mended: Mapping[Subset, Local] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
     ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
     ground_names: tuple[tuple[str, ...], ...] = (("modulus",),)
@@ -142,9 +142,18 @@ class Case:
             zeta: their numbers, the model's own first, shape (d,).
             exact: simulated readings and their derivatives by ζ, shape (n, 1 + d).
         """
-        told = np.column_stack([self.predicted(subset, zeta), self.slopes(subset, zeta)])
-        none, causes = np.zeros((len(told), 0)), self.causes(subset)
-        own: Emulator = Local(exact - told, none, 0.0, zeta, POLICY.mended_length)
-        if causes in self.mended:
-            own = Stacked.of(self.mended[causes], own)
-        return replace(self, mended={**self.mended, causes: own})
+        known = {causes: (own.places, own.exact) for causes, own in self.mended.items()}
+        places, every = zeta[None], exact[None]
+        if (causes := self.causes(subset)) in known:
+            places = np.concatenate([known[causes][0], places])
+            every = np.concatenate([known[causes][1], every])
+        known[causes] = places, every
+        found = replace(self, mended={})
+        for each in sorted(known, key=len):  # fewer causes count where more act
+            places, every = known[each]
+            told = [
+                np.column_stack([found.predicted(each, z), found.slopes(each, z)]) for z in places
+            ]
+            own = Local.of(places, every, np.array(told), POLICY.mended_length)
+            found = replace(found, mended={**found.mended, each: own})
+        return found

@@ -81,31 +81,58 @@ class Polynomial(Emulator):
 
 @dataclass(frozen=True, eq=False)
 class Local(Emulator):
-    """What one exact simulation, and its derivatives, told beyond other emulators.
+    """What exact simulations, and their derivatives, told beyond other emulators.
 
-    A Gaussian process of ζ whose value and slopes are known at one place:
-    (d + D (ζ − ζ*)) exp(−½ |ζ − ζ*|²/ℓ²), columns d and D (Rasmussen & Williams, Gaussian Processes
-    for Machine Learning, 2006, section 9.4).
+    The mean of a Gaussian process of covariance exp(−½ |ζ − ζ′|²/ℓ²) whose values and slopes are
+    known at some places (Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006,
+    section 9.4).
 
     Attributes:
-        place: ζ*, shape (d,).
+        places: shape (m, d).
+        exact: simulated readings and derivatives there, shape (m, n, 1 + d).
         length: ℓ.
     """
 
-    place: np.ndarray
+    places: np.ndarray
+    exact: np.ndarray
     length: float
 
+    @classmethod
+    def of(
+        cls, places: np.ndarray, exact: np.ndarray, emulated: np.ndarray, length: float
+    ) -> Local:
+        """Through what is exact at all places, by what other emulators tell there."""
+        told = exact - emulated
+        every = [_related(place, places, length) for place in places]
+        inner = np.vstack([np.vstack([value, slopes.T]) for value, slopes in every])
+        scale = np.sqrt(np.diag(inner))
+        # places that are close tell nearly the same
+        inner = inner / np.outer(scale, scale) + 1e-10 * np.eye(len(inner))
+        data = np.moveaxis(told, 1, 2).reshape(len(inner), -1) / scale[:, None]
+        columns = np.linalg.solve(inner, data).T / scale
+        return cls(columns, np.zeros((len(columns), 0)), 0.0, places, exact, length)
+
     def at(self, zeta: np.ndarray) -> np.ndarray:
-        away = zeta - self.place
-        near = np.exp(-0.5 * (away**2).sum(axis=1, keepdims=True) / self.length**2)
-        return np.hstack([near, near * away])
+        return np.array([_related(each, self.places, self.length)[0] for each in zeta])
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        away = zeta - self.place
-        near = float(np.exp(-0.5 * away @ away / self.length**2))
-        fading = -near * away / self.length**2
-        slopes = np.vstack([fading, near * np.eye(len(zeta)) + np.outer(away, fading)])
-        return np.r_[near, near * away], slopes
+        return _related(zeta, self.places, self.length)
+
+    def rows(self, kept: np.ndarray) -> Self:
+        return replace(super().rows(kept), exact=self.exact[:, kept])
+
+
+def _related(zeta: np.ndarray, places: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Covariances with the value and the slopes at each place, (m (1 + d),), and their slopes."""
+    away = (zeta - places) / length
+    near = np.exp(-0.5 * (away**2).sum(axis=1))[:, None]
+    value = np.hstack([near, near * away / length])
+    first = -near * away / length
+    second = (
+        near[:, :, None] * (np.eye(len(zeta)) - away[:, :, None] * away[:, None, :]) / length**2
+    )
+    slopes = np.concatenate([first[:, None], second], axis=1)
+    return value.ravel(), slopes.reshape(-1, len(zeta))
 
 
 @dataclass(frozen=True, eq=False)

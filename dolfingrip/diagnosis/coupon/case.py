@@ -11,7 +11,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import discrepancy
-from dolfingrip.diagnosis.core.case import Case
+from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
@@ -30,40 +30,40 @@ class CouponCase(Analysed[CouponSimulation]):
 
     def exact(self, fit: Fit) -> np.ndarray:
         """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
-        return self.simulated(fit, self.simulation)[0]
+        return self.readings(fit.subset, fit.zeta[None], self.simulation)[0]
 
     def simulated(
-        self, fit: Fit, simulation: CouponSimulation, *, rig: bool = True
+        self, subset: Subset, zeta: np.ndarray, simulation: CouponSimulation, *, rig: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Readings, (m,), and their derivatives by ζ, (m, d); NaN where there is no equilibrium.
+        """Readings, (m,), and their derivatives by ζ, (m, d); see :meth:`readings`."""
+        high = np.vstack([self.case.ground_box, self.case.box(subset)])[:, 1]
+        steps = np.where(zeta + POLICY.step > high, -POLICY.step, POLICY.step)
+        every = np.vstack([zeta, zeta + np.diag(steps)])
+        first, *moved = self.readings(subset, every, simulation, rig=rig)
+        return first, (np.array(moved) - first).T / steps
+
+    def readings(
+        self, subset: Subset, zeta: np.ndarray, simulation: CouponSimulation, *, rig: bool = True
+    ) -> np.ndarray:
+        """Exact readings at many places, (places, m); NaN where there is no equilibrium.
 
         Args:
-            fit: the hypothesis.
+            subset: the hypothesis.
+            zeta: its numbers, shape (places, d).
             simulation: of these coupons, or of others.
             rig: whether numbers of the rig that are far out are so there, too.
         """
-        case, places = self.case, self.case.places(fit.subset)
-        acting = [name for name in places if name in self.causes]
-        place = np.concatenate([np.empty(0, int), *(places[name] for name in acting)])
-        found: np.ndarray = simulation.base()
-        slopes: np.ndarray = np.zeros((len(found), len(fit.zeta)))
-        if acting:
-            zeta, (_, high) = fit.zeta[place], np.vstack([case.boxes[name] for name in acting]).T
-            steps = np.where(zeta + POLICY.step > high, -POLICY.step, POLICY.step)
-            moved = np.vstack([zeta, zeta + np.diag(steps)])
-            changes = simulation.changed([self.causes[name] for name in acting], moved)
-            found = found + changes[0]
-            slopes[:, place] = (changes[1:] - changes[0]).T / steps
+        case, places = self.case, self.case.places(subset)
+        found = np.tile(simulation.base(), (len(zeta), 1))
+        if acting := [name for name in places if name in self.causes]:
+            own = np.concatenate([places[name] for name in acting])
+            found += simulation.changed([self.causes[name] for name in acting], zeta[:, own])
         scaled = in_proportion(simulation.measurement)
-        slopes[:, 0] = np.where(scaled, case.factor.std, 0.0) * found
-        factor = np.where(scaled, self.factor(fit), 1.0)
-        found, slopes = factor * found, factor[:, None] * slopes
+        found *= np.where(scaled, case.factor(zeta[:, :1]), 1.0)
         for name in [each for each in places if rig and each in self.far]:
-            own, emulator = np.r_[0, places[name]], case.emulators[name]
-            value, by_own = emulator.with_slopes(fit.zeta[own])
-            found = found + emulator.columns @ value
-            slopes[:, own] += emulator.columns @ by_own
-        return found, slopes
+            emulator = case.emulators[name]
+            found += emulator.at(zeta[:, np.r_[0, places[name]]]) @ emulator.columns.T
+        return found
 
 
 def coupon_case(

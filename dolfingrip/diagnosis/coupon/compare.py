@@ -46,7 +46,7 @@ def compared(
     rng = np.random.default_rng(0)
     posterior = search(coupons.case, rng, sample=False)
     for _ in range(POLICY.rounds):
-        corrected = _corrected(coupons, posterior)
+        corrected = _corrected(coupons, posterior, rng)
         if corrected is coupons.case:
             break
         say("simulating likely causes at their fits")
@@ -54,26 +54,49 @@ def compared(
         posterior = searched_again(corrected, posterior)
     posterior = searched_again(coupons.case, posterior, rng)
     decision, under = sensitivity(posterior)
-    left = _left(coupons, decision.best, coupons.exact(decision.best))
+    best = decision.best
+    left = float(_left(coupons, best.subset, best.zeta[None])[0])
     return CouponDiagnosis(config, coupons, posterior, decision, under, left)
 
 
-def _left(coupons: CouponCase, fit: Fit, exact: np.ndarray) -> float:
-    """Largest difference between emulator and exact simulation, (n,), at a fit, by the noise."""
-    told = coupons.case.predicted(fit.subset, fit.zeta)
-    return float(np.abs((exact - told) / coupons.errors.noise).max())
+def _left(coupons: CouponCase, effects: Subset, zeta: np.ndarray) -> np.ndarray:
+    """Largest difference between emulators and exact simulations by the noise, shape (places,).
+
+    Args:
+        coupons: the case.
+        effects: of the hypothesis.
+        zeta: its numbers, shape (places, d).
+    """
+    told = [coupons.case.predicted(effects, each) for each in zeta]
+    exact = coupons.readings(effects, zeta, coupons.simulation)
+    return np.asarray(np.abs((exact - told) / coupons.errors.noise).max(axis=1))
 
 
-def _corrected(coupons: CouponCase, posterior: Posterior) -> Case:
-    """The case with simulations at the fits of those likely causes that it is not exact at."""
-    found = coupons.case
+def _corrected(coupons: CouponCase, posterior: Posterior, rng: np.random.Generator) -> Case:
+    """The case with a simulation of each likely set of effects where its emulators are off.
+
+    At the fit, or else at the worst of some draws about it. Numbers of the rig are linear.
+    """
+    case = found = coupons.case
     likely: dict[Subset, float] = defaultdict(float)
-    for subset, p in posterior.subsets.items():
-        likely[found.causes(subset)] += p
-    for causes, p in likely.items():
-        if causes and p > POLICY.verified:
-            fit = posterior.best(causes)
-            exact = np.column_stack(coupons.simulated(fit, coupons.simulation))
-            if _left(coupons, fit, exact[:, 0]) > POLICY.exact:
-                found = found.corrected(fit.subset, fit.zeta, exact)
+    best: dict[Subset, tuple[float, Fit]] = {}
+    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        effects = case.effects(fit.subset)
+        likely[effects] += float(p)
+        if p > best.get(effects, (-1.0, fit))[0]:
+            best[effects] = float(p), fit
+    for effects, p in likely.items():
+        if not effects or p < POLICY.verified:
+            continue
+        fit, places = best[effects][1], case.places(best[effects][1].subset)
+        own = np.r_[np.arange(case.own), *(places[name] for name in effects)]
+        middle, spread = fit.zeta[own], np.linalg.inv(fit.hessian)[np.ix_(own, own)]
+        draws = rng.multivariate_normal(middle, spread, POLICY.held_against)
+        box = np.vstack([case.ground_box, case.box(effects)])
+        zeta = np.vstack([middle, np.clip(draws, *box.T)])
+        left = np.nan_to_num(_left(coupons, effects, zeta))
+        place = 0 if left[0] > POLICY.exact else int(left.argmax())
+        if left[place] > POLICY.exact:
+            exact = coupons.simulated(effects, zeta[place], coupons.simulation)
+            found = found.corrected(effects, zeta[place], np.column_stack(exact))
     return found

@@ -81,7 +81,9 @@ class CouponDiagnosis(Diagnosis):
     def then(self, proposal: Proposal, fits: Sequence[Fit]) -> Then:
         other = CouponSimulation(proposal.measurement, self.config)
         # the rig's own errors are others then, and a new coupon is another specimen
-        after = [Tied(e.zeta, *self.analysed.simulated(e, other, rig=False)) for e in fits]
+        after = [
+            Tied(e.zeta, *self.analysed.simulated(e.subset, e.zeta, other, rig=False)) for e in fits
+        ]
         scatter = self.analysed.errors.scatter
         stiff = max(scatter.scale, scatter.told_scale) * after[0].readings
         return after, np.outer(stiff, stiff), 0.0, False
