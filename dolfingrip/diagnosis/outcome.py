@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field
 
@@ -89,6 +89,11 @@ class Parameter(Part):
     value: float
     low: float = Field(description="lower end of the central 90 %")
     high: float = Field(description="upper end")
+
+    def words(self, digits: int = 3) -> str:
+        """The number, and its interval in brackets."""
+        value, low, high = (f"{each:.{digits}g}" for each in (self.value, self.low, self.high))
+        return f"{self.key} = {value} ({low} to {high})"
 
 
 class Fit(Part):
@@ -211,7 +216,7 @@ class DiagnosisFile(Outcome):
         (), description="tests with readings that the base simulation does not reach, and why"
     )
     warnings: tuple[str, ...] = ()
-    extended: Annotated[dict[str, Any], Field(description="what extended.toml changes")] = {}
+    extended: dict[str, Any] = Field({}, description="what extended.toml changes")
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )
