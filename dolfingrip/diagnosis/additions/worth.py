@@ -123,8 +123,8 @@ class Comparison:
         proposal: Proposal,
         after: Sequence[Tied],
         shared: np.ndarray,
-        cross: float | np.ndarray = 0.0,
-        unseen: bool | np.ndarray = False,
+        cross: float | np.ndarray,
+        unseen: bool | np.ndarray,
     ) -> NextExperiment:
         """What an addition is worth.
 
@@ -133,7 +133,8 @@ class Comparison:
             after: each hypothesis at the addition's m readings.
             shared: covariance of what these differ by together, shape (m, m).
             cross: covariance of the readings so far and these, shape (n, m).
-            unseen: pairs that differ in what the readings do not show, shape (effects, effects).
+            unseen: pairs that differ in what the readings do not show, shape (effects, effects);
+                one value for all pairs will do.
         """
         n, listed = len(self.covariance), proposal.measurement.listed()
         error = np.where(
@@ -141,10 +142,8 @@ class Comparison:
         )
         noise = usual_noise(self.measurement, self.noise, proposal.measurement)
         own = np.diag(noise**2 + (error * after[0].readings) ** 2) + shared
-        joint = np.zeros((n + len(own), n + len(own)))
-        joint[:n, :n], joint[n:, n:] = self.covariance, own
-        joint[:n, n:] = cross
-        joint[n:, :n] = joint[:n, n:].T
+        between = np.broadcast_to(cross, (n, len(own)))
+        joint = np.block([[self.covariance, between], [between.T, own]])
         together = [
             Tied(a.zeta, np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
             for a, b in zip(self.here, after, strict=True)
@@ -160,9 +159,7 @@ class Comparison:
             name=proposal.name, minutes=proposal.minutes,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
             gain_per_minute=float((weights * useful).sum() / proposal.minutes),
-            chance=chance_alone(
-                self.probability, self.now, then, np.zeros(weights.shape, bool) | unseen
-            ),
+            chance=chance_alone(self.probability, self.now, then, np.asarray(unseen)),
         )  # fmt: skip
 
 
@@ -207,7 +204,7 @@ def shows_memory(known: Measurement, added: Measurement) -> bool:
     They do where something is unloaded or waits, or is loaded at two rates, in those that are added
     or before.
     """
-    rates: dict[str, list[float]] = {}
+    rates: dict[str, list[float]] = defaultdict(list)
     for measurement in (known, added):
         for test in measurement.tests:
             rows = measurement.rows(test.number)
@@ -215,5 +212,5 @@ def shows_memory(known: Measurement, added: Measurement) -> bool:
                 return True
             rate = measurement.ramp_rate(test)
             if rate is not None:
-                rates.setdefault(test.experiment, []).append(rate)
+                rates[test.experiment].append(rate)
     return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())

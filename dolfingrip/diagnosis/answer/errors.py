@@ -121,10 +121,10 @@ def lying(measurement: Measurement, groups: Sequence[SimulationGroup], load: np.
         path[mine] = discrepancy.path_of(load[mine], rows["time_s"].to_numpy()[mine])
     row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
     group = np.zeros(len(listed), dtype=int)
-    for number_of_group, each in enumerate(groups):
-        group[np.isin(listed["test"].to_numpy(), each.tests)] = number_of_group
-    names, place = np.unique(column.astype(str), return_inverse=True)
-    block = group * len(names) + place
+    for place, each in enumerate(groups):
+        group[np.isin(listed["test"].to_numpy(), each.tests)] = place
+    names, channel = np.unique(column.astype(str), return_inverse=True)
+    block = group * len(names) + channel
     value = listed["value"].to_numpy()
     size = np.zeros(len(listed))
     for each in set(block):
