@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Final, Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field
 
 from dolfingrip.diagnosis.policy import ADDITIONS
-
-SCHEMA: Final = 2
-"""Version of the schema; it rises if a key changes its meaning or goes."""
 
 
 class Part(BaseModel):
@@ -191,7 +188,7 @@ class Downstream(_Told):
 class DiagnosisFile(Outcome):
     """Contents of ``diagnosis.json``."""
 
-    schema_version: Literal[2] = SCHEMA
+    schema_version: Literal[2] = 2  # it rises if a key changes its meaning or goes
     version: str = Field(description="of dolfingrip")
     data: tuple[str, ...] = Field(description="files")
     quick: bool = Field(description="whether it stopped after the screen")

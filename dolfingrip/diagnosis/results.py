@@ -15,7 +15,7 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import outcome, page
 from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
-from dolfingrip.diagnosis.answer.ten_lines import by_channel, channels, scatter, ten_lines
+from dolfingrip.diagnosis.answer.ten_lines import channels, scatter, ten_lines
 from dolfingrip.diagnosis.core.decision import held
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
@@ -64,6 +64,7 @@ def _extended_toml(found: Diagnosis) -> str:
 def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
     """All that was found, by the schema."""
     decision, posterior = found.decision, found.posterior
+    errors = found.analysed.errors
     reference = posterior.best(NONE, level=0.0).log_evidence
     total = posterior.subsets
     shown = sorted(total, key=lambda subset: -total[subset])[:8]
@@ -103,8 +104,8 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         ),
         sentences=tuple(_off(found)),
         noise=outcome.Noise(
-            std=by_channel(found, found.analysed.errors.noise),
-            sentences=(*found.analysed.errors.sentences, scatter(found)),
+            std={name: float(np.median(errors.noise[at])) for name, at in channels(found).items()},
+            sentences=(*errors.sentences, scatter(found)),
         ),
         under_other_priors={
             name: " or ".join(each.first) if each.answer == "cause" else each.answer

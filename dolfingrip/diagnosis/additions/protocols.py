@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,10 +17,6 @@ from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.simulation import nominal
-
-FORCE_AND_WIDTH: Final = (FORCE.name, TRANSVERSE_STRAIN.name)
-"""What is read of a coupon: the force, and by a camera the width. Laws whose forces agree may
-differ in how far the volume changes."""
 
 Way = Sequence[tuple[str, int]]
 """Branches, each with the number of its cycle."""
@@ -133,7 +129,8 @@ def _coupons(
         name: str, way: Way, rate: float = usual, by: float = 1.0, *, width: bool = False
     ) -> Proposal:
         far = _with(test, "coupon", {"max_strain": by * own.max_strain})
-        columns = FORCE_AND_WIDTH if seen or width else FORCE_AND_WIDTH[:1]
+        # laws whose forces agree may differ in how far the volume changes, which the width tells
+        columns = (FORCE.name, TRANSVERSE_STRAIN.name) if seen or width else (FORCE.name,)
         return _proposal(
             "coupon_width" if width else "coupon",
             f"{name}; a camera measures its width, too" if width else name,

@@ -169,20 +169,18 @@ def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     The most probable first; of those in which the same named causes act the most probable one.
     """
     named = {*decision.first, *decision.second}
-    total: dict[frozenset[str], float] = defaultdict(float)
-    best: dict[frozenset[str], tuple[float, Fit]] = {}
+    fits: dict[frozenset[str], list[tuple[float, Fit]]] = defaultdict(list)
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
         if acting := named.intersection(fit.subset):
-            own = frozenset(acting)
-            total[own] += float(p)
-            best[own] = max(best.get(own, (-1.0, fit)), (float(p), fit), key=lambda each: each[0])
+            fits[frozenset(acting)].append((float(p), fit))
+    total = {acting: sum(p for p, _ in own) for acting, own in fits.items()}
     least = POLICY.rival * max(total.values(), default=0.0)
-    likely = {own: p for own, p in total.items() if p > least}
+    likely = [acting for acting, p in total.items() if p > least]
     # two causes of which one is tied alone are the same answer
-    alone = [
-        (p, best[own][1]) for own, p in likely.items() if not any(other < own for other in likely)
-    ]
-    return sorted(alone, key=lambda each: -each[0])[: POLICY.compared]
+    alone = [acting for acting in likely if not any(other < acting for other in likely)]
+    alone.sort(key=lambda acting: -total[acting])
+    best = {acting: max(fits[acting], key=lambda each: each[0])[1] for acting in alone}
+    return [(total[acting], fit) for acting, fit in best.items()][: POLICY.compared]
 
 
 def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:

@@ -50,26 +50,18 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """All folds.
+    """What all folds tell.
 
     Attributes:
-        folds: one by one.
         errors: by kind and channel.
+        claimed: whether the cause foretells what was left out better than both rivals.
         scatter: root mean square distance of the specimens from the others, their scale fitted,
             by channel; empty where there is one.
     """
 
-    folds: tuple[Fold, ...]
     errors: tuple[Gain, ...]
+    claimed: bool
     scatter: dict[str, float]
-
-    @property
-    def claimed(self) -> bool:
-        """Whether the cause foretells what was left out better than both rivals."""
-        if not self.folds:
-            return False
-        odds = np.array([fold.log_odds for fold in self.folds])
-        return bool(odds[:, 0].sum() >= POLICY.foretold and odds[:, 1].sum() > 0)
 
 
 def held_out(analysed: Analysed[Any], whole: Posterior) -> HeldOut:
@@ -81,7 +73,10 @@ def held_out(analysed: Analysed[Any], whole: Posterior) -> HeldOut:
         own = [fold for fold in folds if fold.kind == kind]
         for name in dict.fromkeys(channel):
             errors.append(_error(own, kind, str(name), channel == name, analysed.case.value))
-    return HeldOut(tuple(folds), tuple(errors), _scatter(analysed))
+    by_nuisances = sum(fold.log_odds[0] for fold in folds)
+    by_process = sum(fold.log_odds[1] for fold in folds)
+    claimed = by_nuisances >= POLICY.foretold and by_process > 0
+    return HeldOut(tuple(errors), claimed, _scatter(analysed))
 
 
 def _parts(analysed: Analysed[Any]) -> Iterator[tuple[str, np.ndarray]]:

@@ -169,17 +169,17 @@ def _fit(found: Diagnosis) -> str:
     before, plain = found.as_configured(), found.with_best_modulus()
     after = fitted(found.analysed, found.decision.best)
     named = bool(found.analysed.case.causes(found.decision.best.subset))
-    noise = by_channel(found, found.analysed.errors.noise)
     parts = []
     for name, at in channels(found).items():
         unit = CHANNELS[name].unit
         errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
+        noise = np.median(found.analysed.errors.noise[at])
         parts.append(
             f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
             f"{unit} with another modulus; {errors[2]:.3g} {unit} with "
             + ("the cause, and " if named else "")
             + found.beside
-            + f"; noise {noise[name]:.2g} {unit}"
+            + f"; noise {noise:.2g} {unit}"
         )
     return "; ".join(parts)
 
@@ -261,11 +261,6 @@ def channels(found: Diagnosis) -> dict[str, np.ndarray]:
     """Which readings are of each channel."""
     column = found.analysed.measurement.listed()["column"].to_numpy()
     return {str(name): column == name for name in dict.fromkeys(column)}
-
-
-def by_channel(found: Diagnosis, values: np.ndarray) -> dict[str, float]:
-    """Median of each channel's values."""
-    return {name: float(np.median(values[at])) for name, at in channels(found).items()}
 
 
 def scatter(found: Diagnosis) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -11,8 +11,6 @@ from dolfingrip import __version__
 from dolfingrip.diagnosis.outcome import Outcome, Part
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.diagnosis.words import section, table
-
-SCHEMA: Final = 1
 
 
 class Effect(Part):
@@ -61,7 +59,7 @@ class Addition(Part):
 class Plan(Outcome):
     """What a rig could find out."""
 
-    schema_version: Literal[1] = SCHEMA
+    schema_version: Literal[1] = 1
     version: str = Field(__version__, description="of dolfingrip")
     experiments: tuple[str, ...]
     readings: int
