@@ -179,8 +179,10 @@ def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     # two causes of which one is tied alone are the same answer
     alone = [acting for acting in likely if not any(other < acting for other in likely)]
     alone.sort(key=lambda acting: -total[acting])
-    best = {acting: max(fits[acting], key=lambda each: each[0])[1] for acting in alone}
-    return [(total[acting], fit) for acting, fit in best.items()][: POLICY.compared]
+    return [
+        (total[acting], max(fits[acting], key=lambda each: each[0])[1])
+        for acting in alone[: POLICY.compared]
+    ]
 
 
 def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:
