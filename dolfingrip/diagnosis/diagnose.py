@@ -14,6 +14,7 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import selection
+from dolfingrip.diagnosis.additions.next_experiment import next_experiments
 from dolfingrip.diagnosis.answer.found import Diagnosis
 from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.coupon import compare as coupons
@@ -102,7 +103,10 @@ def judged(
     say("measuring the gain on readings that are left out")
     found.held_out = held_out(found.analysed, found.posterior)
     say("looking for the next experiment")
-    found.next, failed = found.next_experiments(say)
+    found.next, failed = next_experiments(
+        found.posterior, found.decision, found.analysed.measurement, config,
+        found.analysed.errors.noise, found.then, say,
+    )  # fmt: skip
     found.warnings += failed
     return found
 

@@ -27,9 +27,7 @@ LARGEST_COG_mm: Final = 3.0
 """The paper's limit."""
 
 
-def compare(
-    folder: Path, config: Config, extended: Config, out: Path, pool: Pool, count: int = PAGE.designs
-) -> Downstream:
+def compare(folder: Path, config: Config, extended: Config, out: Path, pool: Pool) -> Downstream:
     """Compute a campaign's leading designs with the extended model.
 
     Args:
@@ -38,7 +36,6 @@ def compare(
         extended: the same with the cause at its fitted numbers.
         out: folder of the designs that are computed.
         pool: workers.
-        count: designs beside the original one.
 
     Raises:
         ConfigError: one line, where there is no such campaign, or nothing to compare.
@@ -51,7 +48,7 @@ def compare(
     within = [row for row in rows if _outputs(row)[COG] <= LARGEST_COG_mm]
     if not within:
         raise ConfigError(f"{folder}: no design with a COG offset up to {LARGEST_COG_mm:g} mm")
-    leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[:count]
+    leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[: PAGE.designs]
     designs = [from_dict(row["arguments"]["config"]) for row in leading]
     changed = [_extended(each, config, extended) for each in (base, *designs)]
     after = _forces([_job(leading[0], each) for each in changed], out / "extended", pool)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field
 
 from dolfingrip.diagnosis.policy import ADDITIONS
-
-SCHEMA: Final = 2
-"""Version of the schema; it rises if a key changes its meaning or goes."""
 
 
 class Part(BaseModel):
@@ -89,6 +86,11 @@ class Parameter(Part):
     value: float
     low: float = Field(description="lower end of the central 90 %")
     high: float = Field(description="upper end")
+
+    def words(self, digits: int = 3) -> str:
+        """The number, and its interval in brackets."""
+        value, low, high = (f"{each:.{digits}g}" for each in (self.value, self.low, self.high))
+        return f"{self.key} = {value} ({low} to {high})"
 
 
 class Fit(Part):
@@ -186,7 +188,7 @@ class Downstream(_Told):
 class DiagnosisFile(Outcome):
     """Contents of ``diagnosis.json``."""
 
-    schema_version: Literal[2] = SCHEMA
+    schema_version: Literal[2] = 2  # it rises if a key changes its meaning or goes
     version: str = Field(description="of dolfingrip")
     data: tuple[str, ...] = Field(description="files")
     quick: bool = Field(description="whether it stopped after the screen")
@@ -211,7 +213,7 @@ class DiagnosisFile(Outcome):
         (), description="tests with readings that the base simulation does not reach, and why"
     )
     warnings: tuple[str, ...] = ()
-    extended: Annotated[dict[str, Any], Field(description="what extended.toml changes")] = {}
+    extended: dict[str, Any] = Field({}, description="what extended.toml changes")
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )

@@ -15,16 +15,12 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import outcome, page
 from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
-from dolfingrip.diagnosis.answer.ten_lines import (
-    by_channel,
-    chance,
-    channels,
-    scatter,
-    ten_lines,
-    unit_of,
-)
+from dolfingrip.diagnosis.answer.ten_lines import channels, scatter, ten_lines
+from dolfingrip.diagnosis.core.decision import held
 from dolfingrip.diagnosis.core.search import NONE
+from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
+from dolfingrip.diagnosis.words import chance
 
 
 @dataclass(frozen=True)
@@ -61,25 +57,23 @@ def _extended_toml(found: Diagnosis) -> str:
     """The configuration at the fitted numbers, these with intervals as comments before it."""
     fit = found.decision.best
     lines = [f"# dolfingrip diagnose: {_sentence(found)}", "# fitted, with 90 % intervals:"]
-    lines += [
-        f"# {e.key} = {e.value:.4g} ({e.low:.4g} to {e.high:.4g})" for e in found.numbers(fit)
-    ]
+    lines += [f"# {each.words(digits=4)}" for each in found.numbers(fit)]
     return "\n".join(lines) + "\n" + configuration.dumps(found.extended)
 
 
 def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
     """All that was found, by the schema."""
     decision, posterior = found.decision, found.posterior
+    errors = found.analysed.errors
     reference = posterior.best(NONE, level=0.0).log_evidence
     total = posterior.subsets
     shown = sorted(total, key=lambda subset: -total[subset])[:8]
     causes = posterior.case.causes
     known = dict.fromkeys(map(causes, (decision.best.subset, *shown, NONE)))
     fits = [posterior.best(subset) for subset in known]
-    alone = {each: None for fit in posterior.fits
-             if fit.level == 0 and len(each := causes(fit.subset)) == 1}  # fmt: skip
+    alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
     inclusion = sorted(decision.inclusion.items(), key=lambda each: -each[1])
-    result = outcome.DiagnosisFile(
+    return outcome.DiagnosisFile(
         version=__version__,
         data=tuple(data),
         quick=found.held_out is None,
@@ -87,9 +81,10 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         verdict=outcome.Verdict(
             answer=decision.answer, effects=decision.first, second=decision.second,
             probability=float(np.clip(decision.probability, 0, 1)),
-            takes_part=float(np.clip(_takes_part(found), 0, 1)),
+            takes_part=float(np.clip(held(decision.subsets, decision.first), 0, 1)),
             unexplained=float(np.clip(decision.unexplained, 0, 1)), sentence=_sentence(found),
         ),
+        brief=ten_lines(found, out),
         causes=tuple(
             outcome.Cause(name=n, probability=min(p, 1.0), strength_sigma=_strength(found, n))
             for n, p in inclusion
@@ -98,7 +93,7 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         unknown=min(max(decision.unknown, 0.0), 1.0),
         screen={
             each[0]: posterior.best(each, level=0.0).log_evidence - reference
-            for each in alone
+            for each in alone if len(each) == 1
         },
         fits=tuple(
             outcome.Fit(
@@ -109,11 +104,12 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         ),
         sentences=tuple(_off(found)),
         noise=outcome.Noise(
-            std=by_channel(found, found.analysed.errors.noise),
-            sentences=(*found.analysed.errors.sentences, scatter(found)),
+            std={name: float(np.median(errors.noise[at])) for name, at in channels(found).items()},
+            sentences=(*errors.sentences, scatter(found)),
         ),
         under_other_priors={
-            name: _answer(each) for name, each in found.sensitivity.answers.items()
+            name: " or ".join(each.first) if each.answer == "cause" else each.answer
+            for name, each in found.sensitivity.answers.items()
         },
         nuisances=found.nuisances(found.decision.best),
         gain=found.held_out.errors if found.held_out else (),
@@ -126,7 +122,6 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         not_reached=tuple(found.analysed.not_reached),
         simulated_s=found.simulated_s,
     )  # fmt: skip
-    return result.model_copy(update={"brief": ten_lines(found, result, out)})
 
 
 def _pictures(found: Diagnosis) -> dict[str, Any]:
@@ -169,25 +164,14 @@ def _sentence(found: Diagnosis) -> str:
     return f"{head} {told} (probability {sure})"
 
 
-def _answer(decision: Any) -> str:
-    return " or ".join(decision.first) if decision.answer == "cause" else str(decision.answer)
-
-
-def _takes_part(found: Diagnosis) -> float:
-    first = set(found.decision.first)
-    return sum(p for subset, p in found.decision.subsets.items() if first & set(subset))
-
-
 def _strength(found: Diagnosis, name: str) -> float:
-    best = max(
-        (
-            (p, dict(zip(fit.subset, fit.strengths, strict=True))[name])
-            for p, fit in zip(found.posterior.probability, found.posterior.fits, strict=True)
-            if name in fit.subset
-        ),
-        default=(0.0, 0.0),
-    )
-    return float(best[1])
+    """Of the most probable fit that has the cause; 0 where none has."""
+    own = [
+        (p, fit.strengths[fit.subset.index(name)])
+        for p, fit in zip(found.posterior.probability, found.posterior.fits, strict=True)
+        if name in fit.subset
+    ]
+    return float(max(own, default=(0.0, 0.0))[1])
 
 
 def _off(found: Diagnosis) -> list[str]:
@@ -208,7 +192,7 @@ def _off(found: Diagnosis) -> list[str]:
                     largest = float(control[here].max())
                     told.append(
                         f"{of}, {name}, {low * largest:.3g} to {high * largest:.3g} "
-                        f"{unit_of(listed[own].iloc[0])}: simulated less measured "
+                        f"{CHANNELS[CONTROL[of]].unit}: simulated less measured "
                         f"{off[own].mean():+.3g} {unit} "
                         f"({100 * off[own].mean() / abs(case.value[own].mean()):+.2g} %)"
                     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,11 +17,6 @@ from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.simulation import nominal
-
-FORCE_AND_WIDTH: Final = (FORCE.name, TRANSVERSE_STRAIN.name)
-"""What is read of a coupon: the force, and by a camera the width. Laws whose forces agree may
-differ in how far the volume changes."""
-
 
 Way = Sequence[tuple[str, int]]
 """Branches, each with the number of its cycle."""
@@ -53,7 +48,7 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
     finger = next((t for t in measurement.tests if t.experiment != "coupon"), None)
     coupon = next((t for t in measurement.tests if t.experiment == "coupon"), None)
     bending = next((t for t in measurement.tests if t.experiment == "bending"), finger)
-    if bending is not None and finger is not None:
+    if bending is not None:
         found += _ramps(measurement, bending, config)
         found += _readings(measurement, bending, config)
     if coupon is not None:
@@ -69,21 +64,17 @@ def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list
     rows = measurement.rows(test.number)
     top, rate = _top(rows, test), _rate(measurement, test, config)
     reading = (FORCE if test.experiment == "blocked_force" else ANGLE).name
-    done = set(rows["branch"])
+    cycle, slow = planned.cycles(1), rate / ADDITIONS.slower
     ways = [
+        ("unloading", "unloading after the loading", cycle, rate),
         ("cycles", "three cycles, loading and unloading", planned.cycles(3), rate),
-        (
-            "slow_cycle",
-            "a cycle at a tenth of the rate",
-            planned.cycles(1),
-            rate / ADDITIONS.slower,
-        ),
+        ("slow_cycle", "a cycle at a tenth of the rate", cycle, slow),
         ("hold", "a hold of 60 s at the highest pressure", [("loading", 1), ("hold", 1)], rate),
     ]
-    if "unloading" not in done:
-        ways.insert(0, ("unloading", "unloading after the loading", planned.cycles(1), rate))
+    if "unloading" in set(rows["branch"]):
+        ways = ways[1:]
     return [
-        _proposal(kind, name, ("ramp",), test, test.setup, way, top, pace, (reading,))
+        _proposal(kind, name, ("ramp",), test, way, top, pace, (reading,))
         for kind, name, way, pace in ways
     ]
 
@@ -95,26 +86,26 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
     top, rate = _top(rows, test), _rate(measurement, test, config)
     loading = [("loading", 1)]
     if test.experiment == "bending" and rows[TIP_X.name].isna().all():
-        found.append(_again(measurement, "tip", "the tip tracked (x and z)", "camera", test,
-                            (TIP_X.name, TIP_Z.name)))  # fmt: skip
+        columns = [TIP_X.name, TIP_Z.name]
+        found.append(_seen(measurement, "tip", "the tip tracked (x and z)", test, columns))
     blocked = next((t for t in measurement.tests if t.experiment == "blocked_force"), None)
     if blocked is not None:
         own = measurement.rows(blocked.number)
         if own[ANGLE.name].isna().all():
-            found.append(_again(measurement, "blocked_angle", "the angle while blocked", "camera",
-                                blocked, (ANGLE.name,)))  # fmt: skip
+            name = "the angle while blocked"
+            found.append(_seen(measurement, "blocked_angle", name, blocked, [ANGLE.name]))
         gap_mm = blocked.setup.applied(config).plate.gap_mm + ADDITIONS.other_gap_mm
-        away = _with(blocked.setup, "plate", {"gap_mm": gap_mm})
+        away = _with(blocked, "plate", {"gap_mm": gap_mm})
         high = _top(own, blocked)
         found.append(_proposal("gap", f"the blocked force at a gap of {gap_mm:g} mm", ("plate",),
-                               blocked, away, loading, high, rate, (FORCE.name,)))  # fmt: skip
+                               away, loading, high, rate, (FORCE.name,)))  # fmt: skip
     if test.experiment == "bending":
         poses = [
-            _with(test.setup, "gravity", {"direction": [0.0, 0.0, z],
-                                          "acceleration_m_s2": STANDARD_GRAVITY_m_s2})
+            _with(test, "gravity", {"direction": [0.0, 0.0, z],
+                                    "acceleration_m_s2": STANDARD_GRAVITY_m_s2})
             for z in (1.0, -1.0)
         ]  # fmt: skip
-        tests = [replace(test, number=i, setup=pose) for i, pose in enumerate(poses)]
+        tests = [replace(pose, number=i) for i, pose in enumerate(poses)]
         lines = [_rows(each, loading, top, rate, (ANGLE.name,)) for each in tests]
         minutes = ADDITIONS.set_up_min["plate"] + 2 * top / rate / 60
         found.append(Proposal("free bending with the tip up and with the tip down", minutes,
@@ -131,19 +122,20 @@ def _coupons(
     top = own.max_strain * own.gauge_length_mm
     usual = own.rate_mm_per_s if new else _rate(measurement, test, config)
     # where a width was measured the camera stands there
-    seen = not new and measurement.rows(test.number)[FORCE_AND_WIDTH[1]].notna().any()
+    seen = not new and measurement.rows(test.number)[TRANSVERSE_STRAIN.name].notna().any()
     once, held = [("loading", 1)], [("loading", 1), ("hold", 1)]
 
     def pulled(
         name: str, way: Way, rate: float = usual, by: float = 1.0, *, width: bool = False
     ) -> Proposal:
-        far = _with(test.setup, "coupon", {"max_strain": by * own.max_strain})
-        columns = FORCE_AND_WIDTH if seen or width else FORCE_AND_WIDTH[:1]
+        far = _with(test, "coupon", {"max_strain": by * own.max_strain})
+        # laws whose forces agree may differ in how far the volume changes, which the width tells
+        columns = (FORCE.name, TRANSVERSE_STRAIN.name) if seen or width else (FORCE.name,)
         return _proposal(
             "coupon_width" if width else "coupon",
             f"{name}; a camera measures its width, too" if width else name,
-            ["coupon", "camera"] if width else ["coupon"], test,
-            test.setup if by == 1.0 else far, way, by * top, rate, columns,
+            ["coupon", "camera"] if width else ["coupon"],
+            test if by == 1.0 else far, way, by * top, rate, columns,
         )  # fmt: skip
 
     name = "a coupon in uniaxial tension"
@@ -169,9 +161,11 @@ def _coupons(
     return found
 
 
-def _with(setup: LabSetup, section: str, values: Mapping[str, Any]) -> LabSetup:
-    sections = {**setup.sections, section: {**setup.sections.get(section, {}), **values}}
-    return replace(setup, sections=sections)
+def _with(test: SpecimenTest, section: str, values: Mapping[str, Any]) -> SpecimenTest:
+    """The test with other values in a section of its set-up."""
+    told = test.setup.sections
+    sections = {**told, section: {**told.get(section, {}), **values}}
+    return replace(test, setup=replace(test.setup, sections=sections))
 
 
 def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
@@ -198,40 +192,32 @@ def _proposal(
     name: str,
     mounted: Sequence[str],
     test: SpecimenTest,
-    setup: LabSetup,
     way: Way,
     top: float,
     rate: float,
     columns: tuple[str, ...],
 ) -> Proposal:
-    own = replace(test, number=0, setup=setup)
+    own = replace(test, number=0)
     lines = _rows(own, way, top, rate, columns)
-    minutes = (
-        sum(ADDITIONS.set_up_min[each] for each in mounted) + float(lines["time_s"].max()) / 60
-    )
+    set_up = sum(ADDITIONS.set_up_min[each] for each in mounted)
+    minutes = set_up + float(lines["time_s"].max()) / 60
     return Proposal(name, minutes, Measurement(lines, [own]), kind)
 
 
-def _again(
-    measurement: Measurement, kind: str, name: str, mounting: str, test: SpecimenTest,
-    columns: Sequence[str],
-) -> Proposal:  # fmt: skip
-    """What was measured once more, with other readings; simulated as it was."""
+def _seen(
+    measurement: Measurement, kind: str, name: str, test: SpecimenTest, columns: list[str]
+) -> Proposal:
+    """What was measured once more, with a camera's readings alone; simulated as it was."""
     lines = measurement.readings.copy()
     lines[list(READING_COLUMNS)] = np.nan
-    mine = lines["test"] == test.number
-    lines.loc[mine, list(columns)] = 0.0
+    lines.loc[lines["test"] == test.number, columns] = 0.0
     lasting = float(np.ptp(measurement.rows(test.number)["time_s"])) / 60
-    found = Measurement(lines, measurement.tests)
-    return Proposal(name, ADDITIONS.set_up_min[mounting] + lasting, found, kind, known_mesh=True)
+    minutes = ADDITIONS.set_up_min["camera"] + lasting
+    return Proposal(name, minutes, Measurement(lines, measurement.tests), kind, known_mesh=True)
 
 
 def _rows(
-    test: SpecimenTest,
-    way: Way,
-    top: float,
-    rate: float,
-    columns: Sequence[str],
+    test: SpecimenTest, way: Way, top: float, rate: float, columns: Sequence[str]
 ) -> pd.DataFrame:
     ramp = top * np.arange(1, ADDITIONS.stops + 1) / ADDITIONS.stops
     return planned.rows(test, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s, at_rest=True)

@@ -123,8 +123,8 @@ class Comparison:
         proposal: Proposal,
         after: Sequence[Tied],
         shared: np.ndarray,
-        cross: float | np.ndarray = 0.0,
-        unseen: bool | np.ndarray = False,
+        cross: float | np.ndarray,
+        unseen: bool | np.ndarray,
     ) -> NextExperiment:
         """What an addition is worth.
 
@@ -133,7 +133,8 @@ class Comparison:
             after: each hypothesis at the addition's m readings.
             shared: covariance of what these differ by together, shape (m, m).
             cross: covariance of the readings so far and these, shape (n, m).
-            unseen: pairs that differ in what the readings do not show, shape (effects, effects).
+            unseen: pairs that differ in what the readings do not show, shape (effects, effects);
+                one value for all pairs will do.
         """
         n, listed = len(self.covariance), proposal.measurement.listed()
         error = np.where(
@@ -141,10 +142,8 @@ class Comparison:
         )
         noise = usual_noise(self.measurement, self.noise, proposal.measurement)
         own = np.diag(noise**2 + (error * after[0].readings) ** 2) + shared
-        joint = np.zeros((n + len(own), n + len(own)))
-        joint[:n, :n], joint[n:, n:] = self.covariance, own
-        joint[:n, n:] = cross
-        joint[n:, :n] = joint[:n, n:].T
+        between = np.broadcast_to(cross, (n, len(own)))
+        joint = np.block([[self.covariance, between], [between.T, own]])
         together = [
             Tied(a.zeta, np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
             for a, b in zip(self.here, after, strict=True)
@@ -160,9 +159,7 @@ class Comparison:
             name=proposal.name, minutes=proposal.minutes,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
             gain_per_minute=float((weights * useful).sum() / proposal.minutes),
-            chance=chance_alone(
-                self.probability, self.now, then, np.zeros(weights.shape, bool) | unseen
-            ),
+            chance=chance_alone(self.probability, self.now, then, np.asarray(unseen)),
         )  # fmt: skip
 
 
@@ -172,20 +169,20 @@ def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     The most probable first; of those in which the same named causes act the most probable one.
     """
     named = {*decision.first, *decision.second}
-    total: dict[frozenset[str], float] = defaultdict(float)
-    best: dict[frozenset[str], tuple[float, Fit]] = {}
+    fits: dict[frozenset[str], list[tuple[float, Fit]]] = defaultdict(list)
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
         if acting := named.intersection(fit.subset):
-            own = frozenset(acting)
-            total[own] += float(p)
-            best[own] = max(best.get(own, (-1.0, fit)), (float(p), fit), key=lambda each: each[0])
+            fits[frozenset(acting)].append((float(p), fit))
+    total = {acting: sum(p for p, _ in own) for acting, own in fits.items()}
     least = POLICY.rival * max(total.values(), default=0.0)
-    likely = {own: p for own, p in total.items() if p > least}
+    likely = [acting for acting, p in total.items() if p > least]
     # two causes of which one is tied alone are the same answer
-    alone = [
-        (p, best[own][1]) for own, p in likely.items() if not any(other < own for other in likely)
+    alone = [acting for acting in likely if not any(other < acting for other in likely)]
+    alone.sort(key=lambda acting: -total[acting])
+    return [
+        (total[acting], max(fits[acting], key=lambda each: each[0])[1])
+        for acting in alone[: POLICY.compared]
     ]
-    return sorted(alone, key=lambda each: -each[0])[: POLICY.compared]
 
 
 def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:
@@ -207,7 +204,7 @@ def shows_memory(known: Measurement, added: Measurement) -> bool:
     They do where something is unloaded or waits, or is loaded at two rates, in those that are added
     or before.
     """
-    rates: dict[str, list[float]] = {}
+    rates: dict[str, list[float]] = defaultdict(list)
     for measurement in (known, added):
         for test in measurement.tests:
             rows = measurement.rows(test.number)
@@ -215,5 +212,5 @@ def shows_memory(known: Measurement, added: Measurement) -> bool:
                 return True
             rate = measurement.ramp_rate(test)
             if rate is not None:
-                rates.setdefault(test.experiment, []).append(rate)
+                rates[test.experiment].append(rate)
     return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())

@@ -34,7 +34,6 @@ class Errors:
         fitted: covariance of what a fit gives the rig and each specimen, shape (n, n).
         scatter: of the specimens.
         sentences: where the noise comes from.
-        guessed: whether the noise is a guess.
     """
 
     covariance: np.ndarray
@@ -45,7 +44,6 @@ class Errors:
     fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
-    guessed: bool
 
 
 def together(
@@ -79,11 +77,9 @@ def together(
     specimen = listed["specimen"].to_numpy()
     stiff = scatter.scale * signal
     fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
-    guessed = any("guess" in sentence for sentence in told.sentences)
     return Errors(
-        covariance + apart, noise, along, signal, tuple(shared), fitted, scatter, told.sentences,
-        guessed,
-    )  # fmt: skip
+        covariance + apart, noise, along, signal, tuple(shared), fitted, scatter, told.sentences
+    )
 
 
 def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -127,8 +123,8 @@ def lying(measurement: Measurement, groups: Sequence[SimulationGroup], load: np.
     group = np.zeros(len(listed), dtype=int)
     for place, each in enumerate(groups):
         group[np.isin(listed["test"].to_numpy(), each.tests)] = place
-    names = {name: i for i, name in enumerate(sorted(set(column)))}
-    block = group * len(names) + np.array([names[name] for name in column])
+    names, channel = np.unique(column.astype(str), return_inverse=True)
+    block = group * len(names) + channel
     value = listed["value"].to_numpy()
     size = np.zeros(len(listed))
     for each in set(block):

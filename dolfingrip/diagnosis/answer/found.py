@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.next_experiment import Then, next_experiments
+from dolfingrip.diagnosis.additions.next_experiment import Then
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.gain import HeldOut
@@ -22,9 +22,6 @@ from dolfingrip.diagnosis.outcome import Downstream, NextExperiment, Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
 from dolfingrip.parameter import find
-
-Say = Callable[[str], None]
-"""Told what is being done."""
 
 
 @dataclass(eq=False)
@@ -95,7 +92,7 @@ class Diagnosis(ABC):
     def numbers(self, fit: Fit) -> list[Parameter]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
         told, case = self.analysed, self.analysed.case
-        draws, weights = fit.draws or by_hessian(fit)
+        draws, weights = fit.draws or _by_hessian(fit)
         every = np.vstack([fit.zeta, draws])
         c = case.factor(every[:, 0])
         values = list(self.own(c, every).items())
@@ -104,12 +101,12 @@ class Diagnosis(ABC):
             for number, place in zip(cause.numbers, places, strict=True):
                 scale = c if name in told.causes and number.key.endswith("_MPa") else 1.0
                 values.append((number.key, number.at(every[:, place]) * scale))
-        return [estimated(key, float(each[0]), each[1:], weights) for key, each in values]
+        return [_estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
     def fitted(self, fit: Fit) -> str:
         """What of the model's own was fitted, in a sentence."""
         sigma = abs(float(fit.zeta[0]))
-        told = f"A modulus {times(self.analysed.factor(fit))} the configured one"
+        told = f"A modulus {_times(self.analysed.factor(fit))} the configured one"
         if sigma > POLICY.far_sigma:
             std = 100 * self.analysed.case.factor.std
             told += f" (±{std:.2g} % was told: {sigma:.1f} standard deviations)"
@@ -163,13 +160,6 @@ class Diagnosis(ABC):
         missed = float(np.linalg.norm(off[come]))
         return float(np.linalg.norm(change[come])) / missed if missed else 0.0
 
-    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
-        """Additions that tell the tied hypotheses apart, the best first, and why some failed."""
-        return next_experiments(
-            self.posterior, self.decision, self.analysed.measurement, self.config,
-            self.analysed.errors.noise, self.then, say,
-        )  # fmt: skip
-
     @property
     def extended(self) -> Config:
         """The configuration at the answer's numbers."""
@@ -213,7 +203,7 @@ class OfTheRig:
         return abs(self.value) > POLICY.far_sigma * self.told or self.share >= POLICY.telling
 
 
-def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Draws from the normal distribution about the most probable numbers."""
     rng = np.random.default_rng(0)
     lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
@@ -221,16 +211,16 @@ def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     return draws, np.full(POLICY.draws, 1 / POLICY.draws)
 
 
-def estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Parameter:
+def _estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Parameter:
+    """A number and its interval, by draws of it with weights, shapes (draws,)."""
     order = np.argsort(draws)
     total = np.cumsum(weights[order])
     tail = (1 - POLICY.interval) / 2
     low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
-    value = float(value)
     return Parameter(key=key, value=value, low=min(low, value), high=max(high, value))
 
 
-def times(factor: float) -> str:
+def _times(factor: float) -> str:
     """A factor in words."""
     if 0.5 < factor < 2:
         return f"{abs(100 * (factor - 1)):.2g} % {'above' if factor > 1 else 'below'}"

@@ -6,6 +6,7 @@ readings tell. Of a specimen that was left out its own scale is fitted, for all 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -33,7 +34,6 @@ class Fold:
     Attributes:
         kind: what was left out.
         part: which they are, shape (n,) of bool.
-        causes: that were named without them.
         configured, nuisances, process, cause: predictions of all readings, shape (n,).
         log_odds: ln of how much more probable the left-out readings are with the cause than with
             the nuisances refitted, and than with a process without cause.
@@ -41,7 +41,6 @@ class Fold:
 
     kind: str
     part: np.ndarray
-    causes: tuple[str, ...]
     configured: np.ndarray
     nuisances: np.ndarray
     process: np.ndarray
@@ -51,83 +50,66 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """All folds.
+    """What all folds tell.
 
     Attributes:
-        folds: one by one.
         errors: by kind and channel.
+        claimed: whether the cause foretells what was left out better than both rivals.
         scatter: root mean square distance of the specimens from the others, their scale fitted,
             by channel; empty where there is one.
     """
 
-    folds: tuple[Fold, ...]
     errors: tuple[Gain, ...]
+    claimed: bool
     scatter: dict[str, float]
 
-    @property
-    def claimed(self) -> bool:
-        """Whether the cause foretells what was left out better than both rivals."""
-        if not self.folds:
-            return False
-        odds = np.array([fold.log_odds for fold in self.folds])
-        return bool(odds[:, 0].sum() >= POLICY.foretold and odds[:, 1].sum() > 0)
 
-
-def held_out(
-    analysed: Analysed[Any],
-    whole: Posterior,
-    told: Callable[[str], None] = lambda text: None,
-) -> HeldOut:
+def held_out(analysed: Analysed[Any], whole: Posterior) -> HeldOut:
     """Leave out each specimen in turn, and bands and branches where there are some."""
-    listed = analysed.measurement.listed()
-    channel = listed["column"].to_numpy()
-    specimen = listed["specimen"].to_numpy()
-    folds = []
-    parts = list(_parts(analysed))
-    for number, (kind, part) in enumerate(parts):
-        told(f"left out: {kind}, {number + 1} of {len(parts)}")
-        folds.append(_fold(analysed, whole, kind, part))
+    channel = analysed.measurement.listed()["column"].to_numpy()
+    folds = [_fold(analysed, whole, kind, part) for kind, part in _parts(analysed)]
     errors = []
     for kind in dict.fromkeys(fold.kind for fold in folds):
+        own = [fold for fold in folds if fold.kind == kind]
         for name in dict.fromkeys(channel):
-            own = [fold for fold in folds if fold.kind == kind]
             errors.append(_error(own, kind, str(name), channel == name, analysed.case.value))
-    return HeldOut(tuple(folds), tuple(errors), _scatter(analysed, channel, specimen))
+    by_nuisances = sum(fold.log_odds[0] for fold in folds)
+    by_process = sum(fold.log_odds[1] for fold in folds)
+    claimed = by_nuisances >= POLICY.foretold and by_process > 0
+    return HeldOut(tuple(errors), claimed, _scatter(analysed))
 
 
 def _parts(analysed: Analysed[Any]) -> Iterator[tuple[str, np.ndarray]]:
-    listed = analysed.measurement.listed()
-    specimen = listed["specimen"].to_numpy()
+    """What is left out in turn: its kind, and which readings, shape (n,) of bool."""
+    specimen = analysed.measurement.listed()["specimen"].to_numpy()
     names = list(dict.fromkeys(specimen))
     if len(names) > 1:
         for name in names:
             yield SPECIMENS, specimen == name
     else:
-        edges = np.quantile(analysed.errors.along.load, [0, 1 / 3, 2 / 3, 1])
-        for low, high in pairwise(edges):
-            part = (analysed.errors.along.load >= low) & (analysed.errors.along.load <= high)
+        load = analysed.errors.along.load
+        for low, high in pairwise(np.quantile(load, [0, 1 / 3, 2 / 3, 1])):
+            part = (load >= low) & (load <= high)
             if 0 < part.sum() < len(part):
                 yield BANDS, part
-    ways = (listed["cycle"].astype(str) + listed["branch"].astype(str)).to_numpy()
-    every = list(dict.fromkeys(ways))
-    if len(every) > 1:
-        for name in every[1:]:
-            yield BRANCHES, ways == name
+    ways = _ways(analysed)
+    for way in list(dict.fromkeys(ways))[1:]:
+        yield BRANCHES, ways == way
 
 
-def _fold(
-    analysed: Analysed[Any],
-    whole: Posterior,
-    kind: str,
-    part: np.ndarray,
-) -> Fold:
+def _ways(analysed: Analysed[Any]) -> np.ndarray:
+    """Cycle and branch of each reading, shape (n,)."""
+    listed = analysed.measurement.listed()
+    return np.asarray(listed["cycle"].astype(str) + listed["branch"].astype(str))
+
+
+def _fold(analysed: Analysed[Any], whole: Posterior, kind: str, part: np.ndarray) -> Fold:
     case = analysed.case
     rest = searched_again(case.rows(~part), whole)
     decision = decide(rest)
-    chosen = decision.best
-    plain = rest.best(NONE, level=0.0)
     free = rest.best(NONE)
-    alone = kind == SPECIMENS
+    plain = analysed.exact(rest.best(NONE, level=0.0))
+    cause = analysed.exact(decision.best) if decision.answer == "cause" else plain
 
     def conditioned(mean: np.ndarray, level: float) -> np.ndarray:
         total = case.covariance + level**2 * case.kernel
@@ -137,18 +119,19 @@ def _fold(
 
     def scale(prediction: np.ndarray) -> np.ndarray:
         own = part & analysed.scaled
-        if not alone or not own.any():
+        if kind != SPECIMENS or not own.any():
             return prediction
         square = float(prediction[own] @ prediction[own])
         factor = float(prediction[own] @ case.value[own]) / square if square > 0 else 1.0
         return np.where(own, factor, 1.0) * prediction
 
-    cause = analysed.exact(chosen) if decision.answer == "cause" else analysed.exact(plain)
     return Fold(
-        kind, part, chosen.subset, scale(case.base),
-        scale(conditioned(analysed.exact(plain), 0.0)),
-        scale(conditioned(analysed.exact(free), free.level)),
-        scale(conditioned(cause, 0.0)), _log_odds(whole, rest),
+        kind, part,
+        configured=scale(case.base),
+        nuisances=scale(conditioned(plain, 0.0)),
+        process=scale(conditioned(analysed.exact(free), free.level)),
+        cause=scale(conditioned(cause, 0.0)),
+        log_odds=_log_odds(whole, rest),
     )  # fmt: skip
 
 
@@ -202,28 +185,22 @@ def _error(
     )  # fmt: skip
 
 
-def _scatter(
-    analysed: Analysed[Any], channel: np.ndarray, specimen: np.ndarray
-) -> dict[str, float]:
+def _scatter(analysed: Analysed[Any]) -> dict[str, float]:
     """How far each specimen is from a smooth curve through the others, its scale fitted."""
-    names = list(dict.fromkeys(specimen))
-    if len(names) == 1:
-        return {}
-    case, along = analysed.case, analysed.errors.along
-    listed = analysed.measurement.listed()
-    ways = (listed["cycle"].astype(str) + listed["branch"].astype(str)).to_numpy()
-    squares: dict[str, list[np.ndarray]] = {}
-    for name in names:
+    value, load = analysed.case.value, analysed.errors.along.load
+    listed, ways = analysed.measurement.listed(), _ways(analysed)
+    channel, specimen = listed["column"].to_numpy(), listed["specimen"].to_numpy()
+    squares: dict[str, list[np.ndarray]] = defaultdict(list)
+    for name in dict.fromkeys(specimen):
         for column in dict.fromkeys(channel):
             for way in dict.fromkeys(ways):
-                own = (specimen == name) & (channel == column) & (ways == way)
-                rest = (specimen != name) & (channel == column) & (ways == way)
+                alike = (channel == column) & (ways == way)
+                own, rest = alike & (specimen == name), alike & (specimen != name)
                 if own.sum() < 3 or rest.sum() < 3:
                     continue
-                degree = int(np.clip(len(np.unique(np.round(along.load[rest], 3))) // 4, 1, 6))
-                curve = np.polynomial.Chebyshev.fit(along.load[rest], case.value[rest], degree)
-                told = curve(along.load[own])
+                degree = int(np.clip(len(np.unique(np.round(load[rest], 3))) // 4, 1, 6))
+                told = np.polynomial.Chebyshev.fit(load[rest], value[rest], degree)(load[own])
                 if analysed.scaled[own].all():
-                    told = told * float(told @ case.value[own]) / float(told @ told)
-                squares.setdefault(str(column), []).append((case.value[own] - told) ** 2)
+                    told = told * float(told @ value[own]) / float(told @ told)
+                squares[str(column)].append((value[own] - told) ** 2)
     return {column: float(np.sqrt(np.concatenate(each).mean())) for column, each in squares.items()}

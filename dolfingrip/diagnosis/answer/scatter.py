@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import scipy.linalg
 
+from dolfingrip.channels import TRANSVERSE_STRAIN
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -46,7 +47,7 @@ def between(
     listed = measurement.listed()
     specimen = listed["specimen"].to_numpy()
     names = sorted(set(specimen))
-    scaled = np.array([name != "transverse_strain" for name in listed["column"]])
+    scaled = (listed["column"] != TRANSVERSE_STRAIN.name).to_numpy()
     same = specimen[:, None] == specimen
     stiff = np.outer(signal * scaled, signal * scaled) * same
     shape = discrepancy.kernel(along) * same

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, fitted
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
-from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
+from dolfingrip.diagnosis.words import chance
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import named
 
@@ -36,12 +36,13 @@ NUISANCES: Final = {
 """Causes that are no effects of the catalogue, in words."""
 
 
-def ten_lines(found: Diagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
-    """All of them."""
-    decision = found.decision
-    named = decision.answer == "cause"
+def ten_lines(found: Diagnosis, out: Path) -> outcome.Brief:
+    """All of them; ``out`` is the folder of the results."""
+    use_it = f"dolfingrip bend --config {out / 'extended.toml'}"
+    if found.decision.answer != "cause":
+        use_it += " (as fitted, without a cause)"
     return outcome.Brief(
-        result=_with_doubts(result, f"{_configured(found)} {_result(found)}"),
+        result=f"{_doubts(found)}{_configured(found)} {_result(found)}",
         size=_size(found),
         fit=_fit(found),
         check=_check(found),
@@ -50,9 +51,7 @@ def ten_lines(found: Diagnosis, result: outcome.DiagnosisFile, out: Path) -> out
         cannot_be_seen=found.hidden() or "nothing of the catalogue is hidden",
         assumed=_assumed(found),
         do_next=_next(found),
-        use_it=f"dolfingrip bend --config {out / 'extended.toml'}"
-        if named
-        else f"dolfingrip bend --config {out / 'extended.toml'} (as fitted, without a cause)",
+        use_it=use_it,
     )
 
 
@@ -73,13 +72,14 @@ def _one_of(names: Sequence[str]) -> str:
     return f"{text} or, less probably, {' or '.join(rest)}" if rest else text
 
 
-def _with_doubts(result: outcome.DiagnosisFile, sentence: str) -> str:
-    """A result, doubts about the data first."""
-    if result.not_reached:
-        sentence = f"Not all readings are compared: {result.not_reached[0]}. {sentence}"
-    if not result.suspicions:
-        return sentence
-    return f"Check the data first: {' Or: '.join(result.suspicions[:2])} Then: {sentence}"
+def _doubts(found: Diagnosis) -> str:
+    """What to know about the data before the result."""
+    told = ""
+    if found.suspicions:
+        told = f"Check the data first: {' Or: '.join(found.suspicions[:2])} Then: "
+    if found.analysed.not_reached:
+        told += f"Not all readings are compared: {found.analysed.not_reached[0]}. "
+    return told
 
 
 def _configured(found: Diagnosis) -> str:
@@ -148,15 +148,17 @@ def _result(found: Diagnosis) -> str:
 
 def _size(found: Diagnosis) -> str:
     fit = found.decision.best
-    numbers = ", ".join(_number(e) for e in found.numbers(fit))
-    change = found.analysed.exact(fit) - found.analysed.exact(_without(found, fit))
-    place = int(np.argmax(np.abs(change / found.analysed.errors.noise)))
-    listed = found.analysed.measurement.listed().iloc[place]
-    channel = CHANNELS[str(listed["column"])]
+    numbers = ", ".join(each.words() for each in found.numbers(fit))
     if not found.analysed.case.causes(fit.subset):
         return numbers
+    without = replace(fit, subset=NONE, zeta=fit.zeta[: found.analysed.case.own])
+    change = found.analysed.exact(fit) - found.analysed.exact(without)
+    place = int(np.argmax(np.abs(change / found.analysed.errors.noise)))
+    listed = found.analysed.measurement.listed().iloc[place]
+    control = CHANNELS[CONTROL[str(listed["experiment"])]]
+    channel = CHANNELS[str(listed["column"])]
     return (
-        f"{numbers}; at {listed['control']:.3g} {unit_of(listed)} it changes the "
+        f"{numbers}; at {listed['control']:.3g} {control.unit} it changes the "
         f"{channel.title.lower()} by "
         f"{change[place]:+.3g} {channel.unit} of {listed['value']:.3g} {channel.unit}"
     )
@@ -167,17 +169,17 @@ def _fit(found: Diagnosis) -> str:
     before, plain = found.as_configured(), found.with_best_modulus()
     after = fitted(found.analysed, found.decision.best)
     named = bool(found.analysed.case.causes(found.decision.best.subset))
-    noise = by_channel(found, found.analysed.errors.noise)
     parts = []
     for name, at in channels(found).items():
         unit = CHANNELS[name].unit
         errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
+        noise = np.median(found.analysed.errors.noise[at])
         parts.append(
             f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
             f"{unit} with another modulus; {errors[2]:.3g} {unit} with "
             + ("the cause, and " if named else "")
             + found.beside
-            + f"; noise {noise[name]:.2g} {unit}"
+            + f"; noise {noise:.2g} {unit}"
         )
     return "; ".join(parts)
 
@@ -241,7 +243,7 @@ def _assumed(found: Diagnosis) -> str:
     rig = found.rig(found.decision.best)
     parts += [f"{text[0].lower()}{text[1:]}" for text in map(_of_the_rig, rig)]
     parts.append(scatter(found))
-    if found.analysed.errors.guessed:
+    if any("guess" in sentence for sentence in found.analysed.errors.sentences):
         parts.append("the noise is a guess: tell it under [noise]")
     parts += found.warnings[:1]
     return "; ".join(parts)
@@ -255,29 +257,10 @@ def _next(found: Diagnosis) -> str:
     return found.afterwards()
 
 
-def unit_of(reading: pd.Series) -> str:
-    """Of the control that a reading was read at."""
-    return CHANNELS[CONTROL[str(reading["experiment"])]].unit
-
-
-def _without(found: Diagnosis, fit: Fit) -> Fit:
-    """The model at a fit's modulus without its causes."""
-    none = found.none
-    return Fit(
-        NONE, 0.0, none.log_evidence, fit.zeta[: found.analysed.case.own], none.hessian,
-        none.misfit, none.strengths,
-    )  # fmt: skip
-
-
 def channels(found: Diagnosis) -> dict[str, np.ndarray]:
     """Which readings are of each channel."""
     column = found.analysed.measurement.listed()["column"].to_numpy()
     return {str(name): column == name for name in dict.fromkeys(column)}
-
-
-def by_channel(found: Diagnosis, values: np.ndarray) -> dict[str, float]:
-    """Median of each channel's values."""
-    return {name: float(np.median(values[at])) for name, at in channels(found).items()}
 
 
 def scatter(found: Diagnosis) -> str:
@@ -292,10 +275,6 @@ def scatter(found: Diagnosis) -> str:
     )
 
 
-def _number(e: outcome.Parameter) -> str:
-    return f"{e.key} = {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
-
-
 def _percent(value: float) -> str:
     return f"{value:.2g} %" if value < 99.5 else f"{value:.0f} %"
 
@@ -304,8 +283,3 @@ def _rms(values: np.ndarray) -> float:
     """Of those readings that the model reaches."""
     come = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(come**2))) if come.size else 0.0
-
-
-def chance(p: float) -> str:
-    """A probability in two digits."""
-    return f"{p:.2f}" if p < 0.995 else "> 0.99"

@@ -61,7 +61,7 @@ def _naming(judge: Judge, cause: Cause, before: Effect | None) -> Effect:
         else judge.strength(cause.name, hidden.at(named)),
         class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / noises,
         class_share=float(within.mean()) / noises, confused_with=() if before else _alike(hidden),
-        sure=int((np.cumsum((alone < noises)[::-1]) > 0).sum()),
+        sure=int(np.max(np.flatnonzero(alone < noises) + 1, initial=0)),
     )  # fmt: skip
 
 

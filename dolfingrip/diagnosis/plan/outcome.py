@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from dolfingrip import __version__
 from dolfingrip.diagnosis.outcome import Outcome, Part
 from dolfingrip.diagnosis.policy import PAGE, POLICY
-
-SCHEMA: Final = 1
+from dolfingrip.diagnosis.words import section, table
 
 
 class Effect(Part):
@@ -60,7 +59,7 @@ class Addition(Part):
 class Plan(Outcome):
     """What a rig could find out."""
 
-    schema_version: Literal[1] = SCHEMA
+    schema_version: Literal[1] = 1
     version: str = Field(__version__, description="of dolfingrip")
     experiments: tuple[str, ...]
     readings: int
@@ -85,28 +84,28 @@ def text(result: Plan) -> str:
         f"{100 * (1 - POLICY.discrepancy_off):.0f} % of cases something acts beside it that no "
         "effect is.",
         "",
-        "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
-        "|---|---|---|---|---|---|---|",
     ]
+    effects = []
     for each in result.effects:
         least = "–" if each.named_from is None else f"{each.named_from:.2g}"
-        lines.append(
+        effects.append(
             f"| {each.effect} | {each.ordinary} | {each.strength_sigma:.1f} | {least} | "
             f"{each.share:.2f} | {each.class_share:.2f} | {_listed(each.confused_with)} |"
         )
+    lines += table(
+        "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
+        effects,
+    )
     if result.additions:
-        lines += [
-            "", "## Additions", "",
-            "| addition | minutes | share named | gain per minute | newly named |",
-            "|---|---|---|---|---|",
-        ]  # fmt: skip
-        lines += [
+        additions = (
             f"| {each.name} | {each.minutes:.0f} | {each.share:.2f} | "
             f"{100 * each.gain_per_minute:+.2f} % | {_listed(each.lifts)} |"
             for each in result.additions
-        ]
+        )
+        columns = "| addition | minutes | share named | gain per minute | newly named |"
+        lines += section("Additions", table(columns, additions))
     if result.warnings:
-        lines += ["", "## Beware", "", *(f"- {each}" for each in result.warnings)]
+        lines += section("Beware", (f"- {each}" for each in result.warnings))
     return "\n".join(lines) + "\n"
 
 
