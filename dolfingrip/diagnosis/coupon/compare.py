@@ -97,6 +97,7 @@ def _corrected(coupons: CouponCase, posterior: Posterior, rng: np.random.Generat
         left = np.nan_to_num(_left(coupons, effects, zeta))
         place = 0 if left[0] > POLICY.exact else int(left.argmax())
         if left[place] > POLICY.exact:
-            exact = coupons.simulated(effects, zeta[place], coupons.simulation)
-            found = found.corrected(effects, zeta[place], np.column_stack(exact))
+            exact = np.column_stack(coupons.simulated(effects, zeta[place], coupons.simulation))
+            if np.isfinite(exact).all():  # beside a place there may be no equilibrium
+                found = found.corrected(effects, zeta[place], exact)
     return found
