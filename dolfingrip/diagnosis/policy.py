@@ -239,6 +239,8 @@ class Policy:
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
             many times √(2/n).
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
+        scaled_by: the same of coupons, which moduli scale exactly.
+        least_std: of the moduli's logarithm, by which its range is counted.
         nodes: moduli at which a simulation that scales is read.
         recentred: steps of the moduli that all is simulated at, as a factor; the first coarse
             simulations serve so far to either side.
@@ -329,6 +331,8 @@ class Policy:
     far_places: int = 6
     finger_reach: float = 2.5
     stiffest: float = 4.0
+    scaled_by: float = 1000.0
+    least_std: float = 0.01
     nodes: int = 33
     recentred: float = 1.6
     near_enough: float = 1.3

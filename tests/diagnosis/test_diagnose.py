@@ -13,6 +13,7 @@ from diagnosis.simulation.here import Here
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis import outcome
+from dolfingrip.diagnosis.coupon.compare import _without
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
@@ -67,6 +68,25 @@ def test_viscosity_of_printed_coupons(ninjaflex: CouponDiagnosis) -> None:
     viscous = numbers(ninjaflex, "prony")
     assert 2 < viscous["extensions.prony.tau_s"] < 8
     assert viscous["extensions.prony.g"] == pytest.approx(0.55, abs=0.1)
+
+
+def test_a_silicone_is_a_far_softer_material(store: Path) -> None:
+    """Ecoflex 30 held against the printed finger's 2.93 MPa. Least squares of F = μ A (λ − λ⁻²), an
+    incompressible neo-Hookean bar, give 0.0207 MPa: no effect of the catalogue."""
+    found = diagnosed(COUPONS.with_name("ecoflex30_uniaxial.csv"), store)
+    assert found.decision.first == ("modulus", "coupon_area")
+    (modulus,) = (e for e in found.numbers(found.decision.best) if e.key == "material.mu_MPa")
+    assert modulus.value == pytest.approx(0.021, rel=0.05)
+    assert np.isfinite(found.left_by_emulator)
+
+
+def test_causes_without_equilibrium_are_left_out(ninjaflex: CouponDiagnosis) -> None:
+    before = ninjaflex.posterior
+    after = _without(before, ("mooney_rivlin",))
+    effects = before.case.effects
+    assert sum(after.probability) == pytest.approx(1.0)
+    for p, fit in zip(after.probability, after.fits, strict=True):
+        assert (p == 0.0) == (effects(fit.subset) == ("mooney_rivlin",))
 
 
 def test_other_rates_and_waits_would_tell_them_apart(ninjaflex: CouponDiagnosis) -> None:

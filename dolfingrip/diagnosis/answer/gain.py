@@ -110,6 +110,8 @@ def _fold(analysed: Analysed[Any], whole: Posterior, kind: str, part: np.ndarray
     free = rest.best(NONE)
     plain = analysed.exact(rest.best(NONE, level=0.0))
     cause = analysed.exact(decision.best) if decision.answer == "cause" else plain
+    if not np.isfinite(cause).all():  # without equilibrium at some reading nothing is foretold
+        cause = plain
 
     def conditioned(mean: np.ndarray, level: float) -> np.ndarray:
         total = case.covariance + level**2 * case.kernel

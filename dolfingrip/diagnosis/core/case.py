@@ -41,7 +41,7 @@ class Case:
         rig: which of the causes are numbers of the rig; they come last in every subset.
         ground: what the model's own numbers change: all moduli, and others that are fitted in every
             hypothesis.
-        ground_box: ranges of ζ of the model's own numbers, (m, 2); that of the moduli first.
+        others: ranges of ζ of the model's own numbers beside the moduli, (m, 2).
         ground_names: what each of them is named where it is far from what was told, in a subset by
             the first of the names; empty where it cannot be.
     """
@@ -56,13 +56,18 @@ class Case:
     ground: Emulator
     mended: Mapping[Subset, Local] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
-    ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
+    others: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     ground_names: tuple[tuple[str, ...], ...] = (("modulus",),)
+
+    @property
+    def ground_box(self) -> np.ndarray:
+        """Ranges of ζ of the model's own numbers, (own, 2); that of the moduli first."""
+        return np.vstack([[self.factor.low, self.factor.high], self.others])
 
     @property
     def own(self) -> int:
         """Count of the model's own numbers, which come first in every ζ."""
-        return len(self.ground_box)
+        return 1 + len(self.others)
 
     def rows(self, kept: np.ndarray) -> Case:
         """The case of some of the readings."""

@@ -19,8 +19,8 @@ class Factor:
     """
 
     std: float
-    low: float = -8.0
-    high: float = 8.0
+    low: float
+    high: float
 
     def __call__(self, zeta: float | np.ndarray) -> np.ndarray:
         """c, of the shape of ζ."""

@@ -109,7 +109,9 @@ def coupon_case(
             emulators[each.name] = linear(POLICY.far * each.change)
             boxes[each.name] = far[each.name].box()
     setups = [test.setup.nuisances for test in measurement.tests]
-    factor = Factor(float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups)))
+    std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
+    reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
+    factor = Factor(std, -reach, reach)
     scaled = in_proportion(measurement)
     case = Case(
         measurement.listed()["value"].to_numpy(), base, factor,

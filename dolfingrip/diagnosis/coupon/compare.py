@@ -53,10 +53,20 @@ def compared(
         coupons = replace(coupons, case=corrected)
         posterior = searched_again(corrected, posterior)
     posterior = searched_again(coupons.case, posterior, rng)
-    decision, under = sensitivity(posterior)
-    best = decision.best
-    left = float(_left(coupons, best.subset, best.zeta[None])[0])
-    return CouponDiagnosis(config, coupons, posterior, decision, under, left)
+    while True:
+        decision, under = sensitivity(posterior)
+        best = decision.best
+        left = float(_left(coupons, best.subset, best.zeta[None])[0])
+        if np.isfinite(left):
+            return CouponDiagnosis(config, coupons, posterior, decision, under, left)
+        posterior = _without(posterior, coupons.case.effects(best.subset))
+
+
+def _without(posterior: Posterior, effects: Subset) -> Posterior:
+    """Without effects at whose numbers some reading has no equilibrium: no emulator tells that."""
+    own = [posterior.case.effects(fit.subset) == effects for fit in posterior.fits]
+    rest = np.where(own, 0.0, posterior.probability + np.finfo(float).tiny)
+    return replace(posterior, probability=rest / rest.sum())
 
 
 def _left(coupons: CouponCase, effects: Subset, zeta: np.ndarray) -> np.ndarray:

@@ -33,9 +33,9 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     free = same_material(measurement, simulation.config) and std > 0
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
-    box = ends[None] / std if free else np.array([[-1.0, 1.0]])
-    factor = Factor(std, *map(float, box[0]))
-    nodes = nodes_of(box[0])
+    ends = ends / std if free else np.array([-1.0, 1.0])
+    factor = Factor(std, *map(float, ends))
+    nodes = nodes_of(ends)
     spread = wall_std(simulation)
     known = sorted(simulation.walls)
     values = []
@@ -53,12 +53,11 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     every = Simulations(zeta, told_values, slopes, nodes)
     takes = tuple(range(1 + len(own)))
     ground = trained_on(every, own, off.noise, takes, exact=True)
-    if spread:
-        box = np.vstack([box, [[-POLICY.walls_reach, POLICY.walls_reach]]])
-    names = ((("modulus",) if free else ()), (WALLS,))[: len(box)]
+    others = np.tile([-POLICY.walls_reach, POLICY.walls_reach], (len(own), 1))
+    names = ((("modulus",) if free else ()), (WALLS,))[: 1 + len(own)]
     return Case(
         listed["value"].to_numpy(), simulation.base.readings, factor, {}, off.covariance,
-        discrepancy.kernel(off.along), {}, ground, ground_box=box, ground_names=names,
+        discrepancy.kernel(off.along), {}, ground, others=others, ground_names=names,
     )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ NOISE = 0.05
 
 def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> Case:
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    every, factor = np.ones(len(X), dtype=bool), Factor(0.1)
+    every, factor = np.ones(len(X), dtype=bool), Factor(0.1, -8.0, 8.0)
     return Case(
         value, BASE, factor,
         {name: Scaled.of(linear(change), every, factor) for name, change in changes.items()},

@@ -79,9 +79,9 @@ def case_of(readings: np.ndarray) -> Case:
     values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
     told = Simulations(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
     return Case(
-        readings, bend(1.0), Factor(STD), {"softening": softening()}, np.diag(SCALE**2),
+        readings, bend(1.0), Factor(STD, -2.5, 2.5), {"softening": softening()}, np.diag(SCALE**2),
         np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
-        trained_on(told, [], SCALE, (0,), exact=True), ground_box=np.array([[-2.5, 2.5]]),
+        trained_on(told, [], SCALE, (0,), exact=True),
     )  # fmt: skip
 
 

@@ -29,11 +29,11 @@ def read(**strengths: float) -> Case:
     value = 0.9 * BASE + NOISE * rng.standard_normal(len(X))
     for name, sigma in strengths.items():
         value = value + sigma * NOISE * CHANGES[name] / np.linalg.norm(CHANGES[name])
-    n, factor = len(X), Factor(0.2)
+    n, factor = len(X), Factor(0.2, -4.0, 4.0)
     kernel = np.diag((0.1 * BASE) ** 2)
     return Case(
         value, BASE, factor, {}, np.eye(n) * NOISE**2, kernel, {},
-        Scaled.alone(BASE, np.ones(n, bool), factor), ground_box=np.array([[-4.0, 4.0]]),
+        Scaled.alone(BASE, np.ones(n, bool), factor),
     )  # fmt: skip
 
 
