@@ -98,6 +98,7 @@ def judged(
     shown = np.where(np.isfinite(told), told, found.analysed.case.base)
     found.suspicions = sentences(suspicions(found.analysed.measurement, shown))
     found.warnings = [*measurement.warnings, *found.cautions(), *_of_the_emulator(found)]
+    found.quick = quick
     if quick or found.decision.answer != "cause":
         return found
     say("measuring the gain on readings that are left out")

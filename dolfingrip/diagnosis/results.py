@@ -12,7 +12,7 @@ import numpy as np
 from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
-from dolfingrip.config import ConfigError
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import outcome, page
 from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
 from dolfingrip.diagnosis.answer.ten_lines import channels, scatter, ten_lines
@@ -39,12 +39,14 @@ class Written:
 def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     """Write all files but the pictures into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
+    extended = None
     try:
-        told = _extended_toml(found)
+        extended = found.extended
+        told = _extended_toml(found, extended)
         (out / "extended.toml").write_text(told, encoding="utf-8")
     except ConfigError as error:
         found.warnings.append(f"extended.toml is not written: {error}")
-    result = _outcome_of(found, [str(file) for file in data], out)
+    result = _outcome_of(found, extended, [str(file) for file in data], out)
     result.write(out / "diagnosis.json")
     text = page.text(result)
     (out / "summary.md").write_text(text, encoding="utf-8")
@@ -53,15 +55,17 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     return Written(text, pictures)
 
 
-def _extended_toml(found: Diagnosis) -> str:
+def _extended_toml(found: Diagnosis, extended: Config) -> str:
     """The configuration at the fitted numbers, these with intervals as comments before it."""
     fit = found.decision.best
     lines = [f"# dolfingrip diagnose: {_sentence(found)}", "# fitted, with 90 % intervals:"]
     lines += [f"# {each.words(digits=4)}" for each in found.numbers(fit)]
-    return "\n".join(lines) + "\n" + configuration.dumps(found.extended)
+    return "\n".join(lines) + "\n" + configuration.dumps(extended)
 
 
-def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
+def _outcome_of(
+    found: Diagnosis, extended: Config | None, data: Sequence[str], out: Path
+) -> outcome.DiagnosisFile:
     """All that was found, by the schema."""
     decision, posterior = found.decision, found.posterior
     errors = found.analysed.errors
@@ -76,7 +80,7 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
     return outcome.DiagnosisFile(
         version=__version__,
         data=tuple(data),
-        quick=found.held_out is None,
+        quick=found.quick,
         readings=len(found.analysed.case.value),
         verdict=outcome.Verdict(
             answer=decision.answer, effects=decision.first, second=decision.second,
@@ -118,7 +122,7 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         downstream=found.downstream,
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
-        extended=_changes(found),
+        extended=_changes(found.config, extended) if extended else {},
         not_reached=tuple(found.analysed.not_reached),
         simulated_s=found.simulated_s,
     )  # fmt: skip
@@ -199,12 +203,11 @@ def _off(found: Diagnosis) -> list[str]:
     return told
 
 
-def _changes(found: Diagnosis) -> dict[str, Any]:
+def _changes(config: Config, extended: Config) -> dict[str, Any]:
     """What ``extended.toml`` changes, by section."""
-    after = found.extended
-    before = found.config.model_dump(mode="json", exclude_none=True)
+    before = config.model_dump(mode="json", exclude_none=True)
     return {
         section: {k: v for k, v in values.items() if before.get(section, {}).get(k) != v}
-        for section, values in after.model_dump(mode="json", exclude_none=True).items()
+        for section, values in extended.model_dump(mode="json", exclude_none=True).items()
         if isinstance(values, dict) and values != before.get(section)
     }

@@ -95,6 +95,22 @@ def test_other_rates_and_waits_would_tell_them_apart(ninjaflex: CouponDiagnosis)
     assert "a coupon with a hold of 60 s at the largest strain" in splitting
 
 
+def test_an_extension_that_is_not_allowed_is_a_warning(
+    ninjaflex: CouponDiagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(CouponDiagnosis, "overrides", lambda self, fit: ("material.mu_MPa=-1",))
+    found = replace(ninjaflex, warnings=[])
+    write(found, [COUPONS], tmp_path)
+    result = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json")
+    assert result.extended == {}
+    assert not result.quick
+    assert any(
+        each.startswith("extended.toml is not written: material.mu_MPa = -1")
+        for each in result.warnings
+    )
+    assert not (tmp_path / "extended.toml").exists()
+
+
 def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
     found = write(ninjaflex, [COUPONS], tmp_path)
     text = (tmp_path / "diagnosis.json").read_text(encoding="utf-8")

@@ -42,6 +42,7 @@ class Diagnosis(ABC):
         warnings: what else to beware of.
         downstream: what the extended model changes about a campaign's designs.
         simulated_s: time of all simulations.
+        quick: whether it stopped after the screen.
         load: what readings lie along.
         beside: what is fitted beside the causes, in words.
     """
@@ -57,6 +58,7 @@ class Diagnosis(ABC):
     suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     simulated_s: float = 0.0
+    quick: bool = False
     downstream: Downstream | None = None
 
     load: ClassVar[str]
