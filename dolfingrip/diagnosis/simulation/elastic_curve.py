@@ -14,7 +14,6 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
 from dolfingrip.extensions.effect import Effect, Flow
@@ -58,9 +57,7 @@ def change(
             if not values.size:
                 continue
             size = factor if CHANNELS[name].in_proportion else 1.0
-            elastic, readings = (
-                size * curve.read(values, at, ROUTES.anywhere) for at in (here, there)
-            )
+            elastic, readings = (size * curve.read(values, at) for at in (here, there))
             if shown is not None:
                 readings = shown(way, str(name), readings)
             at = np.flatnonzero(mine & (column == name))
@@ -92,7 +89,6 @@ def drifted(
         return soft(way) * elastic if CHANNELS[column].in_proportion else elastic
 
     def load(way: Route) -> np.ndarray:
-        value = np.array(way.value)
-        return value / soft(way) if way.control == PRESSURE.name else value
+        return np.array(way.value) / soft(way)
 
     return change(measurement, base, load, factor, shown)
