@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -22,12 +21,6 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
-
-LISTED: Final = (
-    "row", "column", "value", "test", "experiment", "specimen", "cycle", "branch", "time_s",
-    "control",
-)  # fmt: skip
-"""Columns of :meth:`Measurement.listed`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,23 +97,23 @@ class Measurement:
         return self._listed
 
     def _list(self) -> pd.DataFrame:
-        data = self.readings
-        wide = data[list(READING_COLUMNS)].to_numpy()
+        wide = self.readings[list(READING_COLUMNS)].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
-        experiments = data["experiment"].to_numpy()[row]
-        control = np.array([CONTROL[name] for name in experiments], dtype=object)
-        pressure, travel = (
-            data[name].to_numpy()[row] for name in (PRESSURE.name, DISPLACEMENT.name)
-        )
-        found: dict[str, object] = {
+        told = self.readings.iloc[row].reset_index(drop=True)
+        by_pressure = told["experiment"].map(CONTROL) == PRESSURE.name
+        return pd.DataFrame({
             "row": row,
             "column": np.array(READING_COLUMNS, dtype=object)[column],
             "value": wide[row, column],
-            "control": np.where(control == PRESSURE.name, pressure, travel),
-        }
-        for name in ("test", "experiment", "specimen", "cycle", "branch", "time_s"):
-            found[name] = data[name].to_numpy()[row]
-        return pd.DataFrame(found)[list(LISTED)]
+            **{name: told[name] for name in
+               ("test", "experiment", "specimen", "cycle", "branch", "time_s")},
+            "control": told[PRESSURE.name].where(by_pressure, told[DISPLACEMENT.name]),
+        })  # fmt: skip
+
+    def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
+        """Where readings of these tests stand in the list, by column."""
+        mine = self.listed()["column"][self.listed()["test"].isin(tests)]
+        return {str(name): own.index.to_numpy() for name, own in mine.groupby(mine, sort=False)}
 
 
 def in_proportion(measurement: Measurement) -> np.ndarray:

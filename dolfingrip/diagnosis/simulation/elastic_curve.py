@@ -42,26 +42,23 @@ def change(
         factor: of all moduli; other than 1 where these scale.
         shown: what is read of it; the elastic body's readings where None.
     """
-    listed = measurement.listed()
-    place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
-    found = np.zeros(len(listed))
+    row = measurement.listed()["row"].to_numpy()
+    found = np.zeros(len(row))
     for run in base.runs:
         way = run.group.in_time
         (curve,) = run.route.legs
         here = there = np.array(way.value)
         if way.control == PRESSURE.name:
             here, there = here / factor, load(way) / factor
-        mine = np.isin(test, run.group.tests)
-        for name in set(column[mine]):
-            values = run.result.columns.get(str(name), np.empty(0))
+        for name, at in measurement.places(run.group.tests).items():
+            values = run.result.columns.get(name, np.empty(0))
             if not values.size:
                 continue
             size = factor if CHANNELS[name].in_proportion else 1.0
-            elastic, readings = (size * curve.read(values, at) for at in (here, there))
+            elastic, readings = (size * curve.read(values, load_at) for load_at in (here, there))
             if shown is not None:
-                readings = shown(way, str(name), readings)
-            at = np.flatnonzero(mine & (column == name))
-            found[at] = way.at_rows(readings - elastic, len(measurement.readings))[place[at]]
+                readings = shown(way, name, readings)
+            found[at] = way.at_rows(readings - elastic, len(measurement.readings))[row[at]]
     return found
 
 
