@@ -158,19 +158,24 @@ def _scaled(
     test: SpecimenTest, columns: dict[str, tuple[np.ndarray, np.ndarray]]
 ) -> list[Suspicion]:
     """Slips of unit or sign."""
-    ratios = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
-    usable = {name: ratio for name, ratio in ratios.items() if math.isfinite(ratio)}
+    every = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
+    ratios = {name: ratio for name, ratio in every.items() if math.isfinite(ratio)}
     found: list[Suspicion] = []
-    for name, ratio in usable.items():
-        if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
-            found += _kept(test, name, [Factor(-1.0, "the sign is reversed")], columns[name])
+    for name, ratio in ratios.items():
+        measured, simulated = columns[name]
+        left = _left(measured, simulated, ratio)
+        # readings of noise alone are near any small multiple, which explains nothing of them
+        missed = np.linalg.norm(measured - ratio * simulated)
+        if left >= DATA.slip_leaves or missed >= DATA.slip_leaves * np.linalg.norm(measured):
             continue
-        known = _OF_READING.get(CHANNELS[name].unit, ())
-        off = [f for f in known if _alike(abs(ratio), 1 / f.value)]
-        off = [Factor(math.copysign(f.value, ratio), f.meaning) for f in off]
-        found += _kept(test, name, off, columns[name])
-    found += _of_control(test, usable, columns)
-    return found
+        if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
+            found.append(Suspicion(test, name, -1.0, "the sign is reversed", left))
+            continue
+        for factor in _OF_READING.get(CHANNELS[name].unit, ()):
+            if _alike(abs(ratio), 1 / factor.value):
+                by = math.copysign(factor.value, ratio)
+                found.append(Suspicion(test, name, by, factor.meaning, left))
+    return found + _of_control(test, ratios, columns)
 
 
 def _of_control(
@@ -179,34 +184,14 @@ def _of_control(
     columns: dict[str, tuple[np.ndarray, np.ndarray]],
 ) -> list[Suspicion]:
     """Slips of the pressure's or displacement's unit, which every reading shows."""
-    known = _OF_CONTROL[CHANNELS[test.control].unit]
-    found = []
-    for factor in known:
-        if not ratios or not all(_alike(ratio, factor.value) for ratio in ratios.values()):
-            continue
-        left = max(_left(*columns[name], ratio) for name, ratio in ratios.items())
-        if left < DATA.slip_leaves:
-            found.append(Suspicion(test, test.control, factor.value, factor.meaning, left))
-    return found
-
-
-def _kept(
-    test: SpecimenTest,
-    column: str,
-    factors: Sequence[Factor],
-    pair: tuple[np.ndarray, np.ndarray],
-) -> list[Suspicion]:
-    """The slips that fit the ratio of measured and simulated readings, if it explains enough."""
-    measured, simulated = pair
-    ratio = _ratio(measured, simulated)
-    left = _left(measured, simulated, ratio)
-    # readings of noise alone are near any small multiple, which explains nothing of them
-    follows = np.linalg.norm(measured - ratio * simulated) < DATA.slip_leaves * np.linalg.norm(
-        measured
-    )
-    if left >= DATA.slip_leaves or not follows:
+    left = max((_left(*columns[name], ratio) for name, ratio in ratios.items()), default=1.0)
+    if left >= DATA.slip_leaves:
         return []
-    return [Suspicion(test, column, each.value, each.meaning, left) for each in factors]
+    return [
+        Suspicion(test, test.control, factor.value, factor.meaning, left)
+        for factor in _OF_CONTROL[CHANNELS[test.control].unit]
+        if all(_alike(ratio, factor.value) for ratio in ratios.values())
+    ]
 
 
 def _swapped(

@@ -199,29 +199,27 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
 
 
 def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
-    time_s = rows[TIME.name].to_numpy()
-    absent = pd.isna(time_s)
-    if absent.any():
-        if not absent.all():
-            line = _Line(file, int(rows["line"].to_numpy()[absent][0]))
-            raise line.refuse("time_s: missing; allowed: a number in each row, or in none")
-        return
-    for before, now, number in zip(time_s[:-1], time_s[1:], rows["line"].iloc[1:], strict=True):
-        if now < before:
-            raise _Line(file, int(number)).refuse(
-                f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
-            )
+    time_s = rows[TIME.name]
+    absent = time_s.isna()
+    if absent.any() and not absent.all():
+        line = _Line(file, int(rows["line"][absent].iloc[0]))
+        raise line.refuse("time_s: missing; allowed: a number in each row, or in none")
+    back = time_s.diff() < 0
+    if back.any():
+        before, now = time_s.shift()[back].iloc[0], time_s[back].iloc[0]
+        raise _Line(file, int(rows["line"][back].iloc[0])).refuse(
+            f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
+        )
 
 
 def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
-    entries = rows.drop(columns="line")
-    again = entries.duplicated(keep="first")
-    if again.any() and rows[TIME.name].notna().all():
-        second = int(again.to_numpy().argmax())
-        same = entries.eq(entries.iloc[second]) | (entries.isna() & entries.iloc[second].isna())
-        first = int(rows["line"].iloc[int(same.all(axis=1).to_numpy().argmax())])
-        raise _Line(file, int(rows["line"].iloc[second])).refuse(
-            f"the same as line {first} ({who}); allowed: each row once"
+    if rows[TIME.name].isna().any():
+        return
+    first = rows.groupby(list(MEASURED), dropna=False, sort=False)["line"].transform("first")
+    again = rows["line"] > first
+    if again.any():
+        raise _Line(file, int(rows["line"][again].iloc[0])).refuse(
+            f"the same as line {first[again].iloc[0]} ({who}); allowed: each row once"
         )
 
 
