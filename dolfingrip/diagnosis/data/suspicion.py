@@ -79,11 +79,10 @@ class Suspicion:
     meaning: str
     left: float
 
-    def sentence(self) -> str:
-        """The suspicion in a sentence for the verdict."""
-        if math.isnan(self.factor):
-            return f"{self.test}: {self.column}: {self.meaning}?"
-        return f"{self.test}: {self.column}: {self.meaning}? (factor {self.factor:.4g})"
+    def sentence(self, who: str = "") -> str:
+        """The suspicion in a sentence for the verdict: of its test, or of ``who``."""
+        factor = "" if math.isnan(self.factor) else f" (factor {self.factor:.4g})"
+        return f"{who or self.test}: {self.column}: {self.meaning}?{factor}"
 
 
 def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicion]:
@@ -117,16 +116,10 @@ def sentences(found: Sequence[Suspicion]) -> list[str]:
     for each in found:
         alike.setdefault((each.column, each.meaning), []).append(each)
     told = []
-    for (column, meaning), group in alike.items():
-        one = group[0]
-        if len(group) == 1:
-            told.append(one.sentence())
-            continue
-        factor = "" if math.isnan(one.factor) else f" (factor {one.factor:.4g})"
-        told.append(
-            f"{one.test.experiment}, {len(group)} specimens ({one.test.file.name}): {column}: "
-            f"{meaning}?{factor}"
-        )
+    for group in alike.values():
+        test = group[0].test
+        several = f"{test.experiment}, {len(group)} specimens ({test.file.name})"
+        told.append(group[0].sentence(several if len(group) > 1 else ""))
     return told
 
 

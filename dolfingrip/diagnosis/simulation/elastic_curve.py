@@ -75,7 +75,7 @@ def behind(stage: Effect, way: Route) -> np.ndarray:
 
 
 def drifted(
-    measurement: Measurement, base: Simulated, drift: Effect, factor: float = 1.0
+    measurement: Measurement, base: Simulated, drift: Effect, factor: float
 ) -> np.ndarray:
     """(n,) change of the readings where all moduli drift; arguments as of :func:`change`."""
 

@@ -92,7 +92,7 @@ class _Branches:
 
 
 def change(
-    measurement: Measurement, base: Simulated, viscous: Effect, factor: float = 1.0
+    measurement: Measurement, base: Simulated, viscous: Effect, factor: float
 ) -> np.ndarray:
     """(n,) change of the readings by viscosity, nearly.
 
