@@ -142,11 +142,11 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
     tests: list[SpecimenTest] = []
     tables: list[pd.DataFrame] = []
     warnings: list[str] = []
-    seen: dict[Path, Path] = {}
+    seen: set[Path] = set()
     for file in files:
         if file.resolve() in seen:
             raise ConfigError(f"{file}: given twice; allowed: each file once")
-        seen[file.resolve()] = file
+        seen.add(file.resolve())
         told = SetupFile(file)
         rows = table.read(file, told.experiments)
         told.check_specimens(set(rows["specimen"]))
@@ -154,20 +154,16 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
         for (experiment, specimen), own in rows.groupby(["experiment", "specimen"], sort=False):
             setup = told.of(str(experiment), str(specimen))
             test = SpecimenTest(len(tests), file, str(experiment), str(specimen), setup)
-            _check_setup(test, base)
+            try:
+                setup.applied(base)
+            except ConfigError as error:
+                raise ConfigError(f"{told.file}: {error}") from None
             timed, doubts = _timed(test, own, base)
             warnings += doubts + _doubts(test, own)
             tests.append(test)
             tables.append(timed.assign(test=test.number))
     readings = pd.concat(tables, ignore_index=True)
     return Measurement(readings, tests, warnings)
-
-
-def _check_setup(test: SpecimenTest, base: Config) -> None:
-    try:
-        test.setup.applied(base)
-    except ConfigError as error:
-        raise ConfigError(f"{test.file.with_suffix('.toml')}: {error}") from None
 
 
 def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.DataFrame, list[str]]:

@@ -41,7 +41,7 @@ class InstrumentNoise:
     correlated: np.ndarray
     correlation_time_s: np.ndarray
     control: np.ndarray
-    sentences: tuple[str, ...] = ()
+    sentences: tuple[str, ...]
 
 
 def noise(measurement: Measurement) -> InstrumentNoise:

@@ -25,40 +25,25 @@ from dolfingrip.diagnosis.policy import DATA
 _DEGREES: Final = 180 / math.pi
 
 
-@dataclass(frozen=True, slots=True)
-class Factor:
-    """A slip: the factor that makes the column right, and the mistake in words."""
-
-    value: float
-    meaning: str
-
-
-_OF_READING: Final[Mapping[str, Sequence[Factor]]] = {
-    "deg": (
-        Factor(_DEGREES, "an angle in radians"),
-        Factor(1 / _DEGREES, "degrees turned twice"),
-    ),
-    "N": (
-        Factor(1 / 101.97, "a force in grams"),
-        Factor(1 / 1000, "a force in mN"),
-        Factor(1000.0, "a force in kN"),
-        Factor(9.81, "a force in kg"),
-        Factor(1 / 9.81, "a force multiplied by g"),
-    ),
-    "mm": (Factor(1000.0, "a length in m"), Factor(10.0, "a length in cm")),
-    "": (Factor(0.01, "a strain in percent"),),
+_OF_READING: Final[Mapping[str, Mapping[str, float]]] = {
+    "deg": {"an angle in radians": _DEGREES, "degrees turned twice": 1 / _DEGREES},
+    "N": {
+        "a force in grams": 1 / 101.97,
+        "a force in mN": 1 / 1000,
+        "a force in kN": 1000.0,
+        "a force in kg": 9.81,
+        "a force multiplied by g": 1 / 9.81,
+    },
+    "mm": {"a length in m": 1000.0, "a length in cm": 10.0},
+    "": {"a strain in percent": 0.01},
 }
-"""By the channel's unit."""
+"""Slips by the channel's unit: the mistake in words, and the factor that makes the column right."""
 
-_OF_CONTROL: Final[Mapping[str, Sequence[Factor]]] = {
-    "kPa": (
-        Factor(100.0, "a pressure in bar"),
-        Factor(1000.0, "a pressure in MPa"),
-        Factor(6.895, "a pressure in psi"),
-    ),
-    "mm": (Factor(1000.0, "a displacement in m"), Factor(10.0, "a displacement in cm")),
+_OF_CONTROL: Final[Mapping[str, Mapping[str, float]]] = {
+    "kPa": {"a pressure in bar": 100.0, "a pressure in MPa": 1000.0, "a pressure in psi": 6.895},
+    "mm": {"a displacement in m": 1000.0, "a displacement in cm": 10.0},
 }
-"""By the control's unit."""
+"""Likewise by the control's unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,10 +149,10 @@ def _scaled(
         if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
             found.append(Suspicion(test, name, -1.0, "the sign is reversed", left))
             continue
-        for factor in _OF_READING.get(CHANNELS[name].unit, ()):
-            if _alike(abs(ratio), 1 / factor.value):
-                by = math.copysign(factor.value, ratio)
-                found.append(Suspicion(test, name, by, factor.meaning, left))
+        for meaning, factor in _OF_READING.get(CHANNELS[name].unit, {}).items():
+            if _alike(abs(ratio), 1 / factor):
+                by = math.copysign(factor, ratio)
+                found.append(Suspicion(test, name, by, meaning, left))
     return found + _of_control(test, ratios, columns)
 
 
@@ -181,9 +166,9 @@ def _of_control(
     if left >= DATA.slip_leaves:
         return []
     return [
-        Suspicion(test, test.control, factor.value, factor.meaning, left)
-        for factor in _OF_CONTROL[CHANNELS[test.control].unit]
-        if all(_alike(ratio, factor.value) for ratio in ratios.values())
+        Suspicion(test, test.control, factor, meaning, left)
+        for meaning, factor in _OF_CONTROL[CHANNELS[test.control].unit].items()
+        if all(_alike(ratio, factor) for ratio in ratios.values())
     ]
 
 

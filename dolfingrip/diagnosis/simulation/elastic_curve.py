@@ -74,9 +74,7 @@ def behind(stage: Effect, way: Route) -> np.ndarray:
     return np.array(found)
 
 
-def drifted(
-    measurement: Measurement, base: Simulated, drift: Effect, factor: float
-) -> np.ndarray:
+def drifted(measurement: Measurement, base: Simulated, drift: Effect, factor: float) -> np.ndarray:
     """(n,) change of the readings where all moduli drift; arguments as of :func:`change`."""
 
     def soft(way: Route) -> np.ndarray:

@@ -150,12 +150,11 @@ class Route:
 
     def slopes(self, values: np.ndarray, count: int) -> np.ndarray:
         """Likewise, the derivative by the control; 0 where that rests."""
-        weights = [leg.slopes(len(values)) * float(not self.rests(leg)) for leg in self.legs]
+        weights = []
+        for leg in self.legs:
+            rests = self.branch[int(leg.stops[-1])] == "hold"
+            weights.append(leg.slopes(len(values)) * float(not rests))
         return self._spread(values, count, weights)
-
-    def rests(self, leg: Leg) -> bool:
-        """Whether the control rests on a leg, which then is read by time."""
-        return self.branch[int(leg.stops[-1])] == "hold"
 
     def _spread(self, values: np.ndarray, count: int, weights: Sequence[np.ndarray]) -> np.ndarray:
         found = np.full(count, np.nan)

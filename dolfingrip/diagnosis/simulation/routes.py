@@ -76,13 +76,7 @@ class Segment:
 
 
 def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
-    """The segments of one test's rows, in order.
-
-    Args:
-        rows: of the test.
-        control: column of the control.
-        sigma: standard deviation of its gauge.
-    """
+    """The segments of one test's rows, in order; ``sigma`` is the control's gauge's."""
     value, time_s = rows[control].to_numpy(), rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
     size = max(float(np.abs(value).max()), 1e-12)
@@ -130,12 +124,7 @@ def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
 def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float) -> Route:
     """One curve from rest to the largest value, from which all rows of ``tests`` are read.
 
-    For models without memory and clock.
-
-    Args:
-        tests: segments of each test.
-        control: column of the control.
-        headroom: how far the curve goes on, by the largest value.
+    For models without memory and clock. The curve goes on to ``headroom`` times the largest value.
     """
     every = [segment for test in tests for segment in test]
     values = np.concatenate([segment.value for segment in every])

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -47,10 +47,10 @@ class Known:
     effects: Sequence[str]
     protocol: Protocol
     gradients: Sequence[str]
-    curve: Mapping[str, np.ndarray] = field(repr=False)
-    failure_class: str | None = None
-    failure: str | None = None
-    wall_s: float | None = None
+    curve: Mapping[str, np.ndarray]
+    failure_class: str | None
+    failure: str | None
+    wall_s: float | None
 
     def serves(self, job: Job) -> bool:
         """Whether a job's protocol is the beginning of this, and its derivatives are here."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -109,9 +109,9 @@ class Simulated:
     case: Case
     readings: np.ndarray
     by_control: np.ndarray
-    slopes: Mapping[str, np.ndarray] = field(default_factory=dict)
-    failures: Sequence[SimulationFailure] = ()
-    runs: Sequence[SimulatedGroup] = ()
+    slopes: Mapping[str, np.ndarray]
+    failures: Sequence[SimulationFailure]
+    runs: Sequence[SimulatedGroup]
 
     def slope(self, key: str) -> np.ndarray:
         """(n,) derivative by a parameter, for each unit of it; 0 where nothing feels it.
