@@ -43,6 +43,7 @@ from dolfingrip.diagnosis.data.columns import (
     NOT_SIMULATED,
     NUMBERS,
     READING_COLUMNS,
+    allowed,
     near,
 )
 from dolfingrip.parameter import named
@@ -176,8 +177,7 @@ class SetupFile:
         for name in names:
             if name not in (*EXPERIMENT_NAMES, *NOT_SIMULATED):
                 raise self._refuse(
-                    f"experiment = {name}: unknown; {near(name, EXPERIMENT_NAMES)}"
-                    f"allowed: {', '.join(EXPERIMENT_NAMES)}"
+                    f"experiment = {name}: unknown; {allowed(name, EXPERIMENT_NAMES)}"
                 )
         return tuple(names)
 
@@ -259,10 +259,9 @@ class SetupFile:
                 if key in Finger.model_fields:
                     found.setdefault("finger", {})[key] = value
                 elif key not in known and not isinstance(value, str):
-                    allowed = ", ".join([*SECTIONS, *Finger.model_fields])
                     raise self._refuse(
                         f"{where}{key}: unknown key; {near(key, tuple(Finger.model_fields))}"
-                        f"allowed: {allowed}"
+                        f"allowed: {', '.join([*SECTIONS, *Finger.model_fields])}"
                     )
         if "gravity" in found:
             found["gravity"].setdefault("acceleration_m_s2", STANDARD_GRAVITY_m_s2)
@@ -281,9 +280,7 @@ class SetupFile:
     ) -> dict[str, float]:
         for key in told:
             if key not in known:
-                raise self._refuse(
-                    f"{table}.{key}: unknown key; {near(key, known)}allowed: {', '.join(known)}"
-                )
+                raise self._refuse(f"{table}.{key}: unknown key; {allowed(key, known)}")
         return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in told.items()}
 
     def _parameters(self, told: Mapping[str, Any]) -> tuple[str, ...]:
@@ -298,9 +295,9 @@ class SetupFile:
 
     def _number(self, key: str, value: Any, low: float | None = None) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        allowed = "above 0" if low is None else f"at least {low:g}"
+        within = "above 0" if low is None else f"at least {low:g}"
         if not number or not math.isfinite(value) or value < 0 or (low is None and value == 0):
-            raise self._refuse(f"{key} = {value}: allowed: {allowed}")
+            raise self._refuse(f"{key} = {value}: allowed: {within}")
         return float(value)
 
 

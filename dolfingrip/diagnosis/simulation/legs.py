@@ -115,8 +115,7 @@ class Route:
 
     Attributes:
         control: column of the control.
-        time_s, value: of each stop.
-        cycle, branch: of each stop.
+        time_s, value, cycle, branch: of each stop.
         legs: every measured row is on one of them.
     """
 

@@ -56,9 +56,7 @@ def values(read: np.ndarray, sigma: float) -> np.ndarray:
     return np.array([*(value for value in inner if value < last), last])
 
 
-def ramp(
-    found: Sequence[Stop], before: Stop | None, sigma: float, leads_to: float = math.nan
-) -> list[Stop]:
+def ramp(found: Sequence[Stop], before: Stop | None, sigma: float, leads_to: float) -> list[Stop]:
     """The stops of a ramp at round values, at one rate where its rows allow.
 
     Args:

@@ -111,11 +111,7 @@ def staying(
 ) -> Iterator[Workers]:
     """Workers that end with the ``with`` block: a diagnosis asks many times, and starts them once.
 
-    Args:
-        store: folder of the results.
-        workers: number of processes.
-        progress: called with each simulation that is done.
-        anew: compute what comes with the package, too.
+    With ``anew`` they compute what comes with the package, too.
     """
     where = Where(workers=workers)
     with Pool(where) as pool:

@@ -147,14 +147,7 @@ def protocol_of(job: Job) -> Protocol:
 def write(
     file: Path, jobs: Iterable[Job], results: Iterable[JobResult], *, keep: bool = False
 ) -> None:
-    """Write results of jobs.
-
-    Args:
-        file: that is written.
-        jobs: whose results these are.
-        results: of each.
-        keep: what the file has beside them, too.
-    """
+    """Write the results of jobs; with ``keep`` what the file has beside them, too."""
     known = read(file) if keep else None
     every = [] if known is None else [each for own in known.known.values() for each in own]
     every += [
