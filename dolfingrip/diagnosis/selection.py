@@ -5,6 +5,7 @@ Of a finger those up to the pressure that the laboratory tells, if any.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -37,7 +38,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
             # a row stays where what comes later depends on the way
             if finger and not inside[(~inside).argmax() :].any():
                 keep[rows.index[~inside]] = False
-    every = -(-len(readings) // DATA.most)
+    every = math.ceil(len(readings) / DATA.most)
     if every > 1:
         number = measurement.readings.groupby(["test", "cycle", "branch"]).cumcount().to_numpy()
         keep &= number % every == 0

@@ -11,7 +11,7 @@ from dolfingrip.extensions.index import NAMES, effect
 def tried(names: Sequence[str] | None) -> list[str]:
     """Names of the effects that are tried: the catalogue, or these, without nuisances."""
     every = NAMES if names is None else names
-    return [name for name in every if name not in NAMES or not effect(name).nuisance]
+    return [name for name in every if not effect(name).nuisance]
 
 
 def check_effects(names: Sequence[str] | None) -> None:

@@ -46,3 +46,8 @@ def near(name: str, known: Sequence[str]) -> str:
     """``did you mean …? `` if a known name is like ``name``, else ""."""
     found = difflib.get_close_matches(name, known, 1, 0.6)
     return f"did you mean {found[0]}? " if found else ""
+
+
+def allowed(name: str, known: Sequence[str]) -> str:
+    """What is allowed in place of ``name``, the nearest first."""
+    return f"{near(name, known)}allowed: {', '.join(known)}"

@@ -43,6 +43,7 @@ from dolfingrip.diagnosis.data.columns import (
     NOT_SIMULATED,
     NUMBERS,
     READING_COLUMNS,
+    allowed,
     near,
 )
 from dolfingrip.parameter import named
@@ -69,6 +70,8 @@ NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
     ),
 }
 """Standard deviations of nuisances, which are no causes, in the key's unit, with explanations."""
+
+_USUAL: Final = {key: std for key, (std, _) in NUISANCES.items()}
 
 CENTRES: Final = ("clamp", "tip")
 """Points of the simulated chord: the centres of the two faces."""
@@ -97,7 +100,6 @@ class LabSetup:
         correlation_time_s: correlation time of that part; None: as long as a run.
         nuisances: standard deviation by key of :data:`NUISANCES`, or by key of the configuration;
             numbers of the laboratory replace the usual ones.
-        told: keys of the nuisances that the laboratory told.
         rate: rate of the ramps, in the control's unit per second; None if it is not told.
         max_pressure_kPa: readings above are not compared.
         chord: the points of ``chord_angle_deg``.
@@ -107,10 +109,7 @@ class LabSetup:
     noise: Mapping[str, float] = field(default_factory=dict)
     correlated_noise: Mapping[str, float] = field(default_factory=dict)
     correlation_time_s: float | None = None
-    nuisances: Mapping[str, float] = field(
-        default_factory=lambda: {key: std for key, (std, _) in NUISANCES.items()}
-    )
-    told: frozenset[str] = frozenset()
+    nuisances: Mapping[str, float] = field(default_factory=_USUAL.copy)
     rate: float | None = None
     max_pressure_kPa: float = math.inf
     chord: tuple[Any, Any] = CENTRES
@@ -178,8 +177,7 @@ class SetupFile:
         for name in names:
             if name not in (*EXPERIMENT_NAMES, *NOT_SIMULATED):
                 raise self._refuse(
-                    f"experiment = {name}: unknown; {near(name, EXPERIMENT_NAMES)}"
-                    f"allowed: {', '.join(EXPERIMENT_NAMES)}"
+                    f"experiment = {name}: unknown; {allowed(name, EXPERIMENT_NAMES)}"
                 )
         return tuple(names)
 
@@ -211,7 +209,9 @@ class SetupFile:
         own = self._data.get("specimen", {}).get(specimen, {})
         if not isinstance(own, dict):
             raise self._refuse(f"specimen.{specimen} = {own}: allowed: a table")
-        sections = _merged(self._sections(self._data, ""), self._sections(own, specimen))
+        sections = self._sections(self._data, "")
+        for name, values in self._sections(own, specimen).items():
+            sections[name] = {**sections.get(name, {}), **values}
         if experiment == "coupon":
             self._check_coupon(sections.get("coupon", {}))
         else:
@@ -222,8 +222,9 @@ class SetupFile:
             raise self._refuse(f"noise.correlated = {correlated}: allowed: a table")
         correlated = dict(correlated)
         lasting = correlated.pop("correlation_time_s", None)
-        scale = {k: noise.pop(k) for k in ("specimen_scale",) if k in noise}
-        told = {**scale, **_flat(self._data.get("nuisance", {}))}
+        told = _flat(self._data.get("nuisance", {}))
+        if "specimen_scale" in noise:
+            told = {"specimen_scale": noise.pop("specimen_scale"), **told}
         rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
         numbers = {**self._data, **own}
         angle = self._data.get("angle", {})
@@ -231,16 +232,10 @@ class SetupFile:
             sections,
             self._spreads("noise", noise, NUMBERS),
             self._spreads("noise.correlated", correlated, READING_COLUMNS),
-            None
-            if lasting is None
-            else self._number("noise.correlated.correlation_time_s", lasting),
-            {k: std for k, (std, _) in NUISANCES.items()}
-            | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
-            frozenset(told),
-            self._number(rate, numbers[rate]) if rate in numbers else None,
-            self._number("max_pressure_kPa", numbers["max_pressure_kPa"])
-            if "max_pressure_kPa" in numbers
-            else math.inf,
+            self._optional("noise.correlated.correlation_time_s", lasting),
+            _USUAL | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
+            self._optional(rate, numbers.get(rate)),
+            self._optional("max_pressure_kPa", numbers.get("max_pressure_kPa")) or math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
         )
 
@@ -264,30 +259,28 @@ class SetupFile:
                 if key in Finger.model_fields:
                     found.setdefault("finger", {})[key] = value
                 elif key not in known and not isinstance(value, str):
-                    allowed = ", ".join([*SECTIONS, *Finger.model_fields])
                     raise self._refuse(
                         f"{where}{key}: unknown key; {near(key, tuple(Finger.model_fields))}"
-                        f"allowed: {allowed}"
+                        f"allowed: {', '.join([*SECTIONS, *Finger.model_fields])}"
                     )
-        gravity = found.get("gravity")
-        if gravity is not None:
-            gravity.setdefault("acceleration_m_s2", STANDARD_GRAVITY_m_s2)
+        if "gravity" in found:
+            found["gravity"].setdefault("acceleration_m_s2", STANDARD_GRAVITY_m_s2)
         return found
 
     def _check_coupon(self, told: Mapping[str, Any]) -> None:
-        for key, allowed in (("gauge_length_mm", "above 0 mm"), ("area_mm2", "above 0 mm²")):
-            parts = ("width_mm", "thickness_mm") if key == "area_mm2" else (key,)
-            if any(part not in told for part in parts):
-                raise self._refuse(f"{key}: missing; a coupon needs it; allowed: {allowed}")
+        for key, unit, parts in (
+            ("gauge_length_mm", "mm", {"gauge_length_mm"}),
+            ("area_mm2", "mm²", {"width_mm", "thickness_mm"}),
+        ):
+            if not parts <= told.keys():
+                raise self._refuse(f"{key}: missing; a coupon needs it; allowed: above 0 {unit}")
 
     def _spreads(
         self, table: str, told: Mapping[str, Any], known: tuple[str, ...]
     ) -> dict[str, float]:
         for key in told:
             if key not in known:
-                raise self._refuse(
-                    f"{table}.{key}: unknown key; {near(key, known)}allowed: {', '.join(known)}"
-                )
+                raise self._refuse(f"{table}.{key}: unknown key; {allowed(key, known)}")
         return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in told.items()}
 
     def _parameters(self, told: Mapping[str, Any]) -> tuple[str, ...]:
@@ -297,11 +290,14 @@ class SetupFile:
             named(key, f"{self.file}: [nuisance]")
         return keys
 
+    def _optional(self, key: str, value: Any) -> float | None:
+        return None if value is None else self._number(key, value)
+
     def _number(self, key: str, value: Any, low: float | None = None) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        allowed = "above 0" if low is None else f"at least {low:g}"
+        within = "above 0" if low is None else f"at least {low:g}"
         if not number or not math.isfinite(value) or value < 0 or (low is None and value == 0):
-            raise self._refuse(f"{key} = {value}: allowed: {allowed}")
+            raise self._refuse(f"{key} = {value}: allowed: {within}")
         return float(value)
 
 
@@ -314,10 +310,3 @@ def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
         else:
             found[f"{before}{key}"] = value
     return found
-
-
-def _merged(
-    common: Mapping[str, Mapping[str, Any]], own: Mapping[str, Mapping[str, Any]]
-) -> dict[str, dict[str, Any]]:
-    names = dict.fromkeys([*common, *own])
-    return {name: {**common.get(name, {}), **own.get(name, {})} for name in names}

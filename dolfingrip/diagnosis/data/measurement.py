@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -22,12 +21,6 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
-
-LISTED: Final = (
-    "row", "column", "value", "test", "experiment", "specimen", "cycle", "branch", "time_s",
-    "control",
-)  # fmt: skip
-"""Columns of :meth:`Measurement.listed`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,23 +97,23 @@ class Measurement:
         return self._listed
 
     def _list(self) -> pd.DataFrame:
-        data = self.readings
-        wide = data[list(READING_COLUMNS)].to_numpy()
+        wide = self.readings[list(READING_COLUMNS)].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
-        experiments = data["experiment"].to_numpy()[row]
-        control = np.array([CONTROL[name] for name in experiments], dtype=object)
-        pressure, travel = (
-            data[name].to_numpy()[row] for name in (PRESSURE.name, DISPLACEMENT.name)
-        )
-        found: dict[str, object] = {
+        told = self.readings.iloc[row].reset_index(drop=True)
+        by_pressure = told["experiment"].map(CONTROL) == PRESSURE.name
+        return pd.DataFrame({
             "row": row,
             "column": np.array(READING_COLUMNS, dtype=object)[column],
             "value": wide[row, column],
-            "control": np.where(control == PRESSURE.name, pressure, travel),
-        }
-        for name in ("test", "experiment", "specimen", "cycle", "branch", "time_s"):
-            found[name] = data[name].to_numpy()[row]
-        return pd.DataFrame(found)[list(LISTED)]
+            **{name: told[name] for name in
+               ("test", "experiment", "specimen", "cycle", "branch", "time_s")},
+            "control": told[PRESSURE.name].where(by_pressure, told[DISPLACEMENT.name]),
+        })  # fmt: skip
+
+    def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
+        """Where readings of these tests stand in the list, by column."""
+        mine = self.listed()["column"][self.listed()["test"].isin(tests)]
+        return {str(name): own.index.to_numpy() for name, own in mine.groupby(mine, sort=False)}
 
 
 def in_proportion(measurement: Measurement) -> np.ndarray:
@@ -149,11 +142,11 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
     tests: list[SpecimenTest] = []
     tables: list[pd.DataFrame] = []
     warnings: list[str] = []
-    seen: dict[Path, Path] = {}
+    seen: set[Path] = set()
     for file in files:
         if file.resolve() in seen:
             raise ConfigError(f"{file}: given twice; allowed: each file once")
-        seen[file.resolve()] = file
+        seen.add(file.resolve())
         told = SetupFile(file)
         rows = table.read(file, told.experiments)
         told.check_specimens(set(rows["specimen"]))
@@ -161,20 +154,16 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
         for (experiment, specimen), own in rows.groupby(["experiment", "specimen"], sort=False):
             setup = told.of(str(experiment), str(specimen))
             test = SpecimenTest(len(tests), file, str(experiment), str(specimen), setup)
-            _check_setup(test, base)
+            try:
+                setup.applied(base)
+            except ConfigError as error:
+                raise ConfigError(f"{told.file}: {error}") from None
             timed, doubts = _timed(test, own, base)
             warnings += doubts + _doubts(test, own)
             tests.append(test)
             tables.append(timed.assign(test=test.number))
     readings = pd.concat(tables, ignore_index=True)
     return Measurement(readings, tests, warnings)
-
-
-def _check_setup(test: SpecimenTest, base: Config) -> None:
-    try:
-        test.setup.applied(base)
-    except ConfigError as error:
-        raise ConfigError(f"{test.file.with_suffix('.toml')}: {error}") from None
 
 
 def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.DataFrame, list[str]]:

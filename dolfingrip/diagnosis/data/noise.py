@@ -12,7 +12,7 @@ not dense, half the variance of their differences is used.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from math import comb
 
@@ -41,43 +41,43 @@ class InstrumentNoise:
     correlated: np.ndarray
     correlation_time_s: np.ndarray
     control: np.ndarray
-    sentences: tuple[str, ...] = ()
+    sentences: tuple[str, ...]
 
 
 def noise(measurement: Measurement) -> InstrumentNoise:
     """The noise of each reading of ``measurement``."""
     listed = measurement.listed()
-    count = len(listed)
-    found = InstrumentNoise(
-        np.zeros(count), np.zeros(count), np.full(count, np.inf), np.zeros(count)
-    )
-    sentences: dict[str, None] = {}
+    independent, correlated, control = np.zeros((3, len(listed)))
+    correlation_time_s = np.full(len(listed), np.inf)
+    sentences: list[str] = []
     for (number, column), part in listed.groupby(["test", "column"], sort=False):
         test = measurement.tests[int(number)]
         at = part.index.to_numpy()
         told = test.setup.noise.get(str(column))
         if told is None:
             told, how = _estimated(measurement, test, str(column))
-            sentences[f"noise of {column} in {test}: {told:.3g}, {how}"] = None
-        found.independent[at] = told
-        found.correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
+            sentences.append(f"noise of {column} in {test}: {told:.3g}, {how}")
+        independent[at] = told
+        correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
         if test.setup.correlation_time_s is not None:
-            found.correlation_time_s[at] = test.setup.correlation_time_s
-        found.control[at] = test.setup.noise.get(test.control, 0.0)
-    return replace(found, sentences=tuple(sentences))
+            correlation_time_s[at] = test.setup.correlation_time_s
+        control[at] = test.setup.noise.get(test.control, 0.0)
+    return InstrumentNoise(
+        independent, correlated, correlation_time_s, control, tuple(dict.fromkeys(sentences))
+    )
 
 
 def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tuple[float, str]:
     """A standard deviation, and a sentence about its source."""
     rows = measurement.rows(test.number)
-    dense = np.concatenate([np.empty(0), *_differences(rows, test.control, column)])
-    if (
-        len(dense) >= DATA.fewest_differences and dense.any()
-    ):  # rounded readings may not differ at all
-        return float(np.sqrt(np.mean(dense**2))), "estimated from its scatter along a branch"
-    repeated = np.concatenate([np.empty(0), *_repeats(rows, test.control, column)])
-    if len(repeated) >= DATA.fewest_differences and repeated.any():
-        return float(np.sqrt(np.mean(repeated**2))), "estimated from repeated cycles"
+    for parts, how in (
+        (_differences(rows, test.control, column), "estimated from its scatter along a branch"),
+        (_repeats(rows, test.control, column), "estimated from repeated cycles"),
+    ):
+        found = np.concatenate([np.empty(0), *parts])
+        # rounded readings may not differ at all
+        if len(found) >= DATA.fewest_differences and found.any():
+            return float(np.sqrt(np.mean(found**2))), how
     usual = CHANNELS[column].noise
     return usual, "an engineering guess, as the readings are too few to estimate it"
 

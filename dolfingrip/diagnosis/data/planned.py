@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,12 +13,10 @@ from dolfingrip.diagnosis.data.columns import NUMBERS
 from dolfingrip.diagnosis.data.measurement import SpecimenTest
 from dolfingrip.diagnosis.policy import DATA
 
-UP_DOWN: Final = ("loading", "unloading")
-
 
 def cycles(count: int, *, unload: bool = True) -> list[tuple[str, int]]:
     """Branch and cycle of so many ramps up; they also go down if there are several, or if asked."""
-    branches = UP_DOWN if unload or count > 1 else UP_DOWN[:1]
+    branches = ["loading", "unloading"] if unload or count > 1 else ["loading"]
     return [(branch, cycle) for cycle in range(1, count + 1) for branch in branches]
 
 
@@ -30,7 +28,6 @@ def rows(
     columns: Sequence[str],
     *,
     hold_s: float = 60.0,
-    start_s: float = 0.0,
     at_rest: bool = False,
 ) -> pd.DataFrame:
     """Rows of a protocol, as in ``Measurement.readings``.
@@ -42,12 +39,11 @@ def rows(
         rate: rate of ramps, in the unit of ``ramp`` per second.
         columns: columns that are read.
         hold_s: duration of a wait.
-        start_s: time at which the test begins.
         at_rest: whether there is a reading before it begins.
     """
     values = np.asarray(ramp, dtype=float)
     found: list[dict[str, Any]] = []
-    time_s, here = start_s, 0.0
+    time_s, here = 0.0, 0.0
     for number, (branch, cycle) in enumerate(way):
         if branch == "hold":
             waits = hold_s * (np.arange(1, DATA.readings_of_wait + 1) / DATA.readings_of_wait) ** 2

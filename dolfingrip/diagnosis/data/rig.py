@@ -110,21 +110,22 @@ def _changes(changes: Iterable[str]) -> dict[str, Any]:
 def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataFrame:
     applied = test.setup.applied(config)
     if test.experiment == "coupon":
-        top, count = applied.coupon.max_strain * applied.coupon.gauge_length_mm, None
+        top = applied.coupon.max_strain * applied.coupon.gauge_length_mm
+        count = protocol.coupon_readings
         rate = test.setup.rate or applied.coupon.rate_mm_per_s
         columns: tuple[str, ...] = (FORCE.name,)
         if protocol.coupon_width:
             columns += (TRANSVERSE_STRAIN.name,)
     else:
-        top, count = protocol.highest_pressure_kPa, protocol.step_kPa
+        top = protocol.highest_pressure_kPa
+        count = max(round(top / protocol.step_kPa), 1)
         rate = test.setup.rate or applied.experiment.rate_kPa_per_s
         columns = ((FORCE if test.experiment == "blocked_force" else ANGLE).name,)
         if test.experiment == "bending" and protocol.tip:
             columns += (TIP_X.name, TIP_Z.name)
         if test.experiment == "blocked_force" and protocol.blocked_angle:
             columns += (ANGLE.name,)
-    steps = protocol.coupon_readings if count is None else max(round(top / count), 1)
-    ramp = top * np.arange(1, steps + 1) / steps
+    ramp = top * np.arange(1, count + 1) / count
     way = planned.cycles(protocol.cycles, unload=protocol.unload)
     if protocol.hold_s:
         way.insert(1, ("hold", 1))

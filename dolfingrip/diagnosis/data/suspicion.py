@@ -25,40 +25,25 @@ from dolfingrip.diagnosis.policy import DATA
 _DEGREES: Final = 180 / math.pi
 
 
-@dataclass(frozen=True, slots=True)
-class Factor:
-    """A slip: the factor that makes the column right, and the mistake in words."""
-
-    value: float
-    meaning: str
-
-
-_OF_READING: Final[Mapping[str, Sequence[Factor]]] = {
-    "deg": (
-        Factor(_DEGREES, "an angle in radians"),
-        Factor(1 / _DEGREES, "degrees turned twice"),
-    ),
-    "N": (
-        Factor(1 / 101.97, "a force in grams"),
-        Factor(1 / 1000, "a force in mN"),
-        Factor(1000.0, "a force in kN"),
-        Factor(9.81, "a force in kg"),
-        Factor(1 / 9.81, "a force multiplied by g"),
-    ),
-    "mm": (Factor(1000.0, "a length in m"), Factor(10.0, "a length in cm")),
-    "": (Factor(0.01, "a strain in percent"),),
+_OF_READING: Final[Mapping[str, Mapping[str, float]]] = {
+    "deg": {"an angle in radians": _DEGREES, "degrees turned twice": 1 / _DEGREES},
+    "N": {
+        "a force in grams": 1 / 101.97,
+        "a force in mN": 1 / 1000,
+        "a force in kN": 1000.0,
+        "a force in kg": 9.81,
+        "a force multiplied by g": 1 / 9.81,
+    },
+    "mm": {"a length in m": 1000.0, "a length in cm": 10.0},
+    "": {"a strain in percent": 0.01},
 }
-"""By the channel's unit."""
+"""Slips by the channel's unit: the mistake in words, and the factor that makes the column right."""
 
-_OF_CONTROL: Final[Mapping[str, Sequence[Factor]]] = {
-    "kPa": (
-        Factor(100.0, "a pressure in bar"),
-        Factor(1000.0, "a pressure in MPa"),
-        Factor(6.895, "a pressure in psi"),
-    ),
-    "mm": (Factor(1000.0, "a displacement in m"), Factor(10.0, "a displacement in cm")),
+_OF_CONTROL: Final[Mapping[str, Mapping[str, float]]] = {
+    "kPa": {"a pressure in bar": 100.0, "a pressure in MPa": 1000.0, "a pressure in psi": 6.895},
+    "mm": {"a displacement in m": 1000.0, "a displacement in cm": 10.0},
 }
-"""By the control's unit."""
+"""Likewise by the control's unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +64,10 @@ class Suspicion:
     meaning: str
     left: float
 
-    def sentence(self) -> str:
-        """The suspicion in a sentence for the verdict."""
-        if math.isnan(self.factor):
-            return f"{self.test}: {self.column}: {self.meaning}?"
-        return f"{self.test}: {self.column}: {self.meaning}? (factor {self.factor:.4g})"
+    def sentence(self, who: str = "") -> str:
+        """The suspicion in a sentence for the verdict: of its test, or of ``who``."""
+        factor = "" if math.isnan(self.factor) else f" (factor {self.factor:.4g})"
+        return f"{who or self.test}: {self.column}: {self.meaning}?{factor}"
 
 
 def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicion]:
@@ -117,16 +101,10 @@ def sentences(found: Sequence[Suspicion]) -> list[str]:
     for each in found:
         alike.setdefault((each.column, each.meaning), []).append(each)
     told = []
-    for (column, meaning), group in alike.items():
-        one = group[0]
-        if len(group) == 1:
-            told.append(one.sentence())
-            continue
-        factor = "" if math.isnan(one.factor) else f" (factor {one.factor:.4g})"
-        told.append(
-            f"{one.test.experiment}, {len(group)} specimens ({one.test.file.name}): {column}: "
-            f"{meaning}?{factor}"
-        )
+    for group in alike.values():
+        test = group[0].test
+        several = f"{test.experiment}, {len(group)} specimens ({test.file.name})"
+        told.append(group[0].sentence(several if len(group) > 1 else ""))
     return told
 
 
@@ -135,7 +113,7 @@ def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspici
 
     A machine moves evenly in time, and a force does not rise so.
     """
-    if test.control != DISPLACEMENT.name or FORCE.name not in rows:
+    if test.control != DISPLACEMENT.name:
         return []
     first = rows[(rows["cycle"] == 1) & (rows["branch"] == "loading")].dropna(subset=FORCE.name)
     if len(first) < DATA.fewest_of_loading or np.ptp(first["time_s"]) <= 0:
@@ -158,19 +136,24 @@ def _scaled(
     test: SpecimenTest, columns: dict[str, tuple[np.ndarray, np.ndarray]]
 ) -> list[Suspicion]:
     """Slips of unit or sign."""
-    ratios = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
-    usable = {name: ratio for name, ratio in ratios.items() if math.isfinite(ratio)}
+    every = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
+    ratios = {name: ratio for name, ratio in every.items() if math.isfinite(ratio)}
     found: list[Suspicion] = []
-    for name, ratio in usable.items():
-        if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
-            found += _kept(test, name, [Factor(-1.0, "the sign is reversed")], columns[name])
+    for name, ratio in ratios.items():
+        measured, simulated = columns[name]
+        left = _left(measured, simulated, ratio)
+        # readings of noise alone are near any small multiple, which explains nothing of them
+        missed = np.linalg.norm(measured - ratio * simulated)
+        if left >= DATA.slip_leaves or missed >= DATA.slip_leaves * np.linalg.norm(measured):
             continue
-        known = _OF_READING.get(CHANNELS[name].unit, ())
-        off = [f for f in known if _alike(abs(ratio), 1 / f.value)]
-        off = [Factor(math.copysign(f.value, ratio), f.meaning) for f in off]
-        found += _kept(test, name, off, columns[name])
-    found += _of_control(test, usable, columns)
-    return found
+        if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
+            found.append(Suspicion(test, name, -1.0, "the sign is reversed", left))
+            continue
+        for meaning, factor in _OF_READING.get(CHANNELS[name].unit, {}).items():
+            if _alike(abs(ratio), 1 / factor):
+                by = math.copysign(factor, ratio)
+                found.append(Suspicion(test, name, by, meaning, left))
+    return found + _of_control(test, ratios, columns)
 
 
 def _of_control(
@@ -179,34 +162,14 @@ def _of_control(
     columns: dict[str, tuple[np.ndarray, np.ndarray]],
 ) -> list[Suspicion]:
     """Slips of the pressure's or displacement's unit, which every reading shows."""
-    known = _OF_CONTROL[CHANNELS[test.control].unit]
-    found = []
-    for factor in known:
-        if not ratios or not all(_alike(ratio, factor.value) for ratio in ratios.values()):
-            continue
-        left = max(_left(*columns[name], ratio) for name, ratio in ratios.items())
-        if left < DATA.slip_leaves:
-            found.append(Suspicion(test, test.control, factor.value, factor.meaning, left))
-    return found
-
-
-def _kept(
-    test: SpecimenTest,
-    column: str,
-    factors: Sequence[Factor],
-    pair: tuple[np.ndarray, np.ndarray],
-) -> list[Suspicion]:
-    """The slips that fit the ratio of measured and simulated readings, if it explains enough."""
-    measured, simulated = pair
-    ratio = _ratio(measured, simulated)
-    left = _left(measured, simulated, ratio)
-    # readings of noise alone are near any small multiple, which explains nothing of them
-    follows = np.linalg.norm(measured - ratio * simulated) < DATA.slip_leaves * np.linalg.norm(
-        measured
-    )
-    if left >= DATA.slip_leaves or not follows:
+    left = max((_left(*columns[name], ratio) for name, ratio in ratios.items()), default=1.0)
+    if left >= DATA.slip_leaves:
         return []
-    return [Suspicion(test, column, each.value, each.meaning, left) for each in factors]
+    return [
+        Suspicion(test, test.control, factor, meaning, left)
+        for meaning, factor in _OF_CONTROL[CHANNELS[test.control].unit].items()
+        if all(_alike(ratio, factor) for ratio in ratios.values())
+    ]
 
 
 def _swapped(

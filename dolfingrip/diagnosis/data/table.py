@@ -22,7 +22,7 @@ from dolfingrip.diagnosis.data.columns import (
     NUMBERS,
     READING_COLUMNS,
     READINGS,
-    near,
+    allowed,
 )
 from dolfingrip.sections.separator import check_separator
 
@@ -94,10 +94,8 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
 def _check_header(file: Path, names: Sequence[str]) -> None:
     for i, name in enumerate(names):
         if name not in MEASURED and name not in IGNORED:
-            hint = near(name, MEASURED)
             raise ConfigError(
-                f"{file}: column {name or '(no name)'}: unknown; {hint}"
-                f"allowed: {', '.join(MEASURED)}"
+                f"{file}: column {name or '(no name)'}: unknown; {allowed(name, MEASURED)}"
             )
         if name in names[:i]:
             raise ConfigError(f"{file}: column {name}: twice; allowed: once")
@@ -141,10 +139,7 @@ def _experiment(line: _Line, name: str | None, experiments: Sequence[str]) -> st
             f"experiment = {name}: not simulated yet; allowed: {', '.join(EXPERIMENT_NAMES)}"
         )
     if name not in EXPERIMENT_NAMES:
-        raise line.refuse(
-            f"experiment = {name}: unknown; {near(name, EXPERIMENT_NAMES)}"
-            f"allowed: {', '.join(EXPERIMENT_NAMES)}"
-        )
+        raise line.refuse(f"experiment = {name}: unknown; {allowed(name, EXPERIMENT_NAMES)}")
     if experiments and name not in experiments:
         raise line.refuse(
             f"experiment = {name}: not in {line.file.with_suffix('.toml').name}; "
@@ -167,15 +162,15 @@ def _number(line: _Line, name: str, text: str) -> float:
     channel = CHANNELS[name]
     assert channel.plausible is not None
     low, high = channel.plausible
-    allowed = f"allowed: {low:g} to {high:g} {channel.unit or '(no percent)'}"
+    within = f"allowed: {low:g} to {high:g} {channel.unit or '(no percent)'}"
     try:
         value = float(text)
     except ValueError:
-        raise line.refuse(f"{name} = {text}: not a number; {allowed}") from None
+        raise line.refuse(f"{name} = {text}: not a number; {within}") from None
     if not math.isfinite(value):
-        raise line.refuse(f"{name} = {text}: not a finite number; {allowed}, or nothing")
+        raise line.refuse(f"{name} = {text}: not a finite number; {within}, or nothing")
     if not low <= value <= high:
-        raise line.refuse(f"{name} = {text}: {allowed}")
+        raise line.refuse(f"{name} = {text}: {within}")
     return value
 
 
@@ -194,34 +189,36 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
         if not named.any():
             table.loc[rows.index, "branch"] = _branches(rows, CONTROL[str(experiment)])
         elif not named.all():
-            line = _Line(file, int(rows["line"][~named].iloc[0]))
+            line = _first(file, rows, ~named)
             raise line.refuse(f"branch: missing; allowed: {', '.join(BRANCHES)}, or in no row")
 
 
+def _first(file: Path, rows: pd.DataFrame, wrong: pd.Series) -> _Line:
+    return _Line(file, int(rows["line"][wrong].iloc[0]))
+
+
 def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
-    time_s = rows[TIME.name].to_numpy()
-    absent = pd.isna(time_s)
-    if absent.any():
-        if not absent.all():
-            line = _Line(file, int(rows["line"].to_numpy()[absent][0]))
-            raise line.refuse("time_s: missing; allowed: a number in each row, or in none")
-        return
-    for before, now, number in zip(time_s[:-1], time_s[1:], rows["line"].iloc[1:], strict=True):
-        if now < before:
-            raise _Line(file, int(number)).refuse(
-                f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
-            )
+    time_s = rows[TIME.name]
+    absent = time_s.isna()
+    if absent.any() and not absent.all():
+        line = _first(file, rows, absent)
+        raise line.refuse("time_s: missing; allowed: a number in each row, or in none")
+    back = time_s.diff() < 0
+    if back.any():
+        before, now = time_s.shift()[back].iloc[0], time_s[back].iloc[0]
+        raise _first(file, rows, back).refuse(
+            f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
+        )
 
 
 def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
-    entries = rows.drop(columns="line")
-    again = entries.duplicated(keep="first")
-    if again.any() and rows[TIME.name].notna().all():
-        second = int(again.to_numpy().argmax())
-        same = entries.eq(entries.iloc[second]) | (entries.isna() & entries.iloc[second].isna())
-        first = int(rows["line"].iloc[int(same.all(axis=1).to_numpy().argmax())])
-        raise _Line(file, int(rows["line"].iloc[second])).refuse(
-            f"the same as line {first} ({who}); allowed: each row once"
+    if rows[TIME.name].isna().any():
+        return
+    first = rows.groupby(list(MEASURED), dropna=False, sort=False)["line"].transform("first")
+    again = rows["line"] > first
+    if again.any():
+        raise _first(file, rows, again).refuse(
+            f"the same as line {first[again].iloc[0]} ({who}); allowed: each row once"
         )
 
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
 from dolfingrip.extensions.effect import Effect, Flow
@@ -43,28 +42,23 @@ def change(
         factor: of all moduli; other than 1 where these scale.
         shown: what is read of it; the elastic body's readings where None.
     """
-    listed = measurement.listed()
-    place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
-    found = np.zeros(len(listed))
+    row = measurement.listed()["row"].to_numpy()
+    found = np.zeros(len(row))
     for run in base.runs:
         way = run.group.in_time
         (curve,) = run.route.legs
         here = there = np.array(way.value)
         if way.control == PRESSURE.name:
             here, there = here / factor, load(way) / factor
-        mine = np.isin(test, run.group.tests)
-        for name in set(column[mine]):
-            values = run.result.columns.get(str(name), np.empty(0))
+        for name, at in measurement.places(run.group.tests).items():
+            values = run.result.columns.get(name, np.empty(0))
             if not values.size:
                 continue
             size = factor if CHANNELS[name].in_proportion else 1.0
-            elastic, readings = (
-                size * curve.read(values, at, ROUTES.anywhere) for at in (here, there)
-            )
+            elastic, readings = (size * curve.read(values, load_at) for load_at in (here, there))
             if shown is not None:
-                readings = shown(way, str(name), readings)
-            at = np.flatnonzero(mine & (column == name))
-            found[at] = way.at_rows(readings - elastic, len(measurement.readings))[place[at]]
+                readings = shown(way, name, readings)
+            found[at] = way.at_rows(readings - elastic, len(measurement.readings))[row[at]]
     return found
 
 
@@ -80,9 +74,7 @@ def behind(stage: Effect, way: Route) -> np.ndarray:
     return np.array(found)
 
 
-def drifted(
-    measurement: Measurement, base: Simulated, drift: Effect, factor: float = 1.0
-) -> np.ndarray:
+def drifted(measurement: Measurement, base: Simulated, drift: Effect, factor: float) -> np.ndarray:
     """(n,) change of the readings where all moduli drift; arguments as of :func:`change`."""
 
     def soft(way: Route) -> np.ndarray:
@@ -92,7 +84,6 @@ def drifted(
         return soft(way) * elastic if CHANNELS[column].in_proportion else elastic
 
     def load(way: Route) -> np.ndarray:
-        value = np.array(way.value)
-        return value / soft(way) if way.control == PRESSURE.name else value
+        return np.array(way.value) / soft(way)
 
     return change(measurement, base, load, factor, shown)

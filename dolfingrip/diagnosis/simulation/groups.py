@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.simulation import routes
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.routes import Segment
@@ -33,9 +35,7 @@ class SimulationGroup:
 
     def route(self, config: Config) -> Route:
         """The stops that ``config``, this group's with other values, has to be simulated at."""
-        if not path_independent(config):
-            return self.in_time
-        return self.curve
+        return self.curve if path_independent(config) else self.in_time
 
 
 def path_independent(config: Config) -> bool:
@@ -43,6 +43,15 @@ def path_independent(config: Config) -> bool:
     return not any(
         effect.kind == "dissipative" or effect.clock for effect in config.extensions.active()
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Led:
+    """A test, the configuration with its set-up, and the way that it went."""
+
+    test: SpecimenTest
+    config: Config
+    segments: list[Segment]
 
 
 def groups(
@@ -55,59 +64,55 @@ def groups(
         config: that the set-ups differ from.
         headroom: pressure that elastic curves go on to, by the highest of the rows.
     """
-    found: list[SimulationGroup] = []
-    together: list[tuple[str, Config, list[tuple[int, list[Segment]]]]] = []
+    led = []
     for test in measurement.tests:
         sigma = test.setup.noise.get(test.control, 0.0)
-        own = routes.segments(measurement.rows(test.number), test.control, sigma)
-        applied = test.setup.applied(config)
-        for experiment, other, members in together:
-            if experiment == test.experiment and other == applied:
-                members.append((test.number, own))
-                break
-        else:
-            together.append((test.experiment, applied, [(test.number, own)]))
-    for experiment, applied, members in together:
-        control = measurement.tests[members[0][0]].control
+        segments = routes.segments(measurement.rows(test.number), test.control, sigma)
+        led.append(_Led(test, test.setup.applied(config), segments))
+    found = []
+    for of_setup in _together(led, _same_setup):
+        control = of_setup[0].test.control
         more = headroom if control == PRESSURE.name else 1.0
-        for part in _alike(members):
-            ways = [own for _, own in part]
-            numbers = {number for number, _ in part}
-            curve = _of(
-                routes.elastic([own for _, own in members], control, more), measurement, numbers
-            )
+        curve = routes.elastic([each.segments for each in of_setup], control, more)
+        for part in _together(of_setup, _same_way):
+            tests = tuple(each.test.number for each in part)
             found.append(
                 SimulationGroup(
-                    experiment,
-                    applied,
-                    tuple(sorted(numbers)),
-                    curve,
-                    routes.in_time(ways, control),
+                    part[0].test.experiment,
+                    part[0].config,
+                    tests,
+                    _of(curve, measurement, tests),
+                    routes.in_time([each.segments for each in part], control),
                 )
             )
     return found
 
 
-def _alike(
-    members: Sequence[tuple[int, list[Segment]]],
-) -> list[list[tuple[int, list[Segment]]]]:
-    """Tests that went the same way, together."""
-    parts: list[list[tuple[int, list[Segment]]]] = []
-    for member in members:
-        for part in parts:
-            if routes.alike(part[0][1], member[1]):
-                part.append(member)
-                break
+def _together(tests: Sequence[_Led], alike: Callable[[_Led, _Led], bool]) -> list[list[_Led]]:
+    """Tests that are like the first of their part, in their order."""
+    parts: list[list[_Led]] = []
+    for test in tests:
+        part = next((part for part in parts if alike(part[0], test)), None)
+        if part is None:
+            parts.append([test])
         else:
-            parts.append([member])
+            part.append(test)
     return parts
 
 
-def _of(route: Route, measurement: Measurement, tests: set[int]) -> Route:
+def _same_setup(first: _Led, second: _Led) -> bool:
+    return first.test.experiment == second.test.experiment and first.config == second.config
+
+
+def _same_way(first: _Led, second: _Led) -> bool:
+    return routes.alike(first.segments, second.segments)
+
+
+def _of(route: Route, measurement: Measurement, tests: Sequence[int]) -> Route:
     """``route`` with the rows of these tests alone."""
     belongs = measurement.readings["test"].to_numpy()
     legs = []
     for leg in route.legs:
-        mine = [belongs[row] in tests for row in leg.rows]
+        mine = np.isin(belongs[leg.rows], tests)
         legs.append(replace(leg, rows=leg.rows[mine], rows_at=leg.rows_at[mine]))
     return replace(route, legs=tuple(legs))

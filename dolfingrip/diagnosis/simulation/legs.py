@@ -54,19 +54,15 @@ class Leg:
         where = self.rows_at if rows_at is None else rows_at
         return self._spread(where, reached, 0, outside)
 
-    def read(
-        self, values: np.ndarray, at: np.ndarray, outside: float = ROUTES.outside
-    ) -> np.ndarray:
-        """Readings at any place of the leg, shape (places,).
+    def read(self, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """(places,) readings at any place, however far beyond the leg.
 
         Args:
             values: (reached,) of one column, at the first stops of the simulation.
             at: (places,) by what the leg is read by.
-            outside: how far beyond the stops that were reached places are read, else NaN.
         """
-        padded = np.zeros(len(self.stops))
-        padded[: len(values)] = values
-        return np.asarray(self.weights(len(values), at, outside) @ padded)
+        padded = np.pad(values, (0, len(self.stops) - len(values)))
+        return np.asarray(self.weights(len(values), at, ROUTES.anywhere) @ padded)
 
     def slopes(self, reached: int) -> np.ndarray:
         """(rows, stops) weights of the derivative by what the leg is read by."""
@@ -119,8 +115,7 @@ class Route:
 
     Attributes:
         control: column of the control.
-        time_s, value: of each stop.
-        cycle, branch: of each stop.
+        time_s, value, cycle, branch: of each stop.
         legs: every measured row is on one of them.
     """
 
@@ -154,17 +149,15 @@ class Route:
 
     def slopes(self, values: np.ndarray, count: int) -> np.ndarray:
         """Likewise, the derivative by the control; 0 where that rests."""
-        weights = [leg.slopes(len(values)) * float(not self.rests(leg)) for leg in self.legs]
+        weights = []
+        for leg in self.legs:
+            rests = self.branch[int(leg.stops[-1])] == "hold"
+            weights.append(leg.slopes(len(values)) * float(not rests))
         return self._spread(values, count, weights)
-
-    def rests(self, leg: Leg) -> bool:
-        """Whether the control rests on a leg, which then is read by time."""
-        return self.branch[int(leg.stops[-1])] == "hold"
 
     def _spread(self, values: np.ndarray, count: int, weights: Sequence[np.ndarray]) -> np.ndarray:
         found = np.full(count, np.nan)
-        padded = np.zeros(len(self.value))
-        padded[: len(values)] = values
+        padded = np.pad(values, (0, len(self.value) - len(values)))
         for leg, weight in zip(self.legs, weights, strict=True):
             found[leg.rows] = weight @ padded[leg.stops]
         return found

@@ -10,13 +10,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from dolfingrip.diagnosis.policy import ROUTES
 
-Stop = tuple[float, float, int, str]
-"""Time, value, cycle, branch."""
+
+class Stop(NamedTuple):
+    """Where a test is simulated."""
+
+    time_s: float
+    value: float
+    cycle: int
+    branch: str
 
 
 def unit_for(distance: float) -> float:
@@ -49,9 +56,7 @@ def values(read: np.ndarray, sigma: float) -> np.ndarray:
     return np.array([*(value for value in inner if value < last), last])
 
 
-def ramp(
-    found: Sequence[Stop], before: Stop | None, sigma: float, leads_to: float = math.nan
-) -> list[Stop]:
+def ramp(found: Sequence[Stop], before: Stop | None, sigma: float, leads_to: float) -> list[Stop]:
     """The stops of a ramp at round values, at one rate where its rows allow.
 
     Args:
@@ -63,29 +68,28 @@ def ramp(
     known = [*([before] if before else []), *found]
     if not sigma or len(known) < 3:
         return list(found)
-    time_s = np.array([stop[0] for stop in known])
-    read = np.array([stop[1] for stop in known])
+    time_s = np.array([stop.time_s for stop in known])
+    read = np.array([stop.value for stop in known])
     distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
     if not distance:
         return list(found)
     meant = np.array([rounded(float(value), unit_for(distance)) for value in read])
     meant[-1] = leads_to if not math.isnan(leads_to) else end(float(read[-1]), distance, sigma)
-    meant[0] = before[1] if before else end(float(read[0]), distance, sigma)
-    line_s = np.interp(meant, *_rising(meant[[0, -1]], time_s[[0, -1]]))
+    meant[0] = before.value if before else end(float(read[0]), distance, sigma)
+    rises = meant[-1] > meant[0]
+    ends = [0, -1] if rises else [-1, 0]
+    line_s = np.interp(meant, meant[ends], time_s[ends])
     whole_s = float(time_s[-1] - time_s[0])
     if np.abs(line_s - time_s).max() <= ROUTES.straight * whole_s:
         time_s = line_s
-    way = 1.0 if meant[-1] > meant[0] else -1.0
+    way = 1.0 if rises else -1.0
     kept = [0]
     for i in range(1, len(meant) - 1):
         if way * (meant[i] - meant[kept[-1]]) > 0 and way * (meant[-1] - meant[i]) > 0:
             kept.append(i)
     kept.append(len(meant) - 1)
-    _, _, cycle, branch = found[0]
     first = 1 if before else 0
-    return [(float(f"{time_s[i]:.9g}"), float(meant[i]), cycle, branch) for i in kept[first:]]
-
-
-def _rising(places: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    order = np.argsort(places)
-    return places[order], times[order]
+    return [
+        found[0]._replace(time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
+        for i in kept[first:]
+    ]

@@ -91,9 +91,7 @@ class _Branches:
         return float(self._ratio @ self._stress)
 
 
-def change(
-    measurement: Measurement, base: Simulated, viscous: Effect, factor: float = 1.0
-) -> np.ndarray:
+def change(measurement: Measurement, base: Simulated, viscous: Effect, factor: float) -> np.ndarray:
     """(n,) change of the readings by viscosity, nearly.
 
     Args:

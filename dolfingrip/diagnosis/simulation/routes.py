@@ -23,6 +23,7 @@ from dolfingrip.channels import PRESSURE
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation import nominal
 from dolfingrip.diagnosis.simulation.legs import Leg, Route
+from dolfingrip.diagnosis.simulation.nominal import Stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +35,11 @@ class Segment:
         rows: places in ``Measurement.readings``.
         time_s, value: of each row; time from the test's first row on where that is at rest. In a
             wait all values are their mean.
-        leads_to: value of the wait that follows; NaN where none does.
-        rounds: whether stops are at round values: the values have a gauge's noise.
         size: largest value of the whole test.
         sigma: standard deviation of the gauge that reads the values.
+        rounds_by: the same where stops are at round values: of pressures. Else 0.
+        jump: a change of the control that is none of the gauge's noise.
+        leads_to: value of the wait that follows; NaN where none does.
     """
 
     cycle: int
@@ -47,8 +49,9 @@ class Segment:
     value: np.ndarray
     size: float
     sigma: float
+    rounds_by: float
+    jump: float
     leads_to: float = math.nan
-    rounds: bool = False
 
     @property
     def end(self) -> float:
@@ -64,11 +67,6 @@ class Segment:
         return float(self.time_s[-1] - self.time_s[0])
 
     @property
-    def jump(self) -> float:
-        """A change of the control that is none of the gauge's noise."""
-        return max(ROUTES.jump * self.size, ROUTES.certain * self.sigma)
-
-    @property
     def most(self) -> int:
         """Stops that a ramp is worth: fewer where its rows lie within the gauge's noise."""
         if not self.sigma:
@@ -77,18 +75,13 @@ class Segment:
         return min(ROUTES.most, max(ROUTES.fewest, told_apart))
 
 
-def segments(rows: pd.DataFrame, control: str, sigma: float = 0.0) -> list[Segment]:
-    """The segments of one test's rows, in order.
-
-    Args:
-        rows: of the test.
-        control: column of the control.
-        sigma: standard deviation of its gauge.
-    """
+def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
+    """The segments of one test's rows, in order; ``sigma`` is the control's gauge's."""
     value, time_s = rows[control].to_numpy(), rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
     size = max(float(np.abs(value).max()), 1e-12)
     jump = max(ROUTES.jump * size, ROUTES.certain * sigma)
+    rounds_by = sigma if control == PRESSURE.name else 0.0
     if abs(value[0]) < jump:  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
     new = (cycle[1:] != cycle[:-1]) | (branch[1:] != branch[:-1])
@@ -103,15 +96,16 @@ def segments(rows: pd.DataFrame, control: str, sigma: float = 0.0) -> list[Segme
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
             mean = float(np.concatenate([before, own]).mean())
-            spread = sigma / math.sqrt(b - a) if control == PRESSURE.name else 0.0
-            own = np.full(b - a, nominal.end(mean, size / ROUTES.most, spread))
+            meant = nominal.end(mean, size / ROUTES.most, rounds_by / math.sqrt(b - a))
+            own = np.full(b - a, meant)
             if before.size and found[-1].branch != "hold":
-                found[-1] = replace(found[-1], leads_to=float(own[0]))
-        noisy = sigma > 0 and control == PRESSURE.name
-        part = Segment(
-            int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma, rounds=noisy
-        )
-        found.append(part)
+                found[-1] = replace(found[-1], leads_to=meant)
+        found.append(
+            Segment(
+                int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma,
+                rounds_by, jump,
+            )
+        )  # fmt: skip
     return found
 
 
@@ -127,15 +121,10 @@ def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
     )
 
 
-def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float = 1.0) -> Route:
+def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float) -> Route:
     """One curve from rest to the largest value, from which all rows of ``tests`` are read.
 
-    For models without memory and clock.
-
-    Args:
-        tests: segments of each test.
-        control: column of the control.
-        headroom: how far the curve goes on, by the largest value.
+    For models without memory and clock. The curve goes on to ``headroom`` times the largest value.
     """
     every = [segment for test in tests for segment in test]
     values = np.concatenate([segment.value for segment in every])
@@ -144,7 +133,7 @@ def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float = 
     longest = max(ramps, key=lambda segment: len(segment.rows))
     if len(longest.rows) <= ROUTES.most:
         at = _rising([low, *np.sort(longest.value), high], ROUTES.closest * (high - low))
-        at = nominal.values(at, longest.sigma if longest.rounds else 0.0)
+        at = nominal.values(at, longest.rounds_by)
     else:
         at = np.linspace(low, high, ROUTES.most)
     core = len(at)
@@ -165,31 +154,28 @@ def in_time(tests: Sequence[Sequence[Segment]], control: str) -> Route:
     The test with most rows says where the stops are.
     """
     told = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
-    stops: list[tuple[float, float, int, str]] = []
+    stops: list[Stop] = []
     legs: list[Leg] = []
     for i, segment in enumerate(told):
         same = [test[i] for test in tests]
+        waits = segment.branch == "hold"
         stops += _back(segment, stops)
         before = stops[-1] if stops else None
         first = len(stops)
-        if segment.branch == "hold":
-            stops += _wait(segment, before)
-            joined = before is not None and before[1] == stops[-1][1]
-            by = 0
-        else:
-            stops += _ramp(segment, before)
-            joined, by = before is not None, 1
-        numbers = np.arange(first - int(joined), len(stops))
-        at = np.array([stops[k][by] for k in numbers])
-        rows = np.concatenate([each.rows for each in same])
-        if by:
-            rows_at = np.concatenate([each.value for each in same])
-        else:
+        stops += _wait(segment, before) if waits else _ramp(segment, before)
+        if before is not None and (not waits or before.value == stops[-1].value):
+            first -= 1  # the leg begins where the one before it ends
+        own = stops[first:]
+        if waits:
             start_s = segment.time_s[0]
             moments_s = [each.time_s - each.time_s[0] + start_s for each in same]
-            rows_at = _faded(np.concatenate(moments_s), at)
-            at = _faded(at, at)
-        legs.append(Leg(numbers, at, rows, rows_at))
+            stops_s = np.array([stop.time_s for stop in own])
+            rows_at, at = _faded(np.concatenate(moments_s), stops_s), _faded(stops_s, stops_s)
+        else:
+            rows_at = np.concatenate([each.value for each in same])
+            at = np.array([stop.value for stop in own])
+        rows = np.concatenate([each.rows for each in same])
+        legs.append(Leg(np.arange(first, len(stops)), at, rows, rows_at))
     time_s, value, cycle, branch = zip(*stops, strict=True)
     return Route(control, time_s, value, cycle, branch, tuple(legs))
 
@@ -200,24 +186,18 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
     return np.log1p(np.maximum(time_s - stops_s[0], 0.0) / first_s)
 
 
-def _back(
-    segment: Segment, stops: Sequence[tuple[float, float, int, str]]
-) -> list[tuple[float, float, int, str]]:
+def _back(segment: Segment, stops: Sequence[Stop]) -> list[Stop]:
     """The way back to where a ramp begins, if nothing was read along it."""
     way = {"loading": 1.0, "unloading": -1.0}.get(segment.branch, 0.0)
-    start = nominal.end(
-        float(segment.value[0]), segment.size / ROUTES.most, segment.sigma * segment.rounds
-    )
-    if not stops or way * (start - stops[-1][1]) >= -segment.jump:
+    start = nominal.end(float(segment.value[0]), segment.size / ROUTES.most, segment.rounds_by)
+    if not stops or way * (start - stops[-1].value) >= -segment.jump:
         return []
-    time_s = max(float(segment.time_s[0]), stops[-1][0] + 1e-6)
-    return [(time_s, start, segment.cycle, "unloading" if way > 0 else "loading")]
+    time_s = max(float(segment.time_s[0]), stops[-1].time_s + 1e-6)
+    return [Stop(time_s, start, segment.cycle, "unloading" if way > 0 else "loading")]
 
 
-def _ramp(
-    segment: Segment, before: tuple[float, float, int, str] | None
-) -> list[tuple[float, float, int, str]]:
-    """Stops of a ramp: time, value, cycle, branch."""
+def _ramp(segment: Segment, before: Stop | None) -> list[Stop]:
+    """Stops of a ramp."""
     way = 1.0 if segment.branch == "loading" else -1.0
     time_s, value = segment.time_s, segment.value
     if len(value) > segment.most:
@@ -233,39 +213,38 @@ def _ramp(
         there = way * value < way * segment.leads_to - ROUTES.closest * segment.size
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
-    found: list[tuple[float, float, int, str]] = []
-    last_s, last = (before[0], before[1]) if before else (0.0, -np.inf * way)
+    found: list[Stop] = []
+    last_s, last = (before.time_s, before.value) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
         if way * (here - last) > ROUTES.closest * segment.size:
             last_s, last = max(float(moment), last_s), float(here)
-            found.append((last_s, last, segment.cycle, segment.branch))
+            found.append(Stop(last_s, last, segment.cycle, segment.branch))
     if not found:  # a ramp that does not move
-        found.append((max(float(time_s[-1]), last_s), float(last), segment.cycle, segment.branch))
-    return nominal.ramp(found, before, segment.sigma * segment.rounds, segment.leads_to)
+        end_s = max(float(time_s[-1]), last_s)
+        found.append(Stop(end_s, float(last), segment.cycle, segment.branch))
+    return nominal.ramp(found, before, segment.rounds_by, segment.leads_to)
 
 
-def _wait(
-    segment: Segment, before: tuple[float, float, int, str] | None
-) -> list[tuple[float, float, int, str]]:
+def _wait(segment: Segment, before: Stop | None) -> list[Stop]:
     """Stops of a wait, at the value that came before where that is the same."""
     value = segment.end
-    if before is not None and abs(value - before[1]) <= segment.jump:
-        value = before[1]
-    last_s = before[0] if before else 0.0
+    if before is not None and abs(value - before.value) <= segment.jump:
+        value = before.value
+    last_s = before.time_s if before else 0.0
     start_s, end_s = float(segment.time_s[0]), float(segment.time_s[-1])
     if len(segment.rows) <= ROUTES.most_of_wait or end_s == start_s:
         moments = [float(moment) for moment in segment.time_s]
     else:
-        since = last_s if before is not None and value == before[1] else start_s
+        since = last_s if before is not None and value == before.value else start_s
         delays = segment.time_s - since
         spread = np.geomspace(delays[delays > 0].min(), end_s - since, ROUTES.most_of_wait)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
-    found: list[tuple[float, float, int, str]] = []
+    found: list[Stop] = []
     for moment in moments:
         if (not found and before is None) or moment > last_s:
             last_s = moment
-            found.append((moment, value, segment.cycle, "hold"))
-    return found or [(last_s + 1e-6, value, segment.cycle, "hold")]
+            found.append(Stop(moment, value, segment.cycle, "hold"))
+    return found or [Stop(last_s + 1e-6, value, segment.cycle, "hold")]
 
 
 def _rising(values: Sequence[float], least: float) -> np.ndarray:

@@ -82,7 +82,8 @@ class Workers:
         with self.pool() as pool:
             run(calls(jobs), self.store, pool, SHARED, progress=self.progress)
         with Store(self.store) as store:
-            found = {row["key"]: result_of(row) for row in store.rows() if row["key"] in set(keys)}
+            rows = {row["key"]: row for row in store.rows()}
+        found = {key: result_of(rows[key]) for key in keys}
         self.spent_s.update({key: found[key].wall_s or 0.0 for key in keys})
         return [found[key] for key in keys]
 
@@ -110,11 +111,7 @@ def staying(
 ) -> Iterator[Workers]:
     """Workers that end with the ``with`` block: a diagnosis asks many times, and starts them once.
 
-    Args:
-        store: folder of the results.
-        workers: number of processes.
-        progress: called with each simulation that is done.
-        anew: compute what comes with the package, too.
+    With ``anew`` they compute what comes with the package, too.
     """
     where = Where(workers=workers)
     with Pool(where) as pool:

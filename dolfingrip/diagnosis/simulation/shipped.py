@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -47,10 +47,10 @@ class Known:
     effects: Sequence[str]
     protocol: Protocol
     gradients: Sequence[str]
-    curve: Mapping[str, np.ndarray] = field(repr=False)
-    failure_class: str | None = None
-    failure: str | None = None
-    wall_s: float | None = None
+    curve: Mapping[str, np.ndarray]
+    failure_class: str | None
+    failure: str | None
+    wall_s: float | None
 
     def serves(self, job: Job) -> bool:
         """Whether a job's protocol is the beginning of this, and its derivatives are here."""
@@ -111,10 +111,6 @@ class Shipped:
             return []
         return [(job, known.answer(job)) for job, known in found]
 
-    def has(self, job: Job) -> bool:
-        """Whether the file holds what a job asks for."""
-        return self._of(job) is not None
-
     def _of(self, job: Job) -> Known | None:
         candidates = self.known.get(job.key_without_protocol, ())
         return next((known for known in candidates if known.serves(job)), None)
@@ -151,20 +147,13 @@ def protocol_of(job: Job) -> Protocol:
 def write(
     file: Path, jobs: Iterable[Job], results: Iterable[JobResult], *, keep: bool = False
 ) -> None:
-    """Write results of jobs.
-
-    Args:
-        file: that is written.
-        jobs: whose results these are.
-        results: of each.
-        keep: what the file has beside them, too.
-    """
+    """Write the results of jobs; with ``keep`` what the file has beside them, too."""
     known = read(file) if keep else None
     every = [] if known is None else [each for own in known.known.values() for each in own]
     every += [
         _known(job, result)
         for job, result in zip(jobs, results, strict=True)
-        if known is None or not known.has(job)
+        if known is None or known._of(job) is None
     ]
     facts: list[dict[str, Any]] = [
         {
@@ -188,20 +177,25 @@ def write(
 
 
 def _known(job: Job, result: JobResult) -> Known:
+    effects = sorted(effect.name() for effect in job.config.extensions.active())
     slopes = {json.dumps(list(k)): values for k, values in result.slopes.items()}
     return Known(
-        job.key_without_protocol, _effects(job), protocol_of(job), job.gradients,
+        job.key_without_protocol, effects, protocol_of(job), job.gradients,
         {**result.columns, **slopes}, result.failure_class, result.failure, result.wall_s,
     )  # fmt: skip
 
 
 def restamp(file: Path) -> None:
     """Give a file the digests of today's code, which is known to compute what the file has."""
-    with np.load(file) as data:
-        head, numbers = json.loads(data["head"].tobytes().decode()), data["numbers"]
+    head, numbers = _loaded(file)
     head["core"] = sources.core_digest()
     head["effects"] = {name: sources.effect_digest(name) for name in head["effects"]}
     _replace(file, head, numbers)
+
+
+def _loaded(file: Path) -> tuple[dict[str, Any], np.ndarray]:
+    with np.load(file) as data:
+        return json.loads(data["head"].tobytes().decode()), data["numbers"]
 
 
 def _replace(file: Path, head: Mapping[str, Any], numbers: np.ndarray) -> None:
@@ -209,10 +203,6 @@ def _replace(file: Path, head: Mapping[str, Any], numbers: np.ndarray) -> None:
     partial = file.with_suffix(".part.npz")
     np.savez_compressed(partial, head=text, numbers=numbers)
     partial.replace(file)
-
-
-def _effects(job: Job) -> list[str]:
-    return sorted(effect.name() for effect in job.config.extensions.active())
 
 
 @cache
@@ -223,9 +213,7 @@ def read(file: Path = FILE) -> Shipped | None:
     """
     if not file.is_file():
         return None
-    with np.load(file) as data:
-        head = json.loads(data["head"].tobytes().decode())
-        numbers = data["numbers"].astype(float)
+    head, numbers = _loaded(file)
     if head["format"] != FORMAT:
         return None
     same = {name for name, old in head["effects"].items() if old == _now(name)}
@@ -234,7 +222,7 @@ def read(file: Path = FILE) -> Shipped | None:
     for fact in head["results"]:
         curve = {}
         for name, count in fact["columns"].items():
-            curve[name] = numbers[place : place + count]
+            curve[name] = numbers[place : place + count].astype(float)
             place += count
         if set(fact["effects"]) <= same:
             known.setdefault(fact["job"], []).append(

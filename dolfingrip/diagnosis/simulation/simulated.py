@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -83,14 +83,10 @@ class SimulationFailure:
 
     Attributes:
         tests: that it was for.
-        overrides: of its case.
-        failure_class: as the load path classifies it.
         sentence: why, for people.
     """
 
     tests: tuple[SpecimenTest, ...]
-    overrides: tuple[str, ...]
-    failure_class: str
     sentence: str
 
 
@@ -113,9 +109,9 @@ class Simulated:
     case: Case
     readings: np.ndarray
     by_control: np.ndarray
-    slopes: Mapping[str, np.ndarray] = field(default_factory=dict)
-    failures: Sequence[SimulationFailure] = ()
-    runs: Sequence[SimulatedGroup] = ()
+    slopes: Mapping[str, np.ndarray]
+    failures: Sequence[SimulationFailure]
+    runs: Sequence[SimulatedGroup]
 
     def slope(self, key: str) -> np.ndarray:
         """(n,) derivative by a parameter, for each unit of it; 0 where nothing feels it.
@@ -151,18 +147,15 @@ def simulate(
     """
     parts = {h: groups(measurement, config, h) for h in {case.headroom for case in cases}}
     planned = [[_planned(case, group) for group in parts[case.headroom]] for case in cases]
-    results = workers.results([job for row in planned for *_, job in row])
-    found, place = [], 0
+    results = iter(workers.results([job for row in planned for *_, job in row]))
+    found = []
     for case, row in zip(cases, planned, strict=True):
-        runs = []
-        for group, (own, route, _) in zip(parts[case.headroom], row, strict=True):
-            runs.append(SimulatedGroup(group, own, route, results[place]))
-            place += 1
+        runs = [SimulatedGroup(group, own, route, next(results)) for group, own, route, _ in row]
         found.append(_assembled(measurement, case, runs))
     return found
 
 
-def _planned(case: Case, group: SimulationGroup) -> tuple[Config, Route, Job]:
+def _planned(case: Case, group: SimulationGroup) -> tuple[SimulationGroup, Config, Route, Job]:
     config = case.of(group)
     route = group.route(config)
     felt = case.derived_elsewhere or case.only_in is None or group.experiment in case.only_in
@@ -173,7 +166,7 @@ def _planned(case: Case, group: SimulationGroup) -> tuple[Config, Route, Job]:
         config.changed(protocol=route.protocol()),
         tuple(key for key in gradients if _has(group.experiment, config, key)),
     )
-    return config, route, job
+    return group, config, route, job
 
 
 def _has(experiment: str, config: Config, key: str) -> bool:
@@ -199,32 +192,25 @@ def _has(experiment: str, config: Config, key: str) -> bool:
 def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGroup]) -> Simulated:
     listed = measurement.listed()
     count = len(measurement.readings)
-    place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
+    row = listed["row"].to_numpy()
     readings = np.full(len(listed), np.nan)
     by_control = np.full(len(listed), np.nan)
     slopes: dict[str, np.ndarray] = {}
     failures: list[SimulationFailure] = []
     for run in runs:
-        mine = np.isin(test, run.group.tests)
-        for name in set(column[mine]):
-            at = np.flatnonzero(mine & (column == name))
-            values = run.result.columns.get(str(name), np.empty(0))
-            readings[at] = run.route.at_rows(values, count)[place[at]]
-            by_control[at] = run.route.slopes(values, count)[place[at]]
+        for name, at in measurement.places(run.group.tests).items():
+            values = run.result.columns.get(name, np.empty(0))
+            readings[at] = run.route.at_rows(values, count)[row[at]]
+            by_control[at] = run.route.slopes(values, count)[row[at]]
             for (read, key), slope in run.result.slopes.items():
                 if read == name:
                     own = slopes.setdefault(key, np.zeros(len(listed)))
-                    own[at] = run.route.at_rows(slope, count)[place[at]]
-        if run.result.failure_class is not None and np.isnan(readings[mine]).any():
-            failures.append(
-                SimulationFailure(
-                    tuple(measurement.tests[number] for number in run.group.tests),
-                    case.overrides,
-                    run.result.failure_class,
-                    run.result.failure or "",
-                )
-            )
-    by_control /= np.sqrt(_in_a_mean(measurement))[place]
+                    own[at] = run.route.at_rows(slope, count)[row[at]]
+        lost = np.isnan(readings[listed["test"].isin(run.group.tests)]).any()
+        if run.result.failure_class is not None and lost:
+            tests = tuple(measurement.tests[number] for number in run.group.tests)
+            failures.append(SimulationFailure(tests, run.result.failure or ""))
+    by_control /= np.sqrt(_in_a_mean(measurement))[row]
     return Simulated(case, readings, by_control, slopes, failures, runs)
 
 

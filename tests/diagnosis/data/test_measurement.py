@@ -52,7 +52,6 @@ gap_mm = 2.0
     assert (applied.finger.wall_mm, applied.plate.gap_mm) == (1.7, 2.0)
     assert applied.gravity.acceleration_m_s2 == 9.81
     assert last.nuisances["pressure_gain"] == 0.005
-    assert last.told == {"pressure_gain"}
     assert (last.correlated_noise["angle_deg"], last.correlation_time_s) == (0.2, 30.0)
 
 
