@@ -212,6 +212,8 @@ class SetupFile:
         sections = self._sections(self._data, "")
         for name, values in self._sections(own, specimen).items():
             sections[name] = {**sections.get(name, {}), **values}
+        if "gravity" in sections:
+            sections["gravity"].setdefault("acceleration_m_s2", STANDARD_GRAVITY_m_s2)
         if experiment == "coupon":
             self._check_coupon(sections.get("coupon", {}))
         else:
@@ -263,8 +265,6 @@ class SetupFile:
                         f"{where}{key}: unknown key; {near(key, tuple(Finger.model_fields))}"
                         f"allowed: {', '.join([*SECTIONS, *Finger.model_fields])}"
                     )
-        if "gravity" in found:
-            found["gravity"].setdefault("acceleration_m_s2", STANDARD_GRAVITY_m_s2)
         return found
 
     def _check_coupon(self, told: Mapping[str, Any]) -> None:

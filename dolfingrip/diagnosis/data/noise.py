@@ -85,11 +85,10 @@ def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tup
 def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
     """Third differences of dense ramps, divided by those of noise of 1."""
     for (_, branch), part in rows.groupby(["cycle", "branch"], sort=False):
-        value = part.sort_values(control)[column].dropna() if branch != "hold" else part[column]
+        in_order = part if branch == "hold" else part.sort_values(control)
+        value, order = in_order[column].dropna().to_numpy(), DATA.differences
         if len(value) >= DATA.dense:
-            yield np.diff(value.dropna().to_numpy(), DATA.differences) / np.sqrt(
-                comb(2 * DATA.differences, DATA.differences)
-            )
+            yield np.diff(value, order) / np.sqrt(comb(2 * order, order))
 
 
 def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:

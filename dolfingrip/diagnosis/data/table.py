@@ -222,10 +222,10 @@ def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
         )
 
 
-def _branches(rows: pd.DataFrame, control: str) -> list[str]:
+def _branches(rows: pd.DataFrame, control: str) -> pd.Series:
     """Branches: loading up to the highest value of each cycle, unloading after it."""
-    found: list[str] = []
+    found = pd.Series("loading", rows.index)
     for _, cycle in rows.groupby("cycle", sort=False):
         top = int(cycle[control].to_numpy().argmax())
-        found += ["loading"] * (top + 1) + ["unloading"] * (len(cycle) - top - 1)
+        found[cycle.index[top + 1 :]] = "unloading"
     return found

@@ -55,6 +55,21 @@ gap_mm = 2.0
     assert (last.correlated_noise["angle_deg"], last.correlation_time_s) == (0.2, 30.0)
 
 
+def test_a_specimen_that_hangs_otherwise_has_the_common_weight(tmp_path: Path) -> None:
+    more = "[gravity]\nacceleration_m_s2 = 1.62\n[specimen.A.gravity]\ndirection = [0, 0, 1]\n"
+    (first, *_) = read([written(tmp_path, toml=TOML + more)]).tests
+    gravity = first.setup.applied(Config()).gravity
+    assert (gravity.acceleration_m_s2, tuple(gravity.direction)) == (1.62, (0, 0, 1))
+
+
+def test_branches_of_cycles_whose_rows_alternate(tmp_path: Path) -> None:
+    csv = "cycle,pressure_kPa,angle_deg\n1,0,0\n2,10,1\n1,50,9\n2,20,2\n1,20,4\n2,30,3\n"
+    found = read([written(tmp_path, csv, 'experiment = "bending"\nrate_kPa_per_s = 10\n')])
+    assert dict(found.readings.groupby("cycle")["branch"].agg(list)) == {
+        1: ["loading", "loading", "unloading"], 2: 3 * ["loading"],
+    }  # fmt: skip
+
+
 def test_files_join_and_stay_apart(tmp_path: Path) -> None:
     other = TOML.replace("0.5", "2.0", 1)
     found = read([written(tmp_path), written(tmp_path, toml=other, name="second_gap")])
