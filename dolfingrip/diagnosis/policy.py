@@ -185,7 +185,8 @@ class PagePolicy:
 
     Attributes:
         band: of the largest load, of which the page says where something is left.
-        in_words: so many causes of a set are told in words, the rest by their names.
+        in_words: so many causes of a set are told in words, the rest by their names. As many
+            settings of a number of the rig are told in one sentence.
         in_a_cell: names in a cell of a table.
         designs: leading designs that are computed once more with the extended model.
     """

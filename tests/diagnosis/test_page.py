@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dolfingrip.diagnosis import outcome, page
+from dolfingrip.diagnosis.answer.found import OfTheRig
+from dolfingrip.diagnosis.answer.ten_lines import _far_off
 from dolfingrip.diagnosis.page import HEADINGS
 
 LINES = outcome.Brief(
@@ -33,3 +35,16 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
     assert lines[0].endswith("(pressure_gain)")
     assert "| a hold | 3 | +4.0 | no |" in lines
     assert lines[-1] == "- beware"
+
+
+def test_a_plate_that_was_set_often_is_told_in_one_sentence() -> None:
+    gaps = [
+        OfTheRig(f"plate_gap_mm at {at} mm in gap{at}.csv", "mm", 0.3, value, 0.0)
+        for at, value in enumerate((0.3, 1.4, 1.6, 1.9))
+    ]
+    gain = OfTheRig("pressure_gain", "%", 1.5, 41.0, 0.0)
+    assert _far_off([gain, *gaps]) == [
+        "pressure_gain is off by +41 % (±1.5 % was told: 27.3 standard deviations)",
+        "plate_gap_mm is off by +1.4 to +1.9 mm in 3 of 4 settings (±0.3 mm was told: up to 6.3 "
+        "standard deviations)",
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -94,8 +95,29 @@ def _configured(found: Diagnosis) -> str:
         f"As configured the model is {_percent(share)} off (root mean square){so_far}. "
         f"{found.fitted(found.decision.best)}"
     ]
-    told += [f"{_of_the_rig(each)}." for each in found.rig(found.decision.best) if each.telling]
+    told += [f"{each}." for each in _far_off(found.rig(found.decision.best))]
     return " ".join(told)
+
+
+def _far_off(rig: Sequence[OfTheRig]) -> list[str]:
+    """Numbers of the rig that are far out, those that were set several times in one sentence."""
+    kinds: dict[str, list[OfTheRig]] = defaultdict(list)
+    for each in rig:
+        kinds[each.name.partition(" at ")[0]].append(each)
+    found: list[str] = []
+    for kind, alike in kinds.items():
+        far = [each for each in alike if each.telling]
+        if len(far) < PAGE.in_words:
+            found += map(_of_the_rig, far)
+            continue
+        values = [each.value for each in far]
+        most = max(far, key=lambda each: abs(each.value) / each.told)
+        found.append(
+            f"{kind} is off by {min(values):+.2g} to {max(values):+.2g} {most.unit} in {len(far)} "
+            f"of {len(alike)} settings (±{most.told:.2g} {most.unit} was told: up to "
+            f"{abs(most.value) / most.told:.1f} standard deviations)"
+        )
+    return found
 
 
 def _of_the_rig(each: OfTheRig) -> str:
