@@ -36,8 +36,10 @@ class Case:
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         boxes: ranges of ζ of each cause, (d, 2).
-        mended: what simulations told beyond the sum of the emulators, near the numbers that they
-            were made at, by the causes that acted; of the model's own numbers and those of all.
+        mended: what simulations told beyond the sum of the emulators, by the causes that acted; of
+            the model's own numbers and those of all.
+        local: ranges of ζ, (d, 2), of effects in which that holds, and what each emulator misses,
+            too. It holds for these alone.
         rig: which of the causes are numbers of the rig; they come last in every subset.
         ground: what the model's own numbers change: all moduli, and others that are fitted in every
             hypothesis.
@@ -54,7 +56,8 @@ class Case:
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
     ground: Emulator
-    mended: Mapping[Subset, Local] = field(default_factory=dict)
+    mended: Mapping[Subset, Emulator] = field(default_factory=dict)
+    local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
     others: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     ground_names: tuple[tuple[str, ...], ...] = (("modulus",),)
@@ -114,16 +117,20 @@ class Case:
         for name, own in self.places(subset).items():
             each = self.emulators[name]
             found.append((name, each, np.r_[np.array(each.takes, int), own]))
-        places = self.places(subset)
+        places, effects = self.places(subset), self.effects(subset)
         for causes, each in self.mended.items():
-            if places.keys() >= {*causes}:
+            if places.keys() >= {*causes} and (causes not in self.local or causes == effects):
                 every = [np.arange(self.own), *(places[name] for name in causes)]
                 found.append((mended_name(causes), each, np.concatenate(every)))
         return found
 
     def box(self, subset: Subset) -> np.ndarray:
         """Ranges of ζ of a hypothesis' causes, (d, 2)."""
-        return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in self.causes(subset))])
+        effects, causes = self.effects(subset), self.causes(subset)
+        if effects in self.local:
+            rig = [self.boxes[name] for name in causes if name in self.rig]
+            return np.vstack([self.local[effects], *rig])
+        return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in causes)])
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
@@ -147,7 +154,11 @@ class Case:
             zeta: their numbers, the model's own first, shape (d,).
             exact: simulated readings and their derivatives by ζ, shape (n, 1 + d).
         """
-        known = {causes: (own.places, own.exact) for causes, own in self.mended.items()}
+        known = {
+            causes: (own.places, own.exact)
+            for causes, own in self.mended.items()
+            if isinstance(own, Local)
+        }
         places, every = zeta[None], exact[None]
         if (causes := self.causes(subset)) in known:
             places = np.concatenate([known[causes][0], places])

@@ -130,12 +130,15 @@ class Level:
         names = [name for name, _, _ in self.case.parts(subset)]
         at = np.r_[0, *(self._place[name] for name in names)]
         causes = {*self.case.causes(subset)}
-        surer = {name for each in self.case.mended if causes.issuperset(each) for name in each}
+        mended = [each for each in self.case.mended if causes.issuperset(each)]
+        by = dict.fromkeys((name for each in mended for name in each), POLICY.surer)
+        if (effects := self.case.effects(subset)) in self.case.local:
+            by = dict.fromkeys(effects, 0.0)
         errors, size = np.empty(0, int), np.empty(0)
         for name in names:
             own = np.r_[self._place[f"{name} error"]]
             errors = np.r_[errors, own]
-            size = np.r_[size, np.full(len(own), POLICY.surer if name in surer else 1.0)]
+            size = np.r_[size, np.full(len(own), by.get(name, 1.0))]
         gram, log_det = self.gram[np.ix_(at, at)], self.log_det
         if len(errors):
             inner = np.outer(size, size) * self.gram[np.ix_(errors, errors)] + np.eye(len(errors))

@@ -275,3 +275,12 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
         if columns.level >= POLICY.pairs_level:
             break
     return list(found)
+
+
+def pairs_above(posterior: Posterior, least: float) -> list[Subset]:
+    """The pairs of causes whose probability is above ``least``, the most probable first."""
+    total: dict[Subset, float] = defaultdict(float)
+    for subset, p in posterior.subsets.items():
+        total[posterior.case.causes(subset)] += p
+    order = sorted(total, key=lambda each: -total[each])
+    return [each for each in order if len(each) > 1 and total[each] > least]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -131,6 +131,64 @@ def _far(shared: Nuisance) -> Cause:
         shared.name, prior, -POLICY.reach, POLICY.reach, any_value, amplitude=True, listed=False
     )
     return Cause(shared.name, (number,), ())
+
+
+def with_pairs(coupons: CouponCase, pairs: Sequence[Subset]) -> CouponCase:
+    """The case with what pairs of causes change beyond the sum of what each changes alone.
+
+    The sum is not exact: a coupon that is pulled harder changes its volume more.
+    """
+    mended: dict[Subset, Emulator] = {}
+    for pair in pairs:
+        if len(coupons.case.effects(pair)) > 1:
+            box = np.vstack([coupons.causes[name].box() for name in pair])
+            mended[pair] = _beyond(coupons, pair, box)
+    return replace(coupons, case=replace(coupons.case, mended=mended))
+
+
+def refined(coupons: CouponCase, fits: Sequence[Fit]) -> CouponCase:
+    """The case with emulators that are exact about some fits, where all of these are likely.
+
+    Args:
+        coupons: the case.
+        fits: of likely hypotheses, several of the same causes where levels differ.
+    """
+    case = coupons.case
+    mended, local = dict(case.mended), dict(case.local)
+    for effects in dict.fromkeys(case.effects(fit.subset) for fit in fits):
+        if not effects:
+            continue
+        ends = []
+        wide = np.vstack([coupons.causes[name].box() for name in effects])
+        for fit in fits:
+            if case.effects(fit.subset) == effects:
+                own = slice(1, 1 + len(wide))
+                std = np.sqrt(np.diag(np.linalg.inv(fit.hessian)))[own]
+                ends.append(fit.zeta[own] + POLICY.near * np.outer([-1, 1], np.maximum(std, 0.02)))
+        reached = np.vstack(ends)
+        box = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
+        box = np.clip(box, wide[:, :1], wide[:, 1:])
+        mended[effects] = _beyond(coupons, effects, box, POLICY.fewer)
+        local[effects] = box
+    return replace(coupons, case=replace(case, mended=mended, local=local))
+
+
+def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray, part: float = 1.0) -> Emulator:
+    """What causes change together beyond the sum of their emulators, within a box of ζ."""
+    case = coupons.case
+    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
+    zeta = places(box, int(part * count))
+    together = coupons.simulation.changed([coupons.causes[name] for name in effects], zeta)
+    at = 0
+    for name in effects:
+        d = len(case.boxes[name])
+        emulator = case.emulators[name]
+        alone = np.column_stack([np.zeros(len(zeta)), zeta[:, at : at + d]])
+        together = together - emulator.at(alone) @ emulator.columns.T
+        at += d
+    solved = np.isfinite(together).all(axis=1)
+    found = trained(zeta[solved], together[solved], coupons.errors.noise, box)
+    return Scaled.of(found, coupons.scaled, case.factor)
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
