@@ -114,10 +114,10 @@ class Case:
     def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
         """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
         found = [(GROUND, self.ground, np.arange(self.own))]
-        for name, own in self.places(subset).items():
+        places, effects = self.places(subset), self.effects(subset)
+        for name, own in places.items():
             each = self.emulators[name]
             found.append((name, each, np.r_[np.array(each.takes, int), own]))
-        places, effects = self.places(subset), self.effects(subset)
         for causes, each in self.mended.items():
             if places.keys() >= {*causes} and (causes not in self.local or causes == effects):
                 every = [np.arange(self.own), *(places[name] for name in causes)]

@@ -71,7 +71,7 @@ class CouponSimulation:
         solved = self._solved((), {})
         found = np.full(len(self.measurement.listed()), np.nan)
         for group, values in solved:
-            for name, at in self._readings(group):
+            for name, at in self.measurement.places(group.tests).items():
                 told = group.in_time.slopes(values[name][0], len(self.measurement.readings))
                 found[at] = told[self._rows()[at]]
         return found
@@ -176,7 +176,7 @@ class CouponSimulation:
             route: Route = group.in_time
             time_s = np.array(route.time_s)
             shown = displayed(config, {**values, TIME.name: time_s})  # type: ignore[dict-item]
-            for name, at in self._readings(group):
+            for name, at in self.measurement.places(group.tests).items():
                 for place, row in enumerate(np.atleast_2d(shown[name])):
                     told = route.at_rows(row, len(self.measurement.readings))
                     found[place, at] = told[self._rows()[at]]
@@ -184,16 +184,6 @@ class CouponSimulation:
 
     def _rows(self) -> np.ndarray:
         return self.measurement.listed()["row"].to_numpy()
-
-    def _readings(self, group: SimulationGroup) -> list[tuple[str, np.ndarray]]:
-        """Columns that a group's tests read, and their places."""
-        listed = self.measurement.listed()
-        mine = np.isin(listed["test"].to_numpy(), group.tests)
-        column = listed["column"].to_numpy()
-        return [
-            (str(name), np.flatnonzero(mine & (column == name)))
-            for name in sorted(set(column[mine]))
-        ]
 
 
 def _row(values: np.ndarray, place: int) -> np.ndarray:

@@ -112,8 +112,12 @@ class Measurement:
 
     def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
         """Where readings of these tests stand in the list, by column."""
-        mine = self.listed()["column"][self.listed()["test"].isin(tests)]
-        return {str(name): own.index.to_numpy() for name, own in mine.groupby(mine, sort=False)}
+        column, test = (self.listed()[name].to_numpy() for name in ("column", "test"))
+        mine = np.isin(test, tests)
+        return {
+            str(name): np.flatnonzero(mine & (column == name))
+            for name in dict.fromkeys(column[mine])
+        }
 
 
 def in_proportion(measurement: Measurement) -> np.ndarray:

@@ -160,14 +160,12 @@ class FingerSimulation:
 
     def listed(self, runs: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
         """(n,) of the rows of all runs; NaN where a run lacks a column."""
-        listed = self.measurement.listed()
-        place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
-        found = np.full(len(listed), np.nan)
+        row = self.measurement.listed()["row"].to_numpy()
+        found = np.full(len(row), np.nan)
         for run, own in zip(self.base.runs, runs, strict=True):
-            mine = np.isin(test, run.group.tests)
-            for name in set(column[mine]) & set(own):
-                at = np.flatnonzero(mine & (column == name))
-                found[at] = own[name][place[at]]
+            for name, at in self.measurement.places(run.group.tests).items():
+                if name in own:
+                    found[at] = own[name][row[at]]
         return found
 
     def at(self, simulated: Simulated, factor: float, slope: str | None = None) -> np.ndarray:

@@ -51,22 +51,20 @@ class MeshMap:
 
     def __post_init__(self) -> None:
         """Prepare the curves; what has none keeps the difference that it has at its pressure."""
-        listed = self.measurement.listed()
-        column, test = listed["column"].to_numpy(), listed["test"].to_numpy()
         self._curves = []
         for fine, rough in zip(self.graded.runs, self.plain.runs, strict=True):
             if not path_independent(rough.config):
                 continue
-            mine = np.isin(test, rough.group.tests)
-            for name in set(column[mine]) & MAPPED:
-                at = rough.result.columns.get(str(name), np.empty(0))
-                values = fine.result.columns.get(str(name), np.empty(0))
+            for name, places in self.measurement.places(rough.group.tests).items():
+                if name not in MAPPED:
+                    continue
+                at = rough.result.columns.get(name, np.empty(0))
+                values = fine.result.columns.get(name, np.empty(0))
                 count = min(len(at), len(values))
                 if rough.route.value[:count] != fine.route.value[:count]:
                     continue
                 rising = _rising(at[:count])
                 if rising is not None:
-                    places = np.flatnonzero(mine & (column == name))
                     order, own = rising
                     smooth = PchipInterpolator(own, (values[:count] - at[:count])[order])
                     self._curves.append(

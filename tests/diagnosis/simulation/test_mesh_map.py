@@ -6,7 +6,6 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
-import pandas as pd
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
@@ -25,8 +24,7 @@ def test_a_mesh_is_off_by_the_deformation_not_by_the_pressure() -> None:
         result = SimpleNamespace(columns={"angle_deg": values})
         return SimpleNamespace(config=Config(), group=group, route=route, result=result)
 
-    listed = pd.DataFrame({"column": ["angle_deg"] * 11, "test": [0] * 11})
-    measurement = SimpleNamespace(listed=lambda: listed)
+    measurement = SimpleNamespace(places=lambda tests: {"angle_deg": np.arange(11)})
     plain = true_deg - off_deg
     both = [SimpleNamespace(readings=v, runs=[run(v)]) for v in (true_deg, plain)]
     mapped = MeshMap(cast(Any, measurement), cast(Any, both[0]), cast(Any, both[1]))
