@@ -87,6 +87,11 @@ class Case:
         """Which of ζ each of the model's own numbers is that may be far off, by name."""
         return {names[0]: place for place, names in enumerate(self.ground_names) if names}
 
+    @property
+    def simulated(self) -> dict[Subset, Local]:
+        """Which of ``mended`` hold what simulations at fits told."""
+        return {each: own for each, own in self.mended.items() if isinstance(own, Local)}
+
     def widths(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
         found = np.ones(self.own)
@@ -154,11 +159,7 @@ class Case:
             zeta: their numbers, the model's own first, shape (d,).
             exact: simulated readings and their derivatives by ζ, shape (n, 1 + d).
         """
-        known = {
-            causes: (own.places, own.exact)
-            for causes, own in self.mended.items()
-            if isinstance(own, Local)
-        }
+        known = {causes: (own.places, own.exact) for causes, own in self.simulated.items()}
         places, every = zeta[None], exact[None]
         if (causes := self.causes(subset)) in known:
             places = np.concatenate([known[causes][0], places])

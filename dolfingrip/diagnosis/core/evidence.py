@@ -130,8 +130,8 @@ class Level:
         names = [name for name, _, _ in self.case.parts(subset)]
         at = np.r_[0, *(self._place[name] for name in names)]
         causes = {*self.case.causes(subset)}
-        mended = [each for each in self.case.mended if causes.issuperset(each)]
-        by = dict.fromkeys((name for each in mended for name in each), POLICY.surer)
+        seen = [each for each in self.case.simulated if causes.issuperset(each)]
+        by = dict.fromkeys((name for each in seen for name in each), POLICY.surer)
         if (effects := self.case.effects(subset)) in self.case.local:
             by = dict.fromkeys(effects, 0.0)
         errors, size = np.empty(0, int), np.empty(0)
