@@ -30,7 +30,7 @@ class Experiment(Section):
     snaps: bool = Field(
         True,
         description="under pressure control: go on to another stable state, if there is one, where "
-        "the pressure has a maximum; false: end there at once",
+        "the pressure has a maximum; false: end there at once, unless the jump is small",
     )
     max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
     step_kPa: float = Field(

@@ -110,6 +110,34 @@ def test_a_damped_solve_starts_where_the_plain_one_did(solid: bodies.Body) -> No
     assert first[1] == second[1] == 20 * KPA
 
 
+@pytest.mark.parametrize(("farther", "passes"), [(1.0, True), (30.0, False)])
+def test_without_damping_small_jumps_alone_are_gone_over(
+    solid: bodies.Body, farther: float, passes: bool
+) -> None:
+    """Where the load has a maximum, and a damped solve goes as far as a usual step or 30 times."""
+    newton = Newton(solid.model, SETTINGS)
+    real = newton.solve
+
+    def solve(*args: Any, damped: bool = False, **kwargs: Any) -> Solve:
+        if damped:
+            found = real(*args, damped=True, **kwargs)
+            solid.u.x.array[:] *= farther
+            return found
+        if solid.pressure.value > 60 * KPA:
+            return Solve(Ending.DIVERGED, 3)
+        return real(*args, **kwargs)
+
+    newton.solve = solve  # type: ignore[method-assign]
+    path = by_pressure(newton, damped=False, passable=lambda attempted: True)
+    assert path.advance({"pressure_kPa": 40.0}).failure is None
+    before = solid.displacement()
+    failure = path.advance({"pressure_kPa": 80.0}).failure
+    assert (failure is None) is passes
+    if failure is not None:
+        assert failure.kind is FailureKind.LIMIT_POINT
+        np.testing.assert_array_equal(solid.displacement(), before)
+
+
 def test_unloading_returns(solid: bodies.Body) -> None:
     """An elastic body forgets: after 200 kPa and back it is where it was, to 1e-9 mm."""
     path = by_pressure(Newton(solid.model, SETTINGS))

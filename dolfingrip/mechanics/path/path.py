@@ -62,8 +62,8 @@ class LoadPath:
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
-            If not, ``passable`` is called where a step fails first, and the path ends there at once
-            if it says yes.
+            If not, ``passable`` is called where a step fails first. If it says yes, the step is
+            solved with damping once, and the path ends there at once unless the jump is small.
         policy: numbers behind its decisions.
     """
 
@@ -123,12 +123,12 @@ class LoadPath:
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
             guess = self._predictor.guess(ahead)
-            last = (reach - done) * whole < 2 * self._shortest
-            solve = self._solve(good, at(reach), guess, last=last)
+            taken = (reach - done) * whole
+            last = taken < 2 * self._shortest
+            solve = self._solve(good, at(reach), guess, taken, last=last)
             iterations = self.newton.counts.iterations - before
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
-                taken = (reach - done) * whole
                 self._stiffest = max(self._stiffest, self._stiffness(taken, good))
                 self._adapt(taken, guess, solve.iterations, good)
                 done, steps = reach, steps + 1
@@ -145,10 +145,10 @@ class LoadPath:
                 self.model.restore(good)
                 failure = Failure(FailureKind.LIMIT_POINT, at(done))
                 return Arrival(iterations, steps, failure)
-            away = solve.unstable and self._runs_away((reach - done) * whole, good)
+            away = solve.unstable and self._runs_away(taken, good)
             self.model.restore(good)
             self._predictor.restart(self._place)
-            self._length = (reach - done) * whole / 2
+            self._length = taken / 2
             if self._length < self._shortest:
                 back = self._shortest / whole / 2
                 soft = (
@@ -195,14 +195,21 @@ class LoadPath:
         return max(distances, default=1.0) or 1.0
 
     def _solve(
-        self, good: State, controls: Mapping[str, float], guess: Guess | None, *, last: bool
+        self,
+        good: State,
+        controls: Mapping[str, float],
+        guess: Guess | None,
+        length: float,
+        *,
+        last: bool,
     ) -> Solve:
-        """Solve the model from ``good``, its state, at ``controls``, its own.
+        """Solve the model from ``good``, its state, at ``controls``, its own, a ``length`` away.
 
         A step that fails is solved again with damping. If damping has not helped towards this
         target it is left out, except for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away. A path without damping asks first whether
-        there is one.
+        there is one, and goes over it only where the model changes little, as where one fold of
+        many touches the next.
         """
         before = None
         if self._policy.from_equilibrium:
@@ -216,11 +223,16 @@ class LoadPath:
             if self._turns is None:
                 self.model.restore(good)
                 self._turns = self._passable(controls)
-            return solve
+            if not self._turns:
+                return solve
         self.model.restore(good)
         self.model.prescribe(controls)
         damped = self.newton.solve(damped=True)
         self._lost = not damped.converged
+        if self._turns:
+            if self._lost or self._stiffness(length, good) < self._policy.soft * self._stiffest:
+                return solve
+            self._turns = None
         return damped
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
