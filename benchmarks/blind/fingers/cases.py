@@ -69,6 +69,7 @@ class Bench:
         effects: Sequence[str] | None = None,
     ) -> None:
         self.protocol = PROTOCOLS[protocol]
+        self.coarse = replace(self.protocol, mesh=self.protocol.strength_mesh)
         self.scratch = scratch
         self.effects = effects
         self.workers = Workers(scratch / "generator", Where(workers=workers))
@@ -79,8 +80,8 @@ class Bench:
         self.told = np.column_stack(told)
 
     def readings(self, truth: Truth) -> np.ndarray:
-        """(n,) without noise, by its standard deviation."""
-        return finger.flat(self.protocol, finger.measured(self.protocol, truth, self.workers))
+        """(n,) without noise, by its standard deviation, on the mesh that strengths are of."""
+        return finger.flat(self.coarse, finger.measured(self.coarse, truth, self.workers))
 
     def sigma(self, truth: Truth, own: str = "") -> float:
         """Length of what is changed after the modulus and what nuisances may change.
@@ -140,7 +141,7 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
             truth, alone, size = _far(truth, names[0], rng)
             sigma = [abs(size) if names[0] == "modulus" else bench.sigma(alone, names[0])]
         try:
-            bench.readings(truth)
+            finger.measured(bench.protocol, truth, bench.workers)
         except (ValueError, ConfigError):
             continue
         return Case(

@@ -62,8 +62,8 @@ class LoadPath:
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
-            If not, ``passable`` is called where a step fails first. If it says yes, the step is
-            solved with damping once, and the path ends there at once unless the jump is small.
+            If not, only small jumps are taken, and ``passable`` is called where a step fails
+            first: if it says yes and the jump is large, the path ends there at once.
         policy: numbers behind its decisions.
     """
 
@@ -95,7 +95,6 @@ class LoadPath:
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
         self._predictor = Predictor(self.model, newton.linear, policy)
         self._lost = False  # whether the last damped solve towards this target failed
-        self._turns: bool | None = None  # whether the load falls before this target, if known
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
         self._place = 0.0  # along the path, in longest steps
@@ -112,7 +111,8 @@ class LoadPath:
             return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
 
         self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
-        self._lost, self._turns = False, None
+        self._lost = False
+        turns: bool | None = None  # whether the load falls before the target, if known
         before = self.newton.counts.iterations
         done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
@@ -141,12 +141,13 @@ class LoadPath:
                 if self._over():
                     break
                 continue
-            if self._turns:
-                self.model.restore(good)
-                failure = Failure(FailureKind.LIMIT_POINT, at(done))
-                return Arrival(iterations, steps, failure)
             away = solve.unstable and self._runs_away(taken, good)
             self.model.restore(good)
+            if not self._damped and turns is None:
+                turns = self._passable(at(reach))
+            if turns:
+                failure = Failure(FailureKind.LIMIT_POINT, at(done))
+                return Arrival(iterations, steps, failure)
             self._predictor.restart(self._place)
             self._length = taken / 2
             if self._length < self._shortest:
@@ -154,7 +155,7 @@ class LoadPath:
                 soft = (
                     away
                     or self._is_soft(at(done - back), back * whole, good)
-                    or (self._turns is None and self._passable(at(reach)))
+                    or (turns is None and self._passable(at(reach)))
                 )
                 failure = Failure(_classify(solve, rejected, soft), at(done))
                 return Arrival(iterations, steps, failure)
@@ -207,9 +208,8 @@ class LoadPath:
 
         A step that fails is solved again with damping. If damping has not helped towards this
         target it is left out, except for the ``last`` step that is tried: beyond a limit point a
-        damped solve takes many iterations to run away. A path without damping asks first whether
-        there is one, and goes over it only where the model changes little, as where one fold of
-        many touches the next.
+        damped solve takes many iterations to run away. A path without jumps takes what damping
+        finds only where the model changes little, as where one fold of many touches the next.
         """
         before = None
         if self._policy.from_equilibrium:
@@ -217,23 +217,14 @@ class LoadPath:
         again = last or not self._policy.halves_first
         solve = self.newton.solve(guess, before=before, again=again)
         gives_up = (self._lost or self._policy.halves_first) and not last
-        if solve.converged or (self._damped and gives_up):
+        if solve.converged or gives_up:
             return solve
-        if not self._damped:
-            if self._turns is None:
-                self.model.restore(good)
-                self._turns = self._passable(controls)
-            if not self._turns:
-                return solve
         self.model.restore(good)
         self.model.prescribe(controls)
         damped = self.newton.solve(damped=True)
-        self._lost = not damped.converged
-        if self._turns:
-            if self._lost or self._stiffness(length, good) < self._policy.soft * self._stiffest:
-                return solve
-            self._turns = None
-        return damped
+        soft = self._stiffness(length, good) < self._policy.soft * self._stiffest
+        self._lost = not damped.converged or (soft and not self._damped)
+        return solve if damped.converged and self._lost else damped
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
         """Set ``direction``, the change of each control in a longest step, from ``start`` on."""
