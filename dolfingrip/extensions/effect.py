@@ -114,7 +114,7 @@ class Effect(Section):
         neutral: values of its parameters at which it has no effect.
         mixed: whether its energy is also valid with a pressure field (element ``P2-P1``).
         plate: whether it belongs to the force sensor's plate, which a free finger does not feel.
-        clock: whether its readings depend on time although it is not dissipative.
+        clock: whether its readings depend on time.
         tried: whether a diagnosis tries it as a cause.
         nuisance: whether a laboratory never knows it exactly, so that it is no cause.
         shapeless: parameters that do not alter the shape of its change: they hardly matter, or they

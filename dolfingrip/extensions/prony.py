@@ -38,6 +38,7 @@ class Prony(Effect):
 
     kind: ClassVar = "dissipative"
     place: ClassVar = 3
+    clock: ClassVar = True
     neutral: ClassVar = {"g": [0.0]}
 
     g: Annotated[

@@ -26,6 +26,14 @@ ONCE = ("mullins",)
 """What is softened does not soften again up to the same pressure."""
 
 
+def given(effect: type[Effect]) -> dict[type[Effect], dict[str, float]]:
+    return {effect: YIELDING if effect.name() == "permanent_set" else {}}
+
+
+def felt(effect: type[Effect]) -> tuple[str, ...]:
+    return TOUCHING if effect is BellowsFriction else ()
+
+
 def work(on: dict[type[Effect], dict[str, float]], *overrides: str) -> np.ndarray:
     """∮ p dV of both cycles, by the product of the ranges of p and V.
 
@@ -48,11 +56,22 @@ def test_an_elastic_cycle_takes_nothing(overrides: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("effect", DISSIPATIVE, ids=[each.name() for each in DISSIPATIVE])
 def test_a_cycle_takes_work(effect: type[Effect]) -> None:
-    values = {effect: YIELDING if effect.name() == "permanent_set" else {}}
-    first, second = work(values, *(TOUCHING if effect is BellowsFriction else ()))
+    first, second = work(given(effect), *felt(effect))
     print(f"{effect.name()}: {first:.2e} of p V in the first cycle, {second:.2e} in the second")
     assert first > 1e-5
     if effect.name() in ONCE:
         assert abs(second) < 1e-7
     else:
         assert second > 1e-5
+
+
+@pytest.mark.parametrize("effect", DISSIPATIVE, ids=[each.name() for each in DISSIPATIVE])
+def test_without_a_clock_the_third_cycle_is_the_second(effect: type[Effect]) -> None:
+    """Which lets a diagnosis read it there."""
+    config = trial.configured(given(effect), *CYCLES, *felt(effect), "experiment.cycles=3")
+    result = run("blocked_force", config, comm=trial.SELF)
+    assert result.failure is None
+    volume, cycle = result.column("cavity_volume_mm3"), result.column("cycle")
+    off = np.abs(volume[cycle == 3] - volume[cycle == 2]).max() / np.ptp(volume)
+    print(f"{effect.name()}: {off:.1e} of the volume's change")
+    assert bool(off > 1e-4) is effect.clock

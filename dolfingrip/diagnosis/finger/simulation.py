@@ -138,7 +138,7 @@ class FingerSimulation:
             for name, values in columns.items():
                 if name == "time_s" or not len(values):
                     continue
-                if len(run.route.legs) > 1 or run.group.in_time is run.route:
+                if run.route is not run.group.curve:
                     own[name] = run.route.at_rows(values, count)
                     continue
                 (leg,) = run.route.legs

@@ -25,6 +25,7 @@ class SimulationGroup:
         tests: numbers of the tests.
         curve: one elastic curve, shared by all tests of this set-up, however they went.
         in_time: the way these tests went.
+        settled: the same without cycles that go as the one before them, which is read again.
     """
 
     experiment: str
@@ -32,10 +33,14 @@ class SimulationGroup:
     tests: tuple[int, ...]
     curve: Route
     in_time: Route
+    settled: Route
 
     def route(self, config: Config) -> Route:
         """The stops that ``config``, this group's with other values, has to be simulated at."""
-        return self.curve if path_independent(config) else self.in_time
+        if path_independent(config):
+            return self.curve
+        clock = any(effect.clock for effect in config.extensions.active())
+        return self.in_time if clock else self.settled
 
 
 def path_independent(config: Config) -> bool:
@@ -76,13 +81,15 @@ def groups(
         curve = routes.elastic([each.segments for each in of_setup], control, more)
         for part in _together(of_setup, _same_way):
             tests = tuple(each.test.number for each in part)
+            led_by = [each.segments for each in part]
             found.append(
                 SimulationGroup(
                     part[0].test.experiment,
                     part[0].config,
                     tests,
                     _of(curve, measurement, tests),
-                    routes.in_time([each.segments for each in part], control),
+                    routes.in_time(led_by, control),
+                    routes.in_time(led_by, control, settles=True),
                 )
             )
     return found

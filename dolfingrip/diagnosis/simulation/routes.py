@@ -6,7 +6,7 @@ interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has stops tha
 How many there are, :class:`~dolfingrip.diagnosis.policy.RoutePolicy` says. The control is taken as
 one-directional within a ramp and constant within a wait, at the mean of what was read: the gauge's
 own noise is no motion of the finger. Where a ramp begins behind the end of the one before, the way
-back is led, too.
+back is led, too. A model with a memory but no clock settles: its third cycle is its second.
 """
 
 from __future__ import annotations
@@ -111,12 +111,9 @@ def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
 
 def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
     """Whether two tests went the same way, so that one simulation serves both."""
-    if [(s.cycle, s.branch) for s in first] != [(s.cycle, s.branch) for s in second]:
-        return False
     size = max(abs(s.end) for s in first)
-    return all(
-        abs(a.end - b.end) <= ROUTES.alike * size
-        and abs(a.lasts_s - b.lasts_s) <= ROUTES.alike_in_time * a.lasts_s + 0.5
+    return _as_far(first, second, ROUTES.alike * size) and all(
+        a.cycle == b.cycle and abs(a.lasts_s - b.lasts_s) <= ROUTES.alike_in_time * a.lasts_s + 0.5
         for a, b in zip(first, second, strict=True)
     )
 
@@ -148,26 +145,37 @@ def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float) -
     return Route(control, tuple(time_s), tuple(at), (1,) * count, ("loading",) * count, (leg,))
 
 
-def in_time(tests: Sequence[Sequence[Segment]], control: str) -> Route:
+def in_time(tests: Sequence[Sequence[Segment]], control: str, *, settles: bool = False) -> Route:
     """The way that the tests went, in time; all have to be alike.
 
     The test with most rows says where the stops are.
+
+    Args:
+        tests: segments of each.
+        control: column of the control.
+        settles: whether a cycle that goes as far as those before it is like the one before: that of
+            a model with a memory but no clock. It is read from that one then.
     """
     told = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
+    again = _settled(told) if settles else {}
     stops: list[Stop] = []
     legs: list[Leg] = []
     for i, segment in enumerate(told):
         same = [test[i] for test in tests]
         waits = segment.branch == "hold"
-        stops += _back(segment, stops)
-        before = stops[-1] if stops else None
-        first = len(stops)
-        stops += _wait(segment, before) if waits else _ramp(segment, before)
-        if before is not None and (not waits or before.value == stops[-1].value):
-            first -= 1  # the leg begins where the one before it ends
-        own = stops[first:]
+        if i in again:
+            places = legs[again[i]].stops
+        else:
+            stops += _back(segment, stops)
+            before = stops[-1] if stops else None
+            first = len(stops)
+            stops += _wait(segment, before) if waits else _ramp(segment, before)
+            if before is not None and (not waits or before.value == stops[-1].value):
+                first -= 1  # the leg begins where the one before it ends
+            places = np.arange(first, len(stops))
+        own = [stops[place] for place in places]
         if waits:
-            start_s = segment.time_s[0]
+            start_s = told[again.get(i, i)].time_s[0]
             moments_s = [each.time_s - each.time_s[0] + start_s for each in same]
             stops_s = np.array([stop.time_s for stop in own])
             rows_at, at = _faded(np.concatenate(moments_s), stops_s), _faded(stops_s, stops_s)
@@ -175,9 +183,37 @@ def in_time(tests: Sequence[Sequence[Segment]], control: str) -> Route:
             rows_at = np.concatenate([each.value for each in same])
             at = np.array([stop.value for stop in own])
         rows = np.concatenate([each.rows for each in same])
-        legs.append(Leg(np.arange(first, len(stops)), at, rows, rows_at))
+        legs.append(Leg(places, at, rows, rows_at))
     time_s, value, cycle, branch = zip(*stops, strict=True)
     return Route(control, time_s, value, cycle, branch, tuple(legs))
+
+
+def _settled(told: Sequence[Segment]) -> dict[int, int]:
+    """Segments of cycles that go as the one before them did, where that was not the first so far.
+
+    Returns:
+        the place of the segment that it is like, by that of each.
+    """
+    cycles: dict[int, list[int]] = {}
+    for place, segment in enumerate(told):
+        cycles.setdefault(segment.cycle, []).append(place)
+    off = ROUTES.alike * max(abs(segment.end) for segment in told)
+    found: dict[int, int] = {}
+    for before, now in pairwise([*cycles.values()][1:]):
+        ends = [segment.end for segment in told[: before[0]]]
+        own, again = ([told[place] for place in each] for each in (before, now))
+        known = all(min(ends) - off <= each.end <= max(ends) + off for each in own)
+        starts = abs(own[0].value[0] - again[0].value[0]) <= off
+        if known and starts and _as_far(own, again, off):
+            found |= dict(zip(now, before, strict=True))
+    return found
+
+
+def _as_far(first: Sequence[Segment], second: Sequence[Segment], off: float) -> bool:
+    """Whether the same branches lead to the same ends, but for ``off``."""
+    return [each.branch for each in first] == [each.branch for each in second] and all(
+        abs(a.end - b.end) <= off for a, b in zip(first, second, strict=True)
+    )
 
 
 def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:

@@ -148,6 +148,38 @@ def test_cycles_of_which_only_the_loading_is_read(tmp_path: Path) -> None:
     assert len(stops) == 15
 
 
+def test_a_settled_cycle_is_read_again(tmp_path: Path) -> None:
+    """The third of three alike is the second, and a fourth that goes farther is led."""
+    up, down = [20.0, 40.0, 60.0], [40.0, 20.0, 0.0]
+    one = [("loading", p) for p in up] + [("unloading", p) for p in down]
+    way = [(c, *each) for c in (1, 2, 3) for each in one] + [(4, "loading", 90.0)]
+    lines = [f"A,{c},{branch},{k},{p},1" for k, (c, branch, p) in enumerate(way)]
+    (group,) = groups(measured(tmp_path, lines), Config())
+    assert group.settled.value == (*up, *down, *up, *down, 90.0)
+    rows = group.settled.at_rows(np.arange(13.0), len(way))
+    np.testing.assert_allclose(rows, [*range(12), *range(6, 12), 12], atol=1e-12)
+    assert len(group.in_time.value) == len(way)
+    # the first to go so far is not like any before
+    lines = [f"A,{c},loading,{2 * c + k},{p},1" for c in (1, 2, 3) for k, p in ((0, 5), (1, 9 + c))]
+    (own,) = groups(measured(tmp_path, lines), Config())
+    assert own.settled.value == own.in_time.value
+
+
+@pytest.mark.parametrize(
+    ("effects", "route"),
+    [
+        ((), "curve"),
+        (("mullins", "permanent_set", "plate_friction", "bellows_friction"), "settled"),
+        (("mullins", "line_lag"), "in_time"),
+        (("prony",), "in_time"),
+    ],
+)
+def test_what_has_no_clock_settles(tmp_path: Path, effects: tuple[str, ...], route: str) -> None:
+    (group,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config())
+    config = Config().overridden([f"extensions.{name}={{}}" for name in effects])
+    assert group.route(config) is getattr(group, route)
+
+
 def test_pulses_are_waits_apart(tmp_path: Path) -> None:
     lines = [f"A,{1 + k // 20},hold,{0.5 * k:.2f},{20.0 * (k // 10 % 2):.1f},1" for k in range(40)]
     (group,) = groups(measured(tmp_path, lines), Config())
