@@ -34,9 +34,7 @@ def reference_measurement(
     ]
     way = planned.cycles(count, unload=unload)
     tables = [
-        planned.rows(
-            test, way, PRESSURES_kPa, RATE_kPa_per_s, READINGS[test.experiment], at_rest=True
-        )
+        planned.rows(test, way, PRESSURES_kPa, RATE_kPa_per_s, READINGS[test.experiment])
         for test in tests
     ]
     return Measurement(pd.concat(tables, ignore_index=True), tests)

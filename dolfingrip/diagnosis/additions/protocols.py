@@ -220,4 +220,4 @@ def _rows(
     test: SpecimenTest, way: Way, top: float, rate: float, columns: Sequence[str]
 ) -> pd.DataFrame:
     ramp = top * np.arange(1, ADDITIONS.stops + 1) / ADDITIONS.stops
-    return planned.rows(test, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s, at_rest=True)
+    return planned.rows(test, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s)

@@ -28,9 +28,8 @@ def rows(
     columns: Sequence[str],
     *,
     hold_s: float = 60.0,
-    at_rest: bool = False,
 ) -> pd.DataFrame:
-    """Rows of a protocol, as in ``Measurement.readings``.
+    """Rows of a protocol, as in ``Measurement.readings``; the first is at rest.
 
     Args:
         test: test of the rows; its ``control`` column is prescribed.
@@ -39,7 +38,6 @@ def rows(
         rate: rate of ramps, in the unit of ``ramp`` per second.
         columns: columns that are read.
         hold_s: duration of a wait.
-        at_rest: whether there is a reading before it begins.
     """
     values = np.asarray(ramp, dtype=float)
     found: list[dict[str, Any]] = []
@@ -49,7 +47,7 @@ def rows(
             waits = hold_s * (np.arange(1, DATA.readings_of_wait + 1) / DATA.readings_of_wait) ** 2
             steps = [(here, time_s + wait) for wait in waits]
         else:
-            up = np.append(0.0, values) if at_rest and not number else values
+            up = values if number else np.append(0.0, values)
             steps = []
             for value in up if branch == "loading" else np.append(values[-2::-1], 0.0):
                 time_s += abs(value - here) / rate

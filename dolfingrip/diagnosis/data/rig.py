@@ -129,4 +129,4 @@ def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataF
     way = planned.cycles(protocol.cycles, unload=protocol.unload)
     if protocol.hold_s:
         way.insert(1, ("hold", 1))
-    return planned.rows(test, way, ramp, rate, columns, hold_s=protocol.hold_s, at_rest=True)
+    return planned.rows(test, way, ramp, rate, columns, hold_s=protocol.hold_s)
