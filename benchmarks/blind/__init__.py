@@ -10,7 +10,7 @@ What is hidden is simulated in full by other settings than the analyser's, all o
 - :mod:`command`: the command line;
 - :mod:`ci`: few cases that continuous integration runs.
 
-**Rules**, fixed before a confirmation set is drawn (``case.SEEDS`` differ):
+**Rules**, fixed before a confirmation set is drawn (``SEEDS`` of either half differ):
 
 - What is diagnosed is what ``dolfingrip diagnose`` does up to its verdict, on every case.
 - *Named*: the answer is a cause, and the hidden cause is in one of its sets.

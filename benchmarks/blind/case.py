@@ -8,9 +8,6 @@ from typing import Final, Protocol
 
 import numpy as np
 
-SEEDS: Final = {"development": 101, "confirmation": 662607, "prior": 77}
-"""Of the sets: one to mend the analyser on, one for figures alone, one from the priors."""
-
 SEEN: Final = 6.0
 """Standard deviations from which on something is hidden."""
 FAR: Final = (3.0, 5.0)

@@ -156,13 +156,13 @@ def test_draws_of_a_density_in_a_corner(width: float) -> None:
 
 def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     """Five standard deviations off, it is the cause itself, and no effect is named for it."""
-    own = case(1.6 * drawn(), WAVES)
+    own = case(drawn() + 0.6 * BASE, WAVES)
     posterior = search(own, np.random.default_rng(SEED))
     decision = decide(posterior)
     factor = own.factor(decision.best.zeta[0])
     assert decision.answer == "cause"
     assert (decision.first,) == own.ground_names
-    assert decision.probability > 0.5
+    assert decision.probability > 0.9
     assert float(factor) == pytest.approx(1.6, rel=0.02)
 
 
