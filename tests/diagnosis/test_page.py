@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dolfingrip.diagnosis import outcome, page
 from dolfingrip.diagnosis.answer.found import OfTheRig
-from dolfingrip.diagnosis.answer.ten_lines import _far_off
+from dolfingrip.diagnosis.answer.ten_lines import _off
 from dolfingrip.diagnosis.page import HEADINGS
 
 LINES = outcome.Brief(
@@ -43,8 +43,12 @@ def test_a_plate_that_was_set_often_is_told_in_one_sentence() -> None:
         for at, value in enumerate((0.3, 1.4, 1.6, 1.9))
     ]
     gain = OfTheRig("pressure_gain", "%", 1.5, 41.0, 0.0)
-    assert _far_off([gain, *gaps]) == [
+    assert _off([gain, *gaps]) == [
         "pressure_gain is off by +41 % (±1.5 % was told: 27.3 standard deviations)",
         "plate_gap_mm is off by +1.4 to +1.9 mm in 3 of 4 settings (±0.3 mm was told: up to 6.3 "
+        "standard deviations)",
+    ]
+    assert _off(gaps, every=True) == [
+        "plate_gap_mm is off by +0.3 to +1.9 mm in 4 of 4 settings (±0.3 mm was told: up to 6.3 "
         "standard deviations)",
     ]

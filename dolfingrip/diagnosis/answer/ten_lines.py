@@ -95,18 +95,18 @@ def _configured(found: Diagnosis) -> str:
         f"As configured the model is {_percent(share)} off (root mean square){so_far}. "
         f"{found.fitted(found.decision.best)}"
     ]
-    told += [f"{each}." for each in _far_off(found.rig(found.decision.best))]
+    told += [f"{each}." for each in _off(found.rig(found.decision.best))]
     return " ".join(told)
 
 
-def _far_off(rig: Sequence[OfTheRig]) -> list[str]:
-    """Numbers of the rig that are far out, those that were set several times in one sentence."""
+def _off(rig: Sequence[OfTheRig], *, every: bool = False) -> list[str]:
+    """Numbers of the rig that are far out, or every one; several settings in one sentence."""
     kinds: dict[str, list[OfTheRig]] = defaultdict(list)
     for each in rig:
         kinds[each.name.partition(" at ")[0]].append(each)
     found: list[str] = []
     for kind, alike in kinds.items():
-        far = [each for each in alike if each.telling]
+        far = [each for each in alike if every or each.telling]
         if len(far) < PAGE.in_words:
             found += map(_of_the_rig, far)
             continue
@@ -262,8 +262,8 @@ def _assumed(found: Diagnosis) -> str:
         f"{configured[e.key]:.3g} {named(e.key).unit})"
         for e in numbers if e.key in configured
     ]  # fmt: skip
-    rig = found.rig(found.decision.best)
-    parts += [f"{text[0].lower()}{text[1:]}" for text in map(_of_the_rig, rig)]
+    rig = _off(found.rig(found.decision.best), every=True)
+    parts += [f"{text[0].lower()}{text[1:]}" for text in rig]
     parts.append(scatter(found))
     if any("guess" in sentence for sentence in found.analysed.errors.sentences):
         parts.append("the noise is a guess: tell it under [noise]")
