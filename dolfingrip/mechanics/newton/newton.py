@@ -233,6 +233,7 @@ class Newton:
         damped: bool = False,
         before: Mapping[str, float] | None = None,
         again: bool = True,
+        iterations: int | None = None,
     ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
@@ -247,26 +248,29 @@ class Newton:
                 the first tangent is that of the equilibrium path. A pressure without the stress
                 that bears it would soften it.
             again: whether a second start is allowed; a caller that halves its step forbids it.
+            iterations: at most, if fewer than the settings allow.
         """
         here = self.model.unknowns.local()
         lagged = self.model.lagged_state()
         self._before = before or {}
         self.watch.start()
-        solve = self._iterate(guess, damped=damped)
+        solve = self._iterate(guess, damped=damped, iterations=iterations)
         if again and not solve.converged and self._lagging.overshot:
             self.model.unknowns.set_local(here)
             self.model.restore_lagged(lagged)
             self._before = before or {}
-            second = self._iterate(guess, damped=damped, corrected=False)
+            second = self._iterate(guess, damped=damped, corrected=False, iterations=iterations)
             solve = replace(second, iterations=solve.iterations + second.iterations)
         self.counts.damped += damped and solve.converged
         return solve
 
-    def _iterate(self, guess: Guess | None, *, damped: bool, corrected: bool = True) -> Solve:
+    def _iterate(
+        self, guess: Guess | None, *, damped: bool, corrected: bool = True, iterations: int | None
+    ) -> Solve:
         """Iterate once through a solve; the arguments are those of :meth:`solve`."""
         model = self.model
         carried = model.carried
-        self._prepare(damped)
+        self._prepare(damped, iterations)
         self._lagging.start(corrected=corrected)
         if guess is not None:
             most = self._policy.guess_residual_ratio
@@ -316,11 +320,11 @@ class Newton:
 
         return solve
 
-    def _prepare(self, damped: bool) -> None:
-        """Prepare SNES for a damped or an undamped solve."""
+    def _prepare(self, damped: bool, iterations: int | None = None) -> None:
+        """Prepare SNES for a damped or an undamped solve of so many iterations at most."""
         self._damped = damped
         self._damping.start()
         solver = self._damping if damped else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)
-        most = self.settings.max_iterations
-        self._snes.setTolerances(max_it=self._policy.damping.iterations * most if damped else most)
+        allowed = self.settings.max_iterations * (self._policy.damping.iterations if damped else 1)
+        self._snes.setTolerances(max_it=min(allowed, iterations or allowed))

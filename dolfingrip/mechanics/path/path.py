@@ -208,20 +208,23 @@ class LoadPath:
 
         A step that fails is solved again with damping. If damping has not helped towards this
         target it is left out, except for the ``last`` step that is tried: beyond a limit point a
-        damped solve takes many iterations to run away. A path without jumps takes what damping
-        finds only where the model changes little, as where one fold of many touches the next.
+        damped solve takes many iterations to run away. A path without jumps tries it once, and
+        takes what it finds only where the model changes little, as where one fold of many touches
+        the next.
         """
         before = None
         if self._policy.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
         again = last or not self._policy.halves_first
         solve = self.newton.solve(guess, before=before, again=again)
-        gives_up = (self._lost or self._policy.halves_first) and not last
+        gives_up = (self._lost or self._policy.halves_first) and not (last and self._damped)
         if solve.converged or gives_up:
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)
-        damped = self.newton.solve(damped=True)
+        damped = self.newton.solve(
+            damped=True, iterations=None if self._damped else self._policy.small_jump
+        )
         soft = self._stiffness(length, good) < self._policy.soft * self._stiffest
         self._lost = not damped.converged or (soft and not self._damped)
         return solve if damped.converged and self._lost else damped

@@ -106,6 +106,8 @@ class PathPolicy:
         away: part of the largest stiffness below which a motion past unstable states runs away.
         comfortable: Newton iterations up to which the next step may be longer.
         sliver: part of a step that is too small for a last step of its own.
+        small_jump: iterations of a damped solve over a small jump, at most. Jumps of folds of the
+            reference finger take up to 41; where there is no state near by, it ends the sooner.
         from_equilibrium: whether a step that starts without a predicted state has its first tangent
             with the controls of its start.
         halves_first: whether a step that fails is halved before it starts again in another way or
@@ -116,6 +118,7 @@ class PathPolicy:
     away: float = 0.1
     comfortable: int = 8
     sliver: float = 0.01
+    small_jump: int = 45
     from_equilibrium: bool = False
     halves_first: bool = False
     length: LengthPolicy = field(default_factory=LengthPolicy)
