@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,9 @@ from diagnosis.simulation.here import Here
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis import outcome
+from dolfingrip.diagnosis.additions.next_experiment import Then, next_experiments
+from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.compare import _without
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import read
@@ -94,6 +98,28 @@ def test_other_rates_and_waits_would_tell_them_apart(ninjaflex: CouponDiagnosis)
     splitting = {each.name for each in ninjaflex.next if each.splits}
     assert "a coupon at a tenth of the rate" in splitting
     assert "a coupon with a hold of 60 s at the largest strain" in splitting
+
+
+def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
+    ninjaflex: CouponDiagnosis,
+) -> None:
+    """As polynomials at three times the strain that they were fitted to."""
+
+    def then(proposal: Proposal, fits: Sequence[Fit]) -> Then:
+        (first, *others), *rest = ninjaflex.then(proposal, fits)
+        if "1.5" in proposal.name:
+            first = replace(first, slopes=np.full_like(first.slopes, np.nan))
+        return ([first, *others], *rest)  # type: ignore[return-value]
+
+    found, failed = next_experiments(
+        ninjaflex.posterior, ninjaflex.decision, ninjaflex.analysed.measurement, Config(),
+        ninjaflex.analysed.errors.noise, then, print,
+    )  # fmt: skip
+    left = [each.name for each in ninjaflex.next if "1.5" in each.name]
+    assert left
+    assert {each.name for each in found} == {each.name for each in ninjaflex.next} - {*left}
+    assert len(failed) == len(left)
+    assert all("no equilibrium" in each for each in failed)
 
 
 def test_an_extension_that_is_not_allowed_is_a_warning(

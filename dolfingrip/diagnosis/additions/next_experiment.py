@@ -55,9 +55,16 @@ def next_experiments(
     for proposal in proposals(measurement, config):
         say(f"next experiment: {proposal.name}")
         try:
-            found.append(comparison.worth(proposal, *then(proposal, fits)))
+            after, shared, cross, unseen = then(proposal, fits)
         except ConfigError as error:
             failed.append(f"{proposal.name} could not be judged: {error}")
+            continue
+        if not all(np.isfinite(each.slopes).all() for each in after):
+            failed.append(
+                f"{proposal.name} could not be judged: a likely law has no equilibrium there"
+            )
+            continue
+        found.append(comparison.worth(proposal, after, shared, cross, unseen))
     return sorted(found, key=lambda worth: worth.rank), failed
 
 
