@@ -225,9 +225,11 @@ class LoadPath:
         damped = self.newton.solve(
             damped=True, iterations=None if self._damped else self._policy.small_jump
         )
-        soft = self._stiffness(length, good) < self._policy.soft * self._stiffest
-        self._lost = not damped.converged or (soft and not self._damped)
-        return solve if damped.converged and self._lost else damped
+        if damped.converged and not self._damped:
+            self._lost = self._stiffness(length, good) < self._policy.soft * self._stiffest
+            return solve if self._lost else damped
+        self._lost = not damped.converged
+        return damped
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
         """Set ``direction``, the change of each control in a longest step, from ``start`` on."""
