@@ -66,7 +66,7 @@ def fit_laws(
     choice = choose(fits, data)
     best = choice.best
     screen.print(_told(data, readings), soft_wrap=True)
-    screen.print(_quality(fits, best))
+    screen.print(_quality(fits, best, data))
     screen.print()
     screen.print(_values(fits, best))
     for line in (*choice.reasons, *_remarks(fits, best, data)):
@@ -86,36 +86,42 @@ def fit_laws(
 
 
 def _told(data: Sequence[Series], readings: int) -> str:
+    from dolfingrip.experiments.material_fit.coupons import farthest
+
     parts = []
     for mode in dict.fromkeys(series.mode for series in data):
         of_mode = [series for series in data if series.mode == mode]
-        farthest = max(float(series.stretch.max()) for series in of_mode)
         count = f"{len(of_mode)} specimen{'s' if len(of_mode) > 1 else ''}"
-        parts.append(f"{mode}: {count}, to a stretch of {farthest:.3g}")
+        parts.append(f"{mode}: {count}, to a stretch of {farthest(of_mode):.3g}")
     return f"{readings} readings; {'; '.join(parts)}"
 
 
-def _quality(fits: Sequence[Fit], best: Fit) -> Table:
+def _quality(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> Table:
     """A table: how well each law fits, to which stretches it is stable, when a balloon gives way.
 
     The laws' titles and the modes are wrapped, so that the table fits into 80 columns.
     """
-    from dolfingrip.experiments.material_fit.coupons import MODES
-    from dolfingrip.experiments.material_fit.homogeneous import limit_points, stable_to
+    from dolfingrip.experiments.material_fit.choice import unstable
+    from dolfingrip.experiments.material_fit.coupons import MODES, farthest
+    from dolfingrip.experiments.material_fit.homogeneous import limit_points
+    from dolfingrip.experiments.material_fit.policy import POLICY
 
+    highest = max(POLICY.looked_at, 2 * farthest(data))
     stable = f"Stable to stretch ({', '.join(MODES)})"
     names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
     columns: dict[str, list[str]] = {name: [] for name in names}
     for fit in fits:
-        limits = [f"{at:.3g}" for at, greatest in limit_points(fit.law, fit.values) if greatest]
+        turns = limit_points(fit.law, fit.values, highest)
+        limits = [f"{at:.3g}" for at, greatest in turns if greatest]
+        ends = unstable(fit, dict.fromkeys(MODES, highest))
         row = (
             "\n".join(textwrap.wrap(fit.law.title, TITLE)) + (" ←" if fit is best else ""),
             f"{fit.rms_MPa:.2g}",
             f"{100 * fit.relative_rms:.2g}",
             f"{fit.correlation:z.2f}",
             f"{fit.criterion:z.1f}",
-            ", ".join(f"{stable_to(fit.law, mode, fit.values)[1]:.3g}" for mode in MODES),
-            ", ".join(limits) or "none",
+            ", ".join(f"{ends[m]:.3g}" if m in ends else f"> {highest:.3g}" for m in MODES),
+            ", ".join(limits) or f"none up to {highest:.3g}",
         )
         for name, cell in zip(names, row, strict=True):
             columns[name].append(cell)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from dolfingrip.experiments.material_fit.coupons import MODES, Series
+from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
 from dolfingrip.experiments.material_fit.fit import Fit
 from dolfingrip.experiments.material_fit.homogeneous import Mode
 from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme
@@ -31,8 +31,7 @@ def plot(data: Sequence[Series], fits: Sequence[Fit], best: Fit, file: Path) -> 
         best: the law that is drawn with its interval.
         file: PNG to write.
     """
-    farthest = max(float(series.stretch.max()) for series in data)
-    stretch = np.linspace(1.0, farthest, 120)
+    stretch = np.linspace(1.0, farthest(data), 120)
     with figure_theme():
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         FigureCanvasAgg(figure)

@@ -79,19 +79,36 @@ def test_compressible_stress_tends_to_the_incompressible() -> None:
 def test_limit_points_of_balloons() -> None:
     """Neo-Hooke's pressure is greatest at 7^(1/6) (Ogden 1984, section 5.2.3); Mooney–Rivlin's with
     C01/C10 = 0.1 has a maximum and a minimum, which meet at C01/C10 = 0.21446."""
-    (found,) = homogeneous.limit_points(LAWS["neo-hooke"], [2.0])
+    (found,) = homogeneous.limit_points(LAWS["neo-hooke"], [2.0], 8.0)
     assert found == (pytest.approx(7 ** (1 / 6), abs=1e-6), True)
-    both = homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.1])
+    both = homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.1], 8.0)
     assert [greatest for _, greatest in both] == [True, False]
-    assert not homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2148])
-    assert homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2140])
+    assert not homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2148], 8.0)
+    assert homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2140], 8.0)
 
 
 def test_stability() -> None:
-    """Mooney–Rivlin with a negative factor loses stability, neo-Hooke does not."""
-    assert homogeneous.stable_to(LAWS["neo-hooke"], "uniaxial", [1.0])[1] == pytest.approx(8)
-    _, most = homogeneous.stable_to(LAWS["mooney-rivlin"], "equibiaxial", [1.0, -0.2])
-    assert 1.05 < most < 3
+    """Mooney–Rivlin with a negative factor loses stability, neo-Hooke does not, however far."""
+    for highest in (2.0, 8.0, 20.0):
+        assert homogeneous.unstable_from(LAWS["neo-hooke"], "uniaxial", [1.0], highest) is None
+    end = homogeneous.unstable_from(LAWS["mooney-rivlin"], "equibiaxial", [1.0, -0.2], 8.0)
+    assert end is not None
+    assert 1.05 < end < 3
+    before = 0.99 * end
+    law = LAWS["mooney-rivlin"]
+    assert homogeneous.unstable_from(law, "equibiaxial", [1.0, -0.2], before) is None
+
+
+@pytest.mark.parametrize("top", [7.8, 8.2, 12.0])
+def test_the_law_that_is_chosen_does_not_depend_on_the_end_of_a_search(top: float) -> None:
+    """One Ogden rubber that is pulled to three stretches, with deviations that no law has."""
+    stretch = np.linspace(1.05, top, 60)
+    exact = stress(LAWS["ogden-1"], "uniaxial", stretch, VALUES["ogden-1"])
+    odd = exact * (1 + 0.02 * np.sin(3 * stretch))
+    data = [coupons.Series("rubber", "uniaxial", stretch, odd, None)]
+    chosen = choice.choose([fit(law, data) for law in LAWS.values()], data).best
+    assert chosen.law.name == "ogden-1"
+    assert not choice.unstable(chosen, dict.fromkeys(coupons.MODES, top))
 
 
 def made(mode: Mode, name: str, noise: float = 0.0) -> coupons.Series:
@@ -198,7 +215,11 @@ SETUP = "gauge_length_mm = 10.0\narea_mm2 = 2.0\n"
 @pytest.mark.parametrize(
     ("table", "setup", "said"),
     [
-        ("force_N\n1\n", SETUP, "a.csv: missing column displacement_mm"),
+        (
+            "force_N\n1\n",
+            SETUP,
+            "a.csv: missing column; allowed: one of displacement_mm, strain, stretch",
+        ),
         (HEADER + "1,x,planar\n", SETUP, "column force_N: allowed: numbers"),
         (HEADER + ROWS, "area_mm2 = 2.0\n", "gauge_length_mm = None: allowed: above 0 mm"),
         (HEADER + ROWS, None, "a.toml: No such file"),
@@ -227,3 +248,22 @@ def test_a_table_tells_its_mode(tmp_path: Path) -> None:
     assert series.mode == "planar"
     np.testing.assert_allclose(series.stretch, [1.1, 1.2, 1.3])
     np.testing.assert_allclose(series.stress_MPa, [0.5, 1.0, 1.5])
+
+
+def test_nominal_strain_and_stress_are_read(tmp_path: Path) -> None:
+    """A table of strains and stresses, as data bases of rubber have it, needs no dimensions."""
+    rows = [(0.2, 0.1517), (0.4, 0.2669), (0.6, 0.3628)]
+    file = tmp_path / "nominal.csv"
+    file.write_text("strain,stress_MPa\n" + "".join(f"{e},{s}\n" for e, s in rows))
+    (series,) = coupons.read(file)
+    assert series.mode == "uniaxial"
+    np.testing.assert_allclose(series.stretch, [1.2, 1.4, 1.6])
+    np.testing.assert_allclose(series.stress_MPa, [0.1517, 0.2669, 0.3628])
+    assert series.noise_MPa is None
+    file.with_suffix(".toml").write_text(
+        'mode = "equibiaxial"\n[noise]\nstress_MPa = 0.003\nstrain = 0.01\n'
+    )
+    (series,) = coupons.read(file)
+    steepness = np.polyfit(series.stretch, series.stress_MPa, 1)[0]
+    assert series.mode == "equibiaxial"
+    assert series.noise_MPa == pytest.approx(np.hypot(0.003, 0.01 * steepness))

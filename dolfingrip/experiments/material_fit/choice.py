@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from dolfingrip.experiments.material_fit import material_file
-from dolfingrip.experiments.material_fit.coupons import MODES, Series
+from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
 from dolfingrip.experiments.material_fit.fit import Fit
-from dolfingrip.experiments.material_fit.homogeneous import Mode, stable_to
+from dolfingrip.experiments.material_fit.homogeneous import Mode, unstable_from
 from dolfingrip.experiments.material_fit.policy import POLICY
 
 
@@ -31,41 +31,41 @@ def choose(fits: Sequence[Fit], data: Sequence[Series]) -> Choice:
     A law qualifies if it is stable by Drucker's criterion in all three modes of tension, up to the
     largest measured stretch: a finger's wall is stretched along two directions, whatever the
     coupons were. If none is, those qualify that are stable where they were measured, else those
-    that a configuration can have, else all. Of those that qualify and whose relative rms is at most
-    ``POLICY.equal`` larger than the smallest, the one with the fewest constants is chosen, and of
-    several the one with the smallest criterion.
+    that a configuration can have, else all. Of those that qualify and whose scatter is at most
+    ``POLICY.equal`` larger than the smallest, or below ``POLICY.finest``, the one with the fewest
+    constants is chosen, and of several the one with the smallest criterion.
 
     Args:
         fits: fits of the laws.
         data: series that they were fitted to.
     """
-    farthest = max(float(series.stretch.max()) for series in data)
+    reached = farthest(data)
     usable = [fit for fit in fits if material_file.allowed(fit)]
-    everywhere = dict.fromkeys(MODES, farthest)
+    everywhere = dict.fromkeys(MODES, reached)
     measured = {
-        mode: max(float(series.stretch.max()) for series in data if series.mode == mode)
+        mode: farthest(series for series in data if series.mode == mode)
         for mode in {series.mode for series in data}
     }
     stable = [fit for fit in usable if not unstable(fit, everywhere)]
-    where = f"stable (Drucker) in all modes of tension up to a stretch of {farthest:.3g}"
+    where = f"stable (Drucker) in all modes of tension up to a stretch of {reached:.3g}"
     if not stable:
         stable = [fit for fit in usable if not unstable(fit, measured)]
         where = "stable (Drucker) where it was measured, which no law is in all modes of tension"
     if not stable:
         stable = usable or list(fits)
         where = "none of the laws is stable (Drucker) where it was measured"
-    least = min(fit.relative_rms for fit in stable)
-    equal = [fit for fit in stable if fit.relative_rms <= (1 + POLICY.equal) * least]
+    enough = max((1 + POLICY.equal) * min(map(_scatter, stable)), POLICY.finest)
+    equal = [fit for fit in stable if _scatter(fit) <= enough]
     best = min(equal, key=lambda fit: (len(fit.values), fit.criterion))
     reasons = [f"{best.law.title} is chosen: {where}; rms {100 * best.relative_rms:.2g} %"]
     if len(equal) > 1:
+        count = len(best.values)
+        constants = f"{count} constant" if count == 1 else f"{count} constants"
         others = "; ".join(fit.law.title for fit in equal if fit is not best)
-        reasons[0] += (
-            f"; {len(best.values)} constants, no more than laws that fit as well: {others}"
-        )
+        reasons[0] += f"; {constants}, no more than laws that fit as well: {others}"
     reasons += [
         f"{fit.law.title} is not chosen: not stable (Drucker) in {mode} tension beyond a stretch "
-        f"of {most:.3g}; the data go to {farthest:.3g}"
+        f"of {most:.3g}; the data go to {reached:.3g}"
         for fit in fits
         if not any(fit is each for each in stable)
         and fit.relative_rms <= (1 + POLICY.equal) * best.relative_rms
@@ -74,7 +74,26 @@ def choose(fits: Sequence[Fit], data: Sequence[Series]) -> Choice:
     return Choice(best, tuple(reasons))
 
 
-def unstable(fit: Fit, stretches: dict[Mode, float]) -> dict[Mode, float]:
-    """Modes in which a law becomes unstable before these stretches, and where it does."""
-    ends = {mode: stable_to(fit.law, mode, fit.values)[1] for mode in stretches}
-    return {mode: most for mode, most in ends.items() if most < stretches[mode]}
+def _scatter(fit: Fit) -> float:
+    """Return the relative scatter of readings about a law, estimated without bias.
+
+    Each constant takes one degree of freedom from the residuals.
+    """
+    return fit.relative_rms * (fit.count / (fit.count - len(fit.values))) ** 0.5
+
+
+def unstable(fit: Fit, stretches: Mapping[Mode, float]) -> dict[Mode, float]:
+    """Find the modes of tension in which a law becomes unstable.
+
+    Args:
+        fit: the law with its values.
+        stretches: stretch up to which instabilities are sought, by mode.
+
+    Returns:
+        The stretch from which on the law is unstable, of each mode in which there is one.
+    """
+    ends = {
+        mode: unstable_from(fit.law, mode, fit.values, highest)
+        for mode, highest in stretches.items()
+    }
+    return {mode: end for mode, end in ends.items() if end is not None}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import io
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Final, get_args
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,18 @@ from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.homogeneous import Mode
 from dolfingrip.sections.separator import check_separator
+
+STRAIN: Final = "strain"
+"""Column of nominal strains."""
+
+STRESS: Final = "stress_MPa"
+"""Column of nominal stresses."""
+
+STRETCHES: Final = (DISPLACEMENT.name, STRAIN, "stretch")
+"""Columns that tell how far a coupon is pulled; a table has one of them."""
+
+STRESSES: Final = (FORCE.name, STRESS)
+"""Columns that tell what it resists; a table has one of them."""
 
 MODES: tuple[Mode, ...] = get_args(Mode)
 
@@ -40,12 +52,19 @@ class Series:
     noise_MPa: float | None
 
 
+def farthest(data: Iterable[Series]) -> float:
+    """Return the largest measured stretch of some specimens."""
+    return max(float(series.stretch.max()) for series in data)
+
+
 def read(file: Path, max_stretch: float | None = None) -> list[Series]:
     """The specimens of a table in the format of measured data.
 
-    The TOML file of the same stem gives ``gauge_length_mm`` and ``area_mm2`` (or ``width_mm`` and
-    ``thickness_mm``), at its top or in ``[coupon]``; ``mode`` stands there or is a column of the
-    table. Only readings of the first loading are used.
+    The columns are ``displacement_mm`` and ``force_N``, for which the TOML file of the same stem
+    gives ``gauge_length_mm`` and ``area_mm2`` (or ``width_mm`` and ``thickness_mm``), at its top or
+    in ``[coupon]``. Or they are nominal: ``strain`` or ``stretch``, and ``stress_MPa``. ``mode``
+    stands in the TOML file or is a column of the table. A nominal table needs no TOML file. Only
+    readings of the first loading are used.
 
     Args:
         file: CSV file.
@@ -54,17 +73,20 @@ def read(file: Path, max_stretch: float | None = None) -> list[Series]:
     Raises:
         ConfigError: one line naming the file, what is wrong and what is allowed.
     """
-    table, setup = _table(file), _setup(file)
+    table = _table(file)
+    nominal = DISPLACEMENT.name not in table and FORCE.name not in table
+    setup = {} if nominal and not file.with_suffix(".toml").exists() else _setup(file)
     for column, first in (("experiment", "coupon"), ("cycle", 1), ("branch", "loading")):
         if column in table:
             table = table[table[column].isna() | (table[column] == first)]
-    length = _number(file, setup, "gauge_length_mm")
-    area = setup.get("area_mm2")
-    if area is None:
-        area = _number(file, setup, "width_mm") * _number(file, setup, "thickness_mm")
-    table = table.assign(
-        stretch=1 + table[DISPLACEMENT.name] / length, stress=table[FORCE.name] / float(area)
-    )
+    length = _number(file, setup, "gauge_length_mm") if DISPLACEMENT.name in table else 1.0
+    area = _area_mm2(file, setup) if FORCE.name in table else 1.0
+    if DISPLACEMENT.name in table:
+        table["stretch"] = 1 + table[DISPLACEMENT.name] / length
+    elif STRAIN in table:
+        table["stretch"] = 1 + table[STRAIN]
+    if FORCE.name in table:
+        table[STRESS] = table[FORCE.name] / area
     table = table[table["stretch"] > 0]
     if max_stretch is not None:
         table = table[table["stretch"] <= max_stretch]
@@ -76,8 +98,8 @@ def read(file: Path, max_stretch: float | None = None) -> list[Series]:
     for (mode, specimen), rows in table.groupby(["mode", "specimen"], sort=False, dropna=False):
         if mode not in MODES:
             raise ConfigError(f"--fit {file}: mode = {mode}: allowed: {', '.join(MODES)}")
-        stretch, stress = rows["stretch"].to_numpy(), rows["stress"].to_numpy()
-        noise = _noise(setup, float(area), length, stretch, stress)
+        stretch, stress = rows["stretch"].to_numpy(), rows[STRESS].to_numpy()
+        noise = _noise(setup, area, length, stretch, stress)
         found.append(Series(f"{file.stem} {specimen}".strip(), mode, stretch, stress, noise))
     if sum(len(series.stretch) for series in found) < 3:
         raise ConfigError(f"--fit {file}: allowed: at least 3 readings of the first loading")
@@ -96,12 +118,16 @@ def _table(file: Path) -> pd.DataFrame:
         raise
     except ValueError as error:
         raise ConfigError(f"--fit {file}: no table: {str(error).splitlines()[0]}") from None
-    for column in (DISPLACEMENT.name, FORCE.name):
-        if column not in table:
-            raise ConfigError(f"--fit {file}: missing column {column}")
-        if not np.issubdtype(table[column].dtype, np.number):
-            raise ConfigError(f"--fit {file}: column {column}: allowed: numbers")
-    return table.dropna(subset=[DISPLACEMENT.name, FORCE.name])
+    used = []
+    for columns in (STRETCHES, STRESSES):
+        found = [column for column in columns if column in table]
+        if len(found) != 1:
+            has = f"columns {' and '.join(found)}" if found else "missing column"
+            raise ConfigError(f"--fit {file}: {has}; allowed: one of {', '.join(columns)}")
+        if not np.issubdtype(table[found[0]].dtype, np.number):
+            raise ConfigError(f"--fit {file}: column {found[0]}: allowed: numbers")
+        used += found
+    return table.dropna(subset=used)
 
 
 def _setup(file: Path) -> dict[str, Any]:
@@ -113,6 +139,12 @@ def _setup(file: Path) -> dict[str, Any]:
     except ValueError as error:
         raise ConfigError(f"--fit {file}: {toml.name}: not TOML: {error}") from None
     return {**data, **data.get("coupon", {})}
+
+
+def _area_mm2(file: Path, setup: Mapping[str, Any]) -> float:
+    if "area_mm2" in setup:
+        return _number(file, setup, "area_mm2")
+    return _number(file, setup, "width_mm") * _number(file, setup, "thickness_mm")
 
 
 def _number(file: Path, setup: Mapping[str, Any], key: str) -> float:
@@ -133,10 +165,11 @@ def _noise(
     stress: np.ndarray,
 ) -> float | None:
     known = setup.get("noise", {})
-    if FORCE.name not in known:
+    told = [float(known[column]) for column in STRESSES if column in known]
+    if not told:
         return None
     steepness = 0.0
     if len(stretch) > 2 and np.ptp(stretch) > 0:
         steepness = abs(float(np.polyfit(stretch, stress, 1)[0]))
-    travel = steepness * float(known.get(DISPLACEMENT.name, 0.0)) / length_mm
-    return float(np.hypot(float(known[FORCE.name]) / area_mm2, travel))
+    travels = [float(known[column]) for column in STRETCHES if column in known]
+    return float(np.hypot(told[0] / area_mm2, steepness * sum(travels[:1]) / length_mm))

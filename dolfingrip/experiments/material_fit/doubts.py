@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dolfingrip.experiments.material_fit.coupons import MODES, Series
+from dolfingrip.experiments.material_fit.choice import unstable
+from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
 from dolfingrip.experiments.material_fit.fit import (
     Fit,
     measured_MPa,
@@ -14,7 +15,6 @@ from dolfingrip.experiments.material_fit.fit import (
     residual_variance,
     tolerances_MPa,
 )
-from dolfingrip.experiments.material_fit.homogeneous import stable_to
 from dolfingrip.experiments.material_fit.policy import POLICY
 
 
@@ -60,8 +60,7 @@ def _combination(fit: Fit) -> list[str]:
 
 def _modes(fit: Fit, data: Sequence[Series]) -> list[str]:
     measured = {series.mode for series in data}
-    farthest = max(float(series.stretch.max()) for series in data)
-    at = np.array([min(POLICY.middle_stretch, farthest)])
+    at = np.array([min(POLICY.middle_stretch, farthest(data))])
     found = []
     for mode in MODES:
         if mode in measured:
@@ -101,7 +100,7 @@ def apart(fits: Sequence[Fit], data: Sequence[Series]) -> list[str]:
     measured = {series.mode for series in data}
     least = min(each.misfit for each in fits)
     equal = [each for each in fits if each.misfit <= max(each.count, 2 * least)]
-    at = np.array([min(POLICY.middle_stretch, max(float(series.stretch.max()) for series in data))])
+    at = np.array([min(POLICY.middle_stretch, farthest(data))])
     found = []
     for mode in MODES:
         if mode in measured or len(equal) < 2:
@@ -154,13 +153,9 @@ def _least(basis: np.ndarray, target: np.ndarray) -> float:
 
 
 def _stability(fit: Fit, data: Sequence[Series]) -> list[str]:
-    farthest = max(float(series.stretch.max()) for series in data)
-    found = []
-    for mode in MODES:
-        _, most = stable_to(fit.law, mode, fit.values)
-        if most < farthest:
-            found.append(
-                f"not stable (Drucker) in {mode} tension beyond a stretch of {most:.3g}; the data "
-                f"go to {farthest:.3g}"
-            )
-    return found
+    reached = farthest(data)
+    return [
+        f"not stable (Drucker) in {mode} tension beyond a stretch of {end:.3g}; the data go to "
+        f"{reached:.3g}"
+        for mode, end in unstable(fit, dict.fromkeys(MODES, reached)).items()
+    ]

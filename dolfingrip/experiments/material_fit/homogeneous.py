@@ -115,15 +115,18 @@ def balloon(law: Law, stretch: np.ndarray, values: Values) -> np.ndarray:
     return stress(law, "equibiaxial", stretch, values) / np.asarray(stretch) ** 2
 
 
-def limit_points(law: Law, values: Values, highest: float = 8.0) -> list[tuple[float, bool]]:
-    """Stretches at which a balloon's pressure has a maximum or minimum, and whether a maximum.
+def limit_points(law: Law, values: Values, highest: float) -> list[tuple[float, bool]]:
+    """Find the stretches at which a balloon's pressure has a maximum or a minimum.
 
     Args:
         law: the law.
         values: values of its parameters.
-        highest: stretch up to which they are sought.
+        highest: stretch up to which they are sought. Nothing is known of larger stretches.
+
+    Returns:
+        Each stretch, and whether the pressure has a maximum there.
     """
-    stretch = np.exp(np.linspace(np.log(1.005), np.log(highest), 400))
+    stretch = np.exp(np.arange(np.log(1.005), np.log(highest), POLICY.log_step))
 
     def slope(at: np.ndarray | float) -> np.ndarray:
         at, h = np.atleast_1d(at), 1e-4
@@ -144,8 +147,8 @@ def limit_points(law: Law, values: Values, highest: float = 8.0) -> list[tuple[f
     ]
 
 
-def stable_to(law: Law, mode: Mode, values: Values, highest: float = 8.0) -> tuple[float, float]:
-    """Stretches between which the law is stable by Drucker's criterion, dτ : dε > 0.
+def unstable_from(law: Law, mode: Mode, values: Values, highest: float) -> float | None:
+    """Find the stretch from which on the law violates Drucker's criterion, dτ : dε > 0.
 
     At constant volume the Hessian of ψ by the logarithmic strains must be positive definite.
 
@@ -153,18 +156,16 @@ def stable_to(law: Law, mode: Mode, values: Values, highest: float = 8.0) -> tup
         law: the law.
         mode: mode of tension along which the law is deformed.
         values: values of its parameters.
-        highest: largest stretch of the search; the smallest one is its inverse.
+        highest: stretch up to which it is sought. The end of the search is no finding.
+
+    Returns:
+        The largest stretch before the first violation; None if there is none up to ``highest``.
     """
-    grid = np.linspace(0, np.log(highest), 300)
+    grid = np.append(np.arange(0, np.log(highest), POLICY.log_step), np.log(highest))
 
-    def stable(ln_stretch: np.ndarray) -> np.ndarray:
-        strains = OfStretches(EXPONENTS[mode][:, None] * ln_stretch)
-        energy = law.energy(np.asarray(values, dtype=float), strains)
-        return np.asarray((energy.xx > 0) & (energy.xx * energy.yy > energy.xy**2))
-
-    ends = []
-    for way in (-1, 1):
-        fine = stable(way * grid)
-        last = len(grid) - 1 if fine.all() else max(int(np.argmin(fine)) - 1, 0)
-        ends.append(float(np.exp(way * grid[last])))
-    return ends[0], ends[1]
+    strains = OfStretches(EXPONENTS[mode][:, None] * grid)
+    energy = law.energy(np.asarray(values, dtype=float), strains)
+    stable = np.asarray((energy.xx > 0) & (energy.xx * energy.yy > energy.xy**2))
+    if stable.all():
+        return None
+    return float(np.exp(grid[max(int(np.argmin(stable)) - 1, 0)]))

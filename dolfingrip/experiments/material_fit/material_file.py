@@ -9,7 +9,7 @@ import tomlkit
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit.coupons import Series
+from dolfingrip.experiments.material_fit.coupons import Series, farthest
 from dolfingrip.experiments.material_fit.fit import Fit
 from dolfingrip.experiments.material_fit.policy import POLICY
 
@@ -28,10 +28,9 @@ def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
     document = tomlkit.document()
     names = ", ".join(dict.fromkeys(series.name.partition(" ")[0] for series in data))
     modes = ", ".join(dict.fromkeys(series.mode for series in data))
-    farthest = max(float(series.stretch.max()) for series in data)
     for line in (
         f"{fit.law.title}, fitted to {names}: {modes} tension, {fit.count} readings",
-        f"to a stretch of {farthest:.3g}",
+        f"to a stretch of {farthest(data):.3g}",
         f"rms {fit.rms_MPa:.3g} MPa, {100 * fit.relative_rms:.2g} % of the readings",
         "90 % intervals: "
         + ", ".join(
