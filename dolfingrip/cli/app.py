@@ -40,6 +40,7 @@ from dolfingrip.cli.pipes import unbroken_output
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.jobs.interrupts import interrupt_behind
+from dolfingrip.sections.errors import MachineError
 
 ORDER = (
     "demo",
@@ -143,6 +144,12 @@ def _main() -> None:
     except ConfigError as error:  # the same on all ranks
         sys.stderr.write(f"dolfingrip: {error}\n")
         _end(2)
+    except MachineError as error:
+        sys.stderr.write(f"dolfingrip: {error}\n")
+        sys.stderr.flush()
+        if comm.size > 1:  # it may be on this rank alone
+            comm.Abort(1)
+        _end(1)
     except SystemExit as ending:
         if ending.code == INTERRUPTED:
             _say_interrupted(ending)

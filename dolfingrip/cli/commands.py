@@ -22,8 +22,8 @@ from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.results.result import Result, Row
+from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.mechanics.newton.watch import Tell
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate
 
@@ -105,7 +105,7 @@ def synthetic_measurement(
     check_writable(out)
     with _bar("Synthetic measurement", [find(kind) for kind in kinds], config, console) as (
         advance,
-        _,
+        tell,
     ):
         found = synthetic.measure(
             kinds,
@@ -115,6 +115,7 @@ def synthetic_measurement(
             noise=channels,
             seed=seed,
             progress=advance,
+            tell=tell,
         )
     synthetic.write(found, out)
     for failure in found.failures:
@@ -205,9 +206,10 @@ def _bar(
     efforts = [effort for each in experiments for effort in each.efforts(each.settings(config))]
     total = len(efforts)
     rows, reached = 0, ""
+    first = "mesh and forms"
     what = f"{title.lower()} readings"
     forecast = progress.Forecast(efforts)
-    with progress.shown(console, what, total=total, note="mesh and forms", pace=forecast) as show:
+    with progress.shown(console, what, total=total, note=first, pace=forecast) as show:
 
         def advance(row: Row) -> None:
             nonlocal rows, reached
@@ -218,7 +220,7 @@ def _bar(
             show(rows, max(rows, total), reached)
 
         def tell(line: str) -> None:
-            show(rows, max(rows, total), ", ".join(filter(None, (reached, line))))
+            show(rows, max(rows, total), ", ".join(filter(None, (reached, line))) or first)
 
         yield advance, tell
 

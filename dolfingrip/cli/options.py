@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -70,6 +71,7 @@ def console() -> Console:
         markup=False,
         emoji=False,
         force_terminal=bare,
+        file=sys.stdout,  # this one, as compiles of forms put another in its place
     )
 
 

@@ -20,8 +20,8 @@ from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.results.result import Result, Row, facts
 from dolfingrip.experiments.rigs.rig import Rig
+from dolfingrip.mechanics.model.compilation import Tell, told_to
 from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.mechanics.newton.watch import Tell
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 
@@ -51,8 +51,9 @@ def run(
         gradients: keys of parameters that all readings are derived by; (): all parameters; None:
             no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of both runs.
-        tell: called on every rank with a line about each iteration of a load step that takes longer
-            than two seconds.
+        tell: called with a line about what takes longer than two seconds: on every rank about each
+            iteration of a load step; each second, from another thread of the rank that compiles a
+            form, about that, and with an empty line once it is compiled.
 
     Raises:
         ConfigError: one line about bad input.
@@ -61,11 +62,12 @@ def run(
         experiment = find(experiment)
     config = experiment.settings(config or Config())
     asked = choices(config, gradients)
-    result = _run(experiment, config, out, comm, progress, visit, gradients, tell)
-    for choice in asked:
-        other = _run(experiment, choice.other, None, comm, progress, tell=tell)
-        result.second_runs[choice.key] = other.failure
-        result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
+    with told_to(tell):
+        result = _run(experiment, config, out, comm, progress, visit, gradients, tell)
+        for choice in asked:
+            other = _run(experiment, choice.other, None, comm, progress, tell=tell)
+            result.second_runs[choice.key] = other.failure
+            result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
     if asked:
         result.facts["second_runs"] = {
             key: "complete" if failure is None else failure.sentence()

@@ -21,6 +21,7 @@ from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.parameter.priors import scaled_priors
@@ -131,6 +132,7 @@ def measure(
     seed: int = 0,
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
+    tell: Tell | None = None,
 ) -> Measurement:
     """Simulate experiments and read them with the noise of instruments.
 
@@ -143,13 +145,14 @@ def measure(
         seed: seed of the nuisances' draws and of the noise.
         comm: ranks to run on.
         progress: called with each new row, before noise is added.
+        tell: called with lines about what takes long; see :func:`~dolfingrip.experiments.run`.
     """
     rng = np.random.default_rng(seed)
     truth = drawn(hidden or config, nuisances, rng)
     rows: list[Row] = []
     failures = []
     for kind in kinds:
-        result = run(kind, truth, comm=comm, progress=progress)
+        result = run(kind, truth, comm=comm, progress=progress, tell=tell)
         if result.failure is not None:
             failures.append(result.failure)
         for row in result.rows:

@@ -36,16 +36,20 @@ def solve(config: Data, experiment: str, out: str) -> Data:
     resolved = configuration.from_dict(config)
     kind = find(experiment)
     total = len(kind.schedule(kind.settings(resolved)))
-    done = 0
-    tell(done, total, "mesh and forms")
+    done, reached = 0, "mesh and forms"
+    tell(done, total, reached)
 
     def advance(row: dict[str, Any]) -> None:
-        nonlocal done
+        nonlocal done, reached
         done += 1
         over = kind.plot.over
-        tell(done, total, f"{row[over.name]:zg} {over.symbol}")
+        reached = f"{row[over.name]:zg} {over.symbol}"
+        tell(done, total, reached)
 
-    result = run(kind, resolved, out=Path(out), comm=MPI.COMM_SELF, progress=advance)
+    result = run(
+        kind, resolved, out=Path(out), comm=MPI.COMM_SELF, progress=advance,
+        tell=lambda line: tell(done, total, line or reached),
+    )  # fmt: skip
     if result.failure is not None and len(result.rows) < 2:
         raise JobFailure(str(result.failure.kind), result.failure.sentence())
     return {"folder": out, "wall_s": result.facts["wall_s"]}

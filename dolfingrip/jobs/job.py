@@ -20,6 +20,10 @@ REFUSED = "geometry"
 """Failure class of a job whose function refuses its arguments: there is no such finger or mesh."""
 
 
+MACHINE = "machine"
+"""Failure class of a job that the machine could not compute; the job itself may be good."""
+
+
 class JobFailure(Exception):
     """A job that has no result.
 

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.jobs.interrupts import interrupt_behind
-from dolfingrip.jobs.job import REFUSED, Answer, Job, JobFailure
+from dolfingrip.jobs.job import MACHINE, REFUSED, Answer, Job, JobFailure
 from dolfingrip.jobs.spool import Spool
-from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.errors import ConfigError, MachineError
 
 _ALONE = threading.Lock()
 """MPI and PETSc are a process' own, and the threads of a worker share them."""
@@ -59,6 +59,8 @@ def compute(job: Job) -> Answer:
         answer.partial = failure.partial
     except ConfigError as error:
         answer.failure_class, answer.failure = REFUSED, str(error)
+    except MachineError as error:
+        answer.failure_class, answer.failure = MACHINE, str(error)
     except MemoryError:
         answer.failure_class, answer.failure = "out of memory", "the worker ran out of memory"
     except Exception as error:  # unattended: recorded in the store, and the next job goes on

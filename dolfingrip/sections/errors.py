@@ -23,6 +23,10 @@ class ConfigError(ValueError):
     """One line about bad input, with the key, the value and the allowed range."""
 
 
+class MachineError(RuntimeError):
+    """One line about what the machine could not do now, which says nothing about the model."""
+
+
 def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
     """``data`` as a ``root``.
 

@@ -1,22 +1,27 @@
-"""Compiler options of kernels: optimised for this processor, with a cache for each kind of it."""
+"""How forms are compiled: for this processor, each by one process, and with a quicker analysis."""
 
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import platform
+import sysconfig
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import basix.ufl
-import ffcx.codegeneration.jit
+import dolfinx.jit
+import ffcx.naming
 import numpy as np
 import ufl
 from ffcx.ir import representationutils
 from ffcx.ir.analysis.valuenumbering import ValueNumberer
+from mpi4py import MPI
 
 from dolfingrip.mechanics.model import element_matrices
+from dolfingrip.mechanics.model.compilation import compiled
 
 LEVEL = "DOLFINGRIP_OPTIMISATION"
 """Environment variable with another level than 3: tests, whose meshes are small, compile for longer
@@ -42,10 +47,6 @@ FLAGS = [
     "-g0",
 ]
 
-PATIENCE_s = 600
-"""Time (s) to wait for another process that compiles the same form. FFCx' default of ten seconds is
-less than the longest forms take on a busy machine."""
-
 
 # Basix builds an element's cell anew, with all its edges and corners (0.8 ms for a hexahedron),
 # whenever UFL asks for it: a fourth of a form's analysis. Cells do not change.
@@ -53,23 +54,58 @@ _cell = cache(ufl.Cell)
 basix.ufl._ElementBase.cell = property(lambda element: _cell(element._cellname))
 
 
-# FFCx lists the cache's folder and loads a module anew whenever a form is asked for: 2 ms with the
-# forms of a few studies. What a process has loaded once stays as it is.
-_loaded: dict[tuple[str, Path], tuple[Any, Any]] = {}
-_from_cache = ffcx.codegeneration.jit.get_cached_module
+# FFCx writes a form's source into the cache before it compiles it, and waits where it finds a
+# source without a library: also for a process that is gone. Here each form has a folder, which is
+# compiled whole or not at all. What a process has loaded stays: a search of the cache takes 2 ms.
+_compile = dolfinx.jit.ffcx_jit.__wrapped__  # by one process
+_loaded: dict[Path, Any] = {}
 
 
-def _loaded_once(module_name: str, names: list[str], cache_dir: Path, timeout: int) -> Any:
-    key = module_name, Path(cache_dir)
-    if key not in _loaded:
-        found = _from_cache(module_name, names, cache_dir, timeout)
-        if found[0] is None:  # to be compiled
-            return found
-        _loaded[key] = found
-    return _loaded[key]
+def _in_process(form: Any, form_options: Any, jit_options: Any) -> Any:
+    settings = dolfinx.jit.get_options(jit_options)
+    cache_dir = settings.pop("cache_dir")
+    tag = [ffcx.get_options(form_options), settings, sysconfig.get_config_vars("SOABI", "CFLAGS")]
+    folder = cache_dir / f"form_{ffcx.naming.compute_signature([form], str(tag))}"
+
+    def get(place: Path) -> Any:
+        handlers = logging.root.handlers
+        try:
+            # nobody else compiles in this folder, so there is nothing to wait for
+            place_options = {**settings, "cache_dir": place, "timeout": 1}
+            return _compile(form, form_options, place_options)
+        finally:
+            logging.root.handlers = handlers  # which FFCx replaces, and after an error leaves so
+
+    if folder not in _loaded:
+        code, module, _ = compiled(folder, get, "a form")
+        _loaded[folder] = code, module, (None, None)
+    return _loaded[folder]
 
 
-ffcx.codegeneration.jit.get_cached_module = _loaded_once
+def _on_ranks(
+    comm: MPI.Comm, form: Any, form_compiler_options: Any = None, jit_options: Any = None
+) -> Any:
+    """dolfinx' function: rank 0 compiles and then the others load; all ranks raise an error of one.
+
+    Where ranks have caches of their own, one rank of each cache compiles.
+    """
+    if comm.size == 1:
+        return _in_process(form, form_compiler_options, jit_options)
+    found: Any = None
+    error: Exception | None = None
+    for turn in (comm.rank == 0, comm.rank > 0):
+        if turn:
+            try:
+                found = _in_process(form, form_compiler_options, jit_options)
+            except Exception as failure:  # passed on to all ranks, which would wait for ever
+                error = failure
+        errors = [each for each in comm.allgather(error) if each is not None]
+        if errors:
+            raise error or errors[0]
+    return found
+
+
+dolfinx.jit.ffcx_jit = _on_ranks
 
 
 # FFCx looks each node of a form up among all of them, though it has their numbers in a table, and
@@ -112,5 +148,4 @@ def options() -> dict[str, Any]:
     return {
         "cffi_extra_compile_args": FLAGS,
         "cache_dir": str(cache / "fenics" / key),
-        "timeout": PATIENCE_s,
     }

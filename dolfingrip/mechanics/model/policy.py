@@ -21,4 +21,23 @@ class StepBounds:
     rigid_mm: float = 8.0
 
 
-STEP_BOUNDS = StepBounds()
+@dataclass(frozen=True, slots=True)
+class CompilationPolicy:
+    """When compiles tell how they go on, and how long they wait for one another.
+
+    Attributes:
+        silent_s: time after which a compile, or a wait, tells that it goes on.
+        every_s: time from one such message to the next.
+        line_s: time from one line to the next where nobody but the standard error listens.
+        poll_s: time between two attempts to get the lock.
+        patience_s: longest wait for a process that compiles the same; it may be suspended.
+    """
+
+    silent_s: float = 2.0
+    every_s: float = 1.0
+    line_s: float = 30.0
+    poll_s: float = 0.05
+    patience_s: float = 600.0
+
+
+STEP_BOUNDS, COMPILATION = StepBounds(), CompilationPolicy()

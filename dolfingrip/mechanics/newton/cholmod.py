@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
-import tempfile
 import weakref
 from functools import cache
 from importlib.machinery import ExtensionFileLoader
@@ -20,6 +19,7 @@ import cffi
 import numpy as np
 
 from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.compilation import compiled
 
 HEADER = Path("/usr/include/suitesparse/cholmod.h")
 """Where Debian has it."""
@@ -194,22 +194,20 @@ def _binding() -> tuple[cffi.FFI, Any]:
     """The compiled binding of this version of CHOLMOD: its types and its functions."""
     key = hashlib.sha256(HEADER.read_bytes() + DECLARATIONS.encode()).hexdigest()[:12]
     name = f"dolfingrip_cholmod_{key}"
-    folder = Path(jit.options()["cache_dir"])
-    folder.mkdir(parents=True, exist_ok=True)
-    known = next(folder.glob(f"{name}.*.so"), None)
-    loader = ExtensionFileLoader(name, str(known or _compiled(name, folder)))
-    spec = importlib.util.spec_from_loader(name, loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
+
+    def get(place: Path) -> Any:
+        file = next(place.glob(f"{name}.*.so"), None)
+        if file is None:
+            ffi = cffi.FFI()
+            ffi.cdef(DECLARATIONS)
+            ffi.set_source(name, f'#include "{HEADER}"', libraries=["cholmod"])
+            file = Path(ffi.compile(tmpdir=place))
+        loader = ExtensionFileLoader(name, str(file))
+        spec = importlib.util.spec_from_loader(name, loader)
+        assert spec is not None
+        module = importlib.util.module_from_spec(spec)
+        loader.exec_module(module)
+        return module
+
+    module = compiled(Path(jit.options()["cache_dir"]) / name, get, "the binding of CHOLMOD")
     return module.ffi, module.lib
-
-
-def _compiled(name: str, folder: Path) -> Path:
-    """Compile the binding; another process may do so at the same time."""
-    ffi = cffi.FFI()
-    ffi.cdef(DECLARATIONS)
-    ffi.set_source(name, f'#include "{HEADER}"', libraries=["cholmod"])
-    with tempfile.TemporaryDirectory(dir=folder) as place:
-        made = Path(ffi.compile(tmpdir=place))
-        return made.replace(folder / made.name)

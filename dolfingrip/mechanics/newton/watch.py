@@ -5,10 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.newton.policy import WATCH
-
-Tell = Callable[[str], None]
-"""Receives one line about the present iteration."""
 
 
 class Watch:
