@@ -127,8 +127,8 @@ def main() -> None:
     """Run the command.
 
     The exit code is 0 after success, 1 if a load path ended early (the results up to there are
-    kept, and a sentence says why it ended), 2 after bad input, which one line names, and 130
-    after Ctrl-C. A closed output pipe does not change it.
+    kept, and a sentence says why it ended) or the machine failed, 2 after bad input, which one
+    line names, and 130 after Ctrl-C. A closed output pipe does not change it.
     """
     with unbroken_output():
         _main()

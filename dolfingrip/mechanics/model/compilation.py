@@ -49,7 +49,9 @@ def _lines(line: str) -> None:
     now_s = time.monotonic()
     if line and now_s >= _next_line_s and MPI.COMM_WORLD.rank == 0:
         _next_line_s = now_s + COMPILATION.line_s
-        sys.stderr.write(f"dolfingrip: {line}\n")
+        # in place of a bar that the process of a campaign draws on the same terminal
+        begin = "\r\x1b[K" if sys.stderr.isatty() else ""
+        sys.stderr.write(f"{begin}dolfingrip: {line}\n")
         sys.stderr.flush()
 
 
