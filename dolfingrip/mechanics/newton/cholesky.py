@@ -15,6 +15,7 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton.callbacks import context
 from dolfingrip.mechanics.newton.cholmod import CholmodFactors, elimination_order
 from dolfingrip.mechanics.newton.conjugate_gradients import conjugate_gradients
 from dolfingrip.mechanics.newton.inverse import Factorisation
@@ -52,7 +53,7 @@ class Cholesky:
         self._refused = self._left = 0
         self.pc = PETSc.PC().create(comm)
         self.pc.setType(PETSc.PC.Type.PYTHON)
-        self.pc.setPythonContext(self)
+        self.pc.setPythonContext(context(self.apply))
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix`` (type SBAIJ, blocks of 3)."""

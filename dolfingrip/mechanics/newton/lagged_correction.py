@@ -10,6 +10,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.newton.callbacks import context
 from dolfingrip.mechanics.newton.policy import CorrectionPolicy
 
 Solver = Callable[[PETSc.Mat, PETSc.Vec, PETSc.Vec], None]
@@ -58,7 +59,8 @@ class CorrectedStep:
             right: the residual r.
             solution: −w; its first values do not matter.
         """
-        matrix = PETSc.Mat().createPython(self._tangent.getSizes(), self, comm=self._tangent.comm)
+        sizes, comm = self._tangent.getSizes(), self._tangent.comm
+        matrix = PETSc.Mat().createPython(sizes, context(self.mult), comm=comm)
         matrix.setUp()
         solve(matrix, right, solution)
         left, more, trial, error = (right.duplicate() for _ in range(4))

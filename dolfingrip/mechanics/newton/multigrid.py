@@ -7,6 +7,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.bordered import factors
+from dolfingrip.mechanics.newton.callbacks import context
 from dolfingrip.mechanics.newton.inverse import Exact
 from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
 from dolfingrip.mechanics.newton.ordering import cheapest
@@ -40,7 +41,7 @@ class Multigrid:
         self._vectors: list[PETSc.Vec] = []
         self.pc = PETSc.PC().create(model.comm)
         self.pc.setType(PETSc.PC.Type.PYTHON)
-        self.pc.setPythonContext(self)
+        self.pc.setPythonContext(context(self.setUp, self.apply))
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Take ``matrix`` as the one to invert."""

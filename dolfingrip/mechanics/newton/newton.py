@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
+from dolfingrip.mechanics.newton.callbacks import callback, context
 from dolfingrip.mechanics.newton.condensation import Condensation
 from dolfingrip.mechanics.newton.counts import Counts
 from dolfingrip.mechanics.newton.damping import Damping
@@ -79,7 +80,9 @@ class Newton:
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
-        self._globalisation = Globalisation(model, settings, self._residual_along, policy.steps)
+        self._globalisation = Globalisation(
+            model, settings, callback(self._residual_along), policy.steps
+        )
         self._lagging = LagRules(model, policy.lag)
         self._damping = Damping(
             lambda: linear.with_inertia(PREFIX + "damped_"),
@@ -104,10 +107,10 @@ class Newton:
         snes = PETSc.SNES().create(self.model.comm)
         snes.setOptionsPrefix(PREFIX)
         snes.setType(PETSc.SNES.Type.NEWTONLS)
-        snes.setFunction(self._form_residual, self._residual)
-        snes.setJacobian(self._form_tangent, self.tangent.matrix)
-        snes.setConvergenceTest(self._converged)
-        snes.setLineSearchPreCheck(self._bound_step)
+        snes.setFunction(callback(self._form_residual), self._residual)
+        snes.setJacobian(callback(self._form_tangent), self.tangent.matrix)
+        snes.setConvergenceTest(callback(self._converged))
+        snes.setLineSearchPreCheck(callback(self._bound_step))
         ksp = snes.getKSP()
         ksp.setType(PETSc.KSP.Type.PREONLY)
         ksp.getPC().setType(PETSc.PC.Type.PYTHON)
@@ -152,7 +155,7 @@ class Newton:
                 self.tangent.assemble()
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
-                snes.setJacobian(self._form_tangent, self.tangent.matrix)
+                snes.setJacobian(callback(self._form_tangent), self.tangent.matrix)
             if self._globalisation.far:
                 self._factors.renew()
             self._factors.corrected_step = self._corrected_step()
@@ -311,7 +314,7 @@ class Newton:
         self.model.carried.reset()
         self.model.set_residual(0.0)
         self.tangent.assemble()
-        self._snes.setJacobian(self._form_tangent, self.tangent.matrix)
+        self._snes.setJacobian(callback(self._form_tangent), self.tangent.matrix)
         self._factors.factorise(self.tangent.matrix)
 
         def solve(values: np.ndarray) -> np.ndarray:
@@ -325,6 +328,6 @@ class Newton:
         self._damped = damped
         self._damping.start()
         solver = self._damping if damped else self._factors
-        self._snes.getKSP().getPC().setPythonContext(solver)
+        self._snes.getKSP().getPC().setPythonContext(context(solver.setUp, solver.apply))
         allowed = self.settings.max_iterations * (self._policy.damping.iterations if damped else 1)
         self._snes.setTolerances(max_it=min(allowed, iterations or allowed))
