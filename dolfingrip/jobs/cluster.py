@@ -26,6 +26,8 @@ _EVERYWHERE = {
     "distributed.worker.memory.pause": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.target": False,
+    # samples of the call stack, which a worker keeps: half a MB for each second
+    "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.limit": _SILENCE,
 }
 _OF_LOCAL_WORKERS = {"distributed.deploy.lost-worker-timeout": _SILENCE}

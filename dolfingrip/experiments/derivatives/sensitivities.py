@@ -10,6 +10,7 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.derivatives.choices import NUMERICAL
 from dolfingrip.experiments.results.result import Row
+from dolfingrip.mechanics.newton.callbacks import callback
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
 from dolfingrip.parameter import Entry, Parameter, every, find
@@ -77,7 +78,7 @@ class Sensitivities:
         self.forward = ForwardSensitivity(rig.newton.model, rig.newton.linear, self._perturbations)
         self._zero: list[dict[str, float]] | None = None
         self.rows: list[dict[str, int | float | str]] = []
-        rig.tared = self.rest
+        rig.tared = callback(self.rest)
 
     def _true(self) -> dict[str, float]:
         """The readings that have derivatives, without the distortions of instruments."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -15,6 +14,7 @@ from dolfingrip.experiments.results.outcome import Outcome
 from dolfingrip.experiments.results.turning_point import TurningPoint
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton import memory
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 
@@ -84,11 +84,6 @@ class Result:
         return {name: [row.get(name) for row in self.rows] for name in names}
 
 
-def peak_memory_MB() -> float:
-    """Largest memory of this process so far (10⁶ bytes)."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6  # Linux tells KiB
-
-
 def facts(
     result: Result, newton: Newton, profile: Profile, wall_s: float, notes: Sequence[str]
 ) -> dict[str, Any]:
@@ -125,6 +120,6 @@ def facts(
         "compiled_for": jit.PROCESSOR,
         "wall_s": round(wall_s, 3),
         "memory_forecast_MB": round(newton.linear_solver.forecast_MB),
-        "peak_memory_MB": round(model.comm.allreduce(peak_memory_MB(), MPI.SUM)),
+        "peak_memory_MB": round(model.comm.allreduce(memory.peak_MB(), MPI.SUM)),
         "profile": profile.as_dict(),
     }

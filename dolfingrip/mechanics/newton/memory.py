@@ -52,9 +52,7 @@ def refuse_too_large(
 def free_MB() -> float:
     """Memory that new work may take (10⁶ bytes): of the machine, or of this process' group."""
     found = [float("inf")]
-    for line in _read("/proc/meminfo").splitlines():
-        if line.startswith("MemAvailable:"):
-            found.append(float(line.split()[1]) * 1024 / MB)
+    found += _entry_MB("/proc/meminfo", "MemAvailable")
     limit, used = (_read(f"/sys/fs/cgroup/memory.{name}").strip() for name in ("max", "current"))
     if limit.isdigit() and used.isdigit():
         found.append((int(limit) - int(used)) / MB)
@@ -66,9 +64,22 @@ def of_factors_MB(entries: float) -> float:
     return MEMORY.workspace * 8 * 9 * entries / MB
 
 
+def peak_MB() -> float:
+    """Largest memory of this process so far (10⁶ bytes).
+
+    ``getrusage`` has that of the process which started this one, where that was larger.
+    """
+    return sum(_entry_MB("/proc/self/status", "VmHWM"))
+
+
+def _entry_MB(path: str, name: str) -> list[float]:
+    """The entry of this name in a file of the kernel, which tells KiB; none if there is none."""
+    lines = [line.split() for line in _read(path).splitlines() if line.startswith(f"{name}:")]
+    return [float(words[1]) * 1024 / MB for words in lines]
+
+
 def _resident_MB() -> float:
-    pages = _read("/proc/self/statm").split()
-    return float(pages[1]) * 4096 / MB if pages else 0.0
+    return sum(_entry_MB("/proc/self/status", "VmRSS"))
 
 
 def _read(path: str) -> str:
