@@ -1,7 +1,8 @@
-"""Methods that PETSc calls, without a reference by which PETSc would keep their owner alive.
+"""Methods as callbacks that do not keep their owner alive.
 
 PETSc holds its contexts and callbacks where Python's collector cannot see them. An owner of a PETSc
-object that is also that object's context would never be freed, nor the model that it solves.
+object that is also that object's context would never be freed, nor the model that it solves. A
+circle within Python would be freed, but only at the collector's next search.
 """
 
 from __future__ import annotations
@@ -13,17 +14,24 @@ from weakref import WeakMethod
 
 
 def callback(method: Callable[..., Any]) -> Callable[..., Any]:
-    """A function that calls ``method`` of an object, and does not keep the object alive."""
+    """Wrap a method in a function that does not keep the method's object alive.
+
+    Args:
+        method: a bound method; its object lives as long as the function is called.
+
+    Returns:
+        A function of the same positional arguments.
+    """
     weak = WeakMethod(method)
 
     def call(*arguments: Any) -> Any:
         alive = weak()
-        assert alive is not None, "PETSc called a method of an object that is gone"
+        assert alive is not None, "a method was called whose object is gone"
         return alive(*arguments)
 
     return call
 
 
 def context(*methods: Callable[..., Any]) -> SimpleNamespace:
-    """A context of PETSc's types ``python`` with these methods, each a :func:`callback`."""
+    """Make a context of PETSc's types ``python`` with these methods, each a :func:`callback`."""
     return SimpleNamespace(**{method.__name__: callback(method) for method in methods})
