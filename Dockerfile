@@ -14,12 +14,12 @@ FROM environment
 COPY . /opt/dolfingrip
 RUN python -m pip install --no-cache-dir --disable-pip-version-check --no-deps \
         --no-build-isolation /opt/dolfingrip \
-    && cp /opt/dolfingrip/scripts/enter /usr/local/bin/enter \
+    && install -D -t /usr/local/lib/dolfingrip /opt/dolfingrip/scripts/enter /opt/dolfingrip/scripts/cache \
     && rm -rf /opt/dolfingrip \
-    # Any --user works: its home, its work and its compiled forms have a place it may write to.
-    && install -d -m 1777 /work /home/dolfingrip /var/cache/dolfingrip
-ENV HOME=/home/dolfingrip DOLFINGRIP_CACHE=/var/cache/dolfingrip
+    # Any --user works: its home, with its compiled forms, and its work have a place it may write to.
+    && install -d -m 1777 /work /home/dolfingrip
+ENV HOME=/home/dolfingrip
 WORKDIR /work
 USER 1000:1000
-ENTRYPOINT ["enter"]
+ENTRYPOINT ["/usr/local/lib/dolfingrip/enter"]
 CMD ["dolfingrip", "--help"]

@@ -22,6 +22,7 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.model import element_matrices
 from dolfingrip.mechanics.model.compilation import compiled
+from dolfingrip.sections.private import cache_folder
 
 LEVEL = "DOLFINGRIP_OPTIMISATION"
 """Environment variable with another level than 3: tests, whose meshes are small, compile for longer
@@ -141,11 +142,17 @@ def _processor() -> str:
 
 
 def options() -> dict[str, Any]:
-    """JIT options of dolfinx; a cache that unlike machines share keeps their kernels apart."""
-    cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    """JIT options of dolfinx; a cache that unlike machines share keeps their kernels apart.
+
+    Returns:
+        The options, by dolfinx' names.
+
+    Raises:
+        ConfigError: one line, where another user could write to the cache.
+    """
     made_for = f"{platform.machine()} {_processor()} {element_matrices.VERSION}"
     key = hashlib.sha256(made_for.encode()).hexdigest()[:12]
     return {
         "cffi_extra_compile_args": FLAGS,
-        "cache_dir": str(cache / "fenics" / key),
+        "cache_dir": str(cache_folder("fenics", key)),
     }
