@@ -61,7 +61,8 @@ def doe(
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Local processes, or Slurm jobs.")] = 1,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster that is there.")
+        str | None,
+        typer.Option(metavar="ADDRESS", help="A Dask cluster that is there, tls://HOST:PORT."),
     ] = None,
     slurm: Annotated[
         Path | None, typer.Option(metavar="FILE.toml", help="Start workers as Slurm jobs.")

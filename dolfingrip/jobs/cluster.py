@@ -9,15 +9,16 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from dolfingrip.jobs import slurm
+from dolfingrip.jobs import keys, slurm
 from dolfingrip.jobs.interrupts import interrupts_answered_by
 from dolfingrip.jobs.policy import POLICY
 from dolfingrip.sections.errors import ConfigError
 
 _SILENCE = f"{POLICY.silence_h:g}h"
-_EVERYWHERE = {
+_EVERYWHERE: dict[str, Any] = {
     "distributed.scheduler.allowed-failures": POLICY.lost_workers,
     "distributed.scheduler.worker-ttl": None,
     # where a worker dies, a job that waits on it would count as failed, too
@@ -29,6 +30,9 @@ _EVERYWHERE = {
     # samples of the call stack, which a worker keeps: half a MB for each second
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.limit": _SILENCE,
+    # pages of the jobs for everybody who asks
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
 }
 _OF_LOCAL_WORKERS = {"distributed.deploy.lost-worker-timeout": _SILENCE}
 
@@ -38,7 +42,7 @@ class Where:
     """The workers of jobs; the first that is given counts.
 
     Attributes:
-        scheduler: address of a Dask scheduler.
+        scheduler: address of a Dask scheduler, whose keys are those of Dask's configuration.
         slurm: TOML file, see :func:`dolfingrip.jobs.slurm.settings`.
         workers: number of processes here, or of Slurm jobs.
         ranks: MPI processes of each job.
@@ -61,20 +65,45 @@ def connected(where: Where) -> Iterator[Any]:
     from distributed import Client
 
     _quiet()
-    with dask.config.set(_EVERYWHERE), ExitStack() as stack:
+    with ExitStack() as stack:
+        # Dask imports from there; its own choice in /tmp is one that another user may have made
+        scratch = stack.enter_context(_scratch())
+        stack.enter_context(dask.config.set({**_EVERYWHERE, "temporary-directory": scratch}))
         if where.scheduler is not None:
-            try:
-                running = Client(where.scheduler, timeout=f"{POLICY.connect_s:g}s")
-            except (OSError, ValueError) as error:
-                raise ConfigError(f"--scheduler {where.scheduler}: {error}") from None
-            yield stack.enter_context(running)
+            yield stack.enter_context(_running(where.scheduler))
             return
+        security = keys.fresh()
         if where.slurm is not None:
-            cluster = slurm.cluster(where.slurm, where.workers, where.ranks)
+            cluster = slurm.cluster(where.slurm, where.workers, where.ranks, security)
         else:
             stack.enter_context(dask.config.set(_OF_LOCAL_WORKERS))
-            cluster = _local(where)
+            cluster = _local(where, security)
         yield stack.enter_context(Client(stack.enter_context(cluster)))
+
+
+def _scratch() -> TemporaryDirectory[str]:
+    """A folder that nobody else may read; workers that are killed may still write as it goes."""
+    return TemporaryDirectory(prefix="dolfingrip-", ignore_cleanup_errors=True)
+
+
+def _running(address: str) -> Any:
+    """A client of a scheduler that is there."""
+    from distributed import Client
+
+    if not address.startswith(("tls://", "inproc://")):
+        raise ConfigError(
+            f"--scheduler {address}: whoever reaches it could run code as you; "
+            "allowed: tls://HOST:PORT, see docs/cluster.md"
+        )
+    try:
+        return Client(address, timeout=f"{POLICY.connect_s:g}s")
+    except TypeError:  # Dask's own for want of a certificate
+        raise ConfigError(
+            f"--scheduler {address}: no certificate; allowed: with one in Dask's configuration, "
+            "see docs/cluster.md"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"--scheduler {address}: {error}") from None
 
 
 def _quiet() -> None:
@@ -84,7 +113,7 @@ def _quiet() -> None:
             logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
-def _local(where: Where) -> Any:
+def _local(where: Where, security: Any) -> Any:
     """Processes of their own, one job each at a time: MPI and PETSc are not shared."""
     from distributed import LocalCluster
 
@@ -99,9 +128,14 @@ def _local(where: Where) -> Any:
                 threads_per_worker=1,
                 worker_class=WorkerSupervisor,
                 memory_limit=0,
-                dashboard_address="127.0.0.1:0",  # any free port
+                security=security,
+                dashboard_address="127.0.0.1:0",  # any free port, with no page
+                scheduler_kwargs={"dashboard": False},
                 silence_logs=logging.CRITICAL,
             )
-    except RuntimeError as error:
-        reason = error.__cause__ or error
+    except (RuntimeError, OSError) as error:
+        first: BaseException = error
+        if isinstance(error, OSError) and error.__context__ is not None:
+            first = error.__context__  # closing failed in its turn, over TLS
+        reason = first.__cause__ or first
         raise ConfigError(f"--workers {where.workers}: none could be started: {reason}") from None

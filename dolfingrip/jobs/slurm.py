@@ -6,18 +6,35 @@ import os
 import sys
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.private import cache_folder
+
+_OURS: Final = {
+    **dict.fromkeys(("cores", "processes", "job_cpu"), "designs_per_job, with --ranks"),
+    **dict.fromkeys(("protocol", "security"), "TLS, with keys made for each cluster"),
+}
+"""Arguments that this module sets, and what is allowed in their place."""
+
+_PRIVATE: Final = [
+    # Dask imports from there; its own choice in /tmp is one that another user may have made
+    'export DASK_TEMPORARY_DIRECTORY="$(mktemp -d)"',
+    """trap 'rm -rf "$DASK_TEMPORARY_DIRECTORY"' EXIT""",
+    "export DASK_DISTRIBUTED__WORKER__HTTP__ROUTES='[]'",
+]
+"""What keeps other users of a node out of its workers, beside their keys."""
 
 
-def cluster(file: Path, workers: int, ranks: int) -> Any:
+def cluster(file: Path, workers: int, ranks: int, security: Any) -> Any:
     """Workers as Slurm jobs, as a Dask cluster.
 
     Args:
         file: TOML of the settings.
         workers: number of Slurm jobs.
         ranks: MPI processes of each of our jobs.
+        security: Dask's ``Security`` with keys of this cluster. Workers find theirs in files that
+            nobody else may read, in a folder of the cache, as long as the cluster is there.
 
     Raises:
         ConfigError: one line, where there is no Slurm, or it refuses the settings.
@@ -26,11 +43,19 @@ def cluster(file: Path, workers: int, ranks: int) -> Any:
 
     arguments = settings(file, ranks)
     try:
-        started = SLURMCluster(**arguments)
+        started = SLURMCluster(**{**_of_cluster(), **arguments}, security=security)
         started.scale(jobs=workers)
     except (OSError, ValueError, TypeError) as error:
         raise ConfigError(f"--slurm {file}: {error}") from None
     return started
+
+
+def _of_cluster() -> dict[str, Any]:
+    """Arguments that are no part of a job's, unless the file has others."""
+    return {
+        "scheduler_options": {"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+        "shared_temp_directory": str(cache_folder("dolfingrip", "keys")),
+    }
 
 
 def settings(file: Path, ranks: int) -> dict[str, Any]:
@@ -50,9 +75,12 @@ def settings(file: Path, ranks: int) -> dict[str, Any]:
         raise ConfigError(f"--slurm {file}: {error.strerror}") from None
     except ValueError as error:
         raise ConfigError(f"--slurm {file}: not TOML: {error}") from None
-    for key in ("cores", "processes", "job_cpu"):
-        if key in found:
-            raise ConfigError(f"--slurm {file}: {key}: allowed: designs_per_job, with --ranks")
+    options = found.get("scheduler_options", {})
+    if not isinstance(options, dict):
+        raise ConfigError(f"--slurm {file}: scheduler_options: allowed: a table")
+    for key, allowed in _OURS.items():
+        if key in {**found, **options}:
+            raise ConfigError(f"--slurm {file}: {key}: allowed: {allowed}")
     if not isinstance(found.get("memory"), str):
         raise ConfigError(f'--slurm {file}: memory: allowed: of one job, as in memory = "8GB"')
     at_once = found.pop("designs_per_job", 1)
@@ -60,7 +88,7 @@ def settings(file: Path, ranks: int) -> dict[str, Any]:
         raise ConfigError(f"--slurm {file}: designs_per_job = {at_once}: allowed: at least 1")
     checkout = os.environ.get("DOLFINGRIP_CHECKOUT")
     python = f"{checkout}/scripts/run python" if checkout else sys.executable
-    prologue = ["export OMP_NUM_THREADS=1", *found.pop("job_script_prologue", [])]
+    prologue = [*_PRIVATE, "export OMP_NUM_THREADS=1", *found.pop("job_script_prologue", [])]
     return {
         "python": python,
         "worker_extra_args": ["--no-dashboard"],

@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -171,6 +172,7 @@ def test_client_killed_while_a_cluster_computes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The workers outlive the client and finish what they have: nothing is even begun twice."""
+    import dask
     from distributed import LocalCluster
 
     seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "4"))
@@ -179,9 +181,15 @@ def test_client_killed_while_a_cluster_computes_on(
     log, out = tmp_path / "log", tmp_path / "doe"
     for name, value in environment(log, 0.15).items():
         monkeypatch.setenv(name, value)
-    with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
-    ) as cluster:
+    monkeypatch.setenv("DASK_CONFIG", str(with_keys(tmp_path / "home")))
+    collected = dask.config.collect([os.environ["DASK_CONFIG"]])
+    with (
+        dask.config.set(dask.config.merge(dask.config.global_config, collected)),
+        LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
+        ) as cluster,
+    ):
+        assert cluster.scheduler_address.startswith("tls://")
         call = [*COMMAND, "--out", str(out), *GRID, "--scheduler", cluster.scheduler_address]
         for attempt in range(4):
             begun = len(started(log))
@@ -195,6 +203,19 @@ def test_client_killed_while_a_cluster_computes_on(
     assert process.returncode == 0
     assert "16 done, 8 failed" in said
     assert len(started(log)) == len(set(started(log))) == 24
+
+
+def with_keys(home: Path) -> Path:
+    """A folder of keys and Dask's configuration, made as docs/cluster.md tells."""
+    page = (TESTS.parent / "docs" / "cluster.md").read_text(encoding="utf-8")
+    told = page.replace("/home/me", str(home))
+    home.mkdir()
+    make = next(block for block in re.findall(r"```sh\n(.*?)```", told, re.S) if "openssl" in block)
+    subprocess.run(["sh", "-ec", make], capture_output=True, check=True)
+    folder = home / "keys"
+    (content,) = re.findall(r"```yaml\n(.*?)```", told, re.S)
+    (folder / "dask.yaml").write_text(content, encoding="utf-8")
+    return folder
 
 
 def small(*xi1: float, objective: str = analytic.PATH, **changes: object) -> Plan:

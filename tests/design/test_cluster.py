@@ -61,6 +61,9 @@ def test_workers_start_in_the_environment(file: Path, monkeypatch: pytest.Monkey
     ("text", "said"),
     [
         ("cores = 4", "cores: allowed: designs_per_job, with --ranks"),
+        ("protocol = 'tcp'", "protocol: allowed: TLS, with keys made for each cluster"),
+        ("scheduler_options.security = true", "security: allowed: TLS, with keys made for each"),
+        ("scheduler_options = 1", "scheduler_options: allowed: a table"),
         ("queue = 'cpu'", 'memory: allowed: of one job, as in memory = "8GB"'),
         ("memory = '8GB'\ndesigns_per_job = 0", "designs_per_job = 0: allowed: at least 1"),
         ("memory", "not TOML"),
