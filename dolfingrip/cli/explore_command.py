@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 import webbrowser
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +10,7 @@ from typing import Annotated
 import typer
 
 from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console, one_process
+from dolfingrip.config import ConfigError
 
 
 def explore(
@@ -35,6 +37,12 @@ def explore(
         int | None, typer.Option(min=0, max=65535, help="Default: the first free one from 8760 on.")
     ] = None,
     browser: Annotated[bool, typer.Option("--browser", help="Open it in the browser.")] = False,
+    restart: Annotated[
+        bool,
+        typer.Option(
+            "--restart", help="Take the place of the last server: its pages connect again."
+        ),
+    ] = False,
     config: ConfigFile = None,
     overrides: Overrides = None,
 ) -> None:
@@ -47,6 +55,7 @@ def explore(
     from dolfingrip.design.campaign.campaign import read
     from dolfingrip.design.campaign.plan import FIELDS
     from dolfingrip.explore import guard, server, space
+    from dolfingrip.explore.handover import Handover
     from dolfingrip.explore.library import Library
     from dolfingrip.explore.session import Session
     from dolfingrip.report.page import sources
@@ -54,6 +63,13 @@ def explore(
     found = sources.find(results) if results else []
     folder = server.state_folder(results[0] if results else None, out)
     check_writable(folder)
+    handover = Handover.of(folder)
+    token = secrets.token_urlsafe(32)
+    if restart:
+        before = handover.before()
+        if before is None:
+            raise ConfigError(f"--restart: no server had {folder}; allowed: without it")
+        port, token = before if port is None else (port, before[1])
     designs = {each.folder: read(each.folder).rows for each in found if each.kind == "doe"}
     screen = console()
     with screen.status("reading results"):
@@ -68,6 +84,7 @@ def explore(
     listening = server.bound(host, port)
 
     def say(address: str) -> None:
+        handover.write(address)
         screen.print(f"explorer: {address}", soft_wrap=True)
         screen.print(f"solutions: {folder}; Ctrl-C ends it", soft_wrap=True)
         if host not in guard.LOOPBACK:
@@ -78,6 +95,6 @@ def explore(
                 soft_wrap=True,
             )
         if browser:
-            webbrowser.open(address)
+            webbrowser.open(handover.file.as_uri())
 
-    server.serve(Session(designed, library, folder), guard.token(folder), listening, host, say)
+    server.serve(Session(designed, library, folder), token, listening, host, say)

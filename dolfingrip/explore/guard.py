@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import hmac
-import os
-import secrets
-from http.cookies import SimpleCookie
-from pathlib import Path
 from typing import Final
 from urllib.parse import parse_qs, urlsplit
 
 from starlette.datastructures import Headers
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.requests import cookie_parser
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
+
+from dolfingrip.explore.handover import leading_to
 
 LOOPBACK: Final = ("127.0.0.1", "localhost", "::1")
 
@@ -26,32 +25,11 @@ HEADERS: Final = {
 """Of every answer."""
 
 
-def token(folder: Path) -> str:
-    """The token of a folder, made at the first call; nobody else may read it.
-
-    A server that is started again lets in the tabs of the one before.
-    """
-    file = folder / "token"
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        known = file.read_text(encoding="ascii").strip()
-        if len(known) >= 32 and not file.stat().st_mode & 0o077:
-            return known
-        file.unlink()
-    except (FileNotFoundError, ValueError):
-        pass
-    found = secrets.token_urlsafe(32)
-    handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(handle, "w", encoding="ascii") as stream:
-        stream.write(found)
-    return found
-
-
 class Guard:
     """Lets nobody in without the token, and no page of another origin.
 
-    A request to ``/?token=…`` gets the token as a cookie, whose name has the port, since browsers
-    share cookies between ports.
+    A request to ``/?token=…`` gets the token as a cookie, and a page that leads on. The cookie's
+    name has the port, since browsers share cookies between ports.
 
     Args:
         app: what is guarded.
@@ -92,13 +70,11 @@ class Guard:
         if scope["type"] == "http" and scope["path"] == "/" and given:
             if not self._right(given):
                 return PlainTextResponse("another token", 403, HEADERS)
-            answer = RedirectResponse("/", 303, HEADERS)
+            # no redirect: where the browser comes from a file, it would keep the cookie back
+            answer = HTMLResponse(leading_to("/"), 200, HEADERS)
             answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict", path="/")
             return answer
-        cookies: SimpleCookie = SimpleCookie()
-        cookies.load(headers.get("cookie", ""))
-        found = cookies.get(self._cookie)
-        if found is None or not self._right(found.value):
+        if not self._right(cookie_parser(headers.get("cookie", "")).get(self._cookie, "")):
             text = "no token: open the address that dolfingrip explore printed"
             return PlainTextResponse(text, 403, HEADERS)
         return None

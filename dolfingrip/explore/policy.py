@@ -19,6 +19,8 @@ class ExplorePolicy:
         same: distance of two designs, in shares of the sliders' ranges, up to which they are one.
         grasp_step_kPa: between readings of a grasp.
         largest_message: bytes that a tab may send at once.
+        half_open: connections whose request has not arrived yet, at one time.
+        request_s: time that a request may take to arrive.
     """
 
     port: int = 8760
@@ -29,6 +31,8 @@ class ExplorePolicy:
     same: float = 1e-6
     grasp_step_kPa: float = 25.0
     largest_message: int = 100_000
+    half_open: int = 64
+    request_s: float = 10.0
 
 
 POLICY: Final = ExplorePolicy()

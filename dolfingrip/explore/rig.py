@@ -18,7 +18,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.columns import CONTROL, READINGS
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.sections.errors import checked
+from dolfingrip.sections.errors import checked, shown
 
 NUMBERS: Final[Mapping[str, tuple[str, ...]]] = {
     "rate_kPa_per_s": ("rate_kPa_per_s",),
@@ -81,7 +81,10 @@ def files(answers: Mapping[str, Any], config: Config) -> RigFiles:
         for each in tables:
             table = table.setdefault(each, {})
         table[name] = value
-    protocol = {k: v for k, v in dict(answers.get("protocol") or {}).items() if v not in (None, "")}
+    protocol = answers.get("protocol") or {}
+    if not isinstance(protocol, Mapping):
+        raise ConfigError(f"protocol = {shown(protocol)}: allowed: a table")
+    protocol = {k: v for k, v in protocol.items() if v not in (None, "")}
     checked(rig.RigProtocol, protocol)
     setup = _toml(data)
     plan = _toml({**data, "protocol": protocol}) if protocol else setup

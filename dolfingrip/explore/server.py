@@ -17,11 +17,12 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from dolfingrip.config import ConfigError
 from dolfingrip.explore import page
 from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard
+from dolfingrip.explore.patience import Patience
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.session import Session, parsed
 from dolfingrip.report.page.sources import EXPLORED
@@ -90,10 +91,8 @@ class Tab:
         self._begin(self._send())
         self._begin(self._show())
         try:
-            while True:
-                self._take(await self._socket.receive_text())
-        except WebSocketDisconnect:
-            pass
+            while (message := await self._socket.receive())["type"] != "websocket.disconnect":
+                self._take(message.get("text") or "")  # bytes are no message
         finally:
             self._session.tabs.discard(tell)
             for task in self._tasks:
@@ -102,13 +101,23 @@ class Tab:
     def _begin(self, work: Any) -> None:
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(self._ended)
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled():
+            task.exception()  # of a page that was closed; nobody is there to read it
+
+    def _refuse(self, about: str, error: Exception, **more: Any) -> None:
+        """Answer by an error; the tab lives on."""
+        told = str(error) if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
+        self._outbox.put_nowait({"is": "error", "about": about, "text": told, **more})
 
     def _take(self, text: str) -> None:
         try:
             message = parsed(text)
         except ConfigError as error:
-            self._outbox.put_nowait({"is": "error", "about": "message", "text": str(error)})
+            self._refuse("message", error)
             return
         what = message.get("do")
         if what == "show":
@@ -118,7 +127,7 @@ class Tab:
             self._begin(self._do(str(what), message))
         else:
             told = f"do = {what}: allowed: show, solve, cancel, rig, plan"
-            self._outbox.put_nowait({"is": "error", "about": "message", "text": told})
+            self._refuse("message", ConfigError(told))
 
     async def _do(self, what: str, message: dict[str, Any]) -> None:
         tell, session = self._outbox.put_nowait, self._session
@@ -131,8 +140,8 @@ class Tab:
                 tell(await session.rig(message))
             else:
                 await session.plan(message, tell)
-        except ConfigError as error:
-            tell({"is": "error", "about": what, "text": str(error)})
+        except Exception as error:
+            self._refuse(what, error)
 
     async def _show(self) -> None:
         while True:
@@ -141,15 +150,19 @@ class Tab:
             message = self._newest
             assert message is not None
             try:
-                found = await self._session.show(message)
-            except (ConfigError, ValueError, OSError) as error:
-                found = {"is": "error", "about": "show", "id": message.get("id"),
-                         "text": str(error)}  # fmt: skip
-            self._outbox.put_nowait(found)
+                self._outbox.put_nowait(await self._session.show(message))
+            except Exception as error:
+                self._refuse("show", error, id=message.get("id"))
 
     async def _send(self) -> None:
         while True:
-            await self._socket.send_text(json.dumps(await self._outbox.get(), allow_nan=False))
+            message = await self._outbox.get()
+            try:
+                text = json.dumps(message, allow_nan=False)
+            except ValueError as error:  # a reading that is not a number, say
+                self._refuse("message", error)
+                continue
+            await self._socket.send_text(text)
 
 
 def bound(host: str, port: int | None) -> socket.socket:
@@ -191,14 +204,22 @@ def serve(
     """
     port = int(listening.getsockname()[1])
     name = f"[{host}]" if ":" in host else host
-    settings = uvicorn.Config(
-        application(session, token, host, port),
-        log_level="critical", access_log=False, server_header=False,
-        ws_max_size=POLICY.largest_message, timeout_graceful_shutdown=1,
-    )  # fmt: skip
     listening.listen()  # a browser may come before the loop runs
     say(f"http://{name}:{port}/?token={token}")
-    uvicorn.Server(settings).run(sockets=[listening])
+    guarded = application(session, token, host, port)
+    uvicorn.Server(settings(guarded)).run(sockets=[listening])
+
+
+def settings(guarded: ASGIApp) -> uvicorn.Config:
+    """How an application is served.
+
+    Args:
+        guarded: the application.
+    """
+    return uvicorn.Config(
+        guarded, log_level="critical", access_log=False, server_header=False,
+        ws_max_size=POLICY.largest_message, timeout_graceful_shutdown=1, http=Patience,
+    )  # fmt: skip
 
 
 def state_folder(results: Path | None, out: Path | None) -> Path:

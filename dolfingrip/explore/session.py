@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -20,6 +21,7 @@ from dolfingrip.explore.wanted import Wanted, read
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.single import Single
 from dolfingrip.report import printable
+from dolfingrip.sections.errors import shown
 
 EXPORTS: Final = (*printable.FORMATS, ".toml")
 """Formats of exports, by their suffix."""
@@ -216,9 +218,28 @@ def parsed(text: str) -> dict[str, Any]:
         ConfigError: one line.
     """
     try:
-        found = json.loads(text)
+        found = json.loads(text, parse_constant=_finite, parse_float=_finite, parse_int=_whole)
+        json.dumps(found, ensure_ascii=False).encode()
+    except ConfigError:
+        raise
+    except UnicodeEncodeError:
+        raise ConfigError("message: half a surrogate pair; allowed: whole characters") from None
+    except RecursionError:
+        raise ConfigError("message: nested too deeply") from None
     except ValueError:
         raise ConfigError("message: not JSON") from None
     if not isinstance(found, dict):
         raise ConfigError("message: allowed: a JSON object")
     return found
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ConfigError(f"message: number {shown(text)}: allowed: finite, below 1.8e308")
+    return value
+
+
+def _whole(text: str) -> int:
+    _finite(text)
+    return int(text)
