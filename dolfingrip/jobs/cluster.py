@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from dolfingrip.jobs import keys, slurm
-from dolfingrip.jobs.interrupts import interrupts_answered_by
+from dolfingrip.jobs.interrupts import broken_connections_are_errors, interrupts_answered_by
 from dolfingrip.jobs.policy import POLICY
 from dolfingrip.sections.errors import ConfigError
 
@@ -65,7 +65,7 @@ def connected(where: Where) -> Iterator[Any]:
     from distributed import Client
 
     _quiet()
-    with ExitStack() as stack:
+    with broken_connections_are_errors(), ExitStack() as stack:
         # Dask imports from there; its own choice in /tmp is one that another user may have made
         scratch = stack.enter_context(_scratch())
         stack.enter_context(dask.config.set({**_EVERYWHERE, "temporary-directory": scratch}))

@@ -22,8 +22,10 @@ _PRIVATE: Final = [
     'export DASK_TEMPORARY_DIRECTORY="$(mktemp -d)"',
     """trap 'rm -rf "$DASK_TEMPORARY_DIRECTORY"' EXIT""",
     "export DASK_DISTRIBUTED__WORKER__HTTP__ROUTES='[]'",
+    # a connection that breaks is an error of Python then, not a crash
+    'export PETSC_OPTIONS="-no_signal_handler ${PETSC_OPTIONS:-}"',
 ]
-"""What keeps other users of a node out of its workers, beside their keys."""
+"""What keeps other users of a node out of its workers, beside their keys, and suits TLS."""
 
 
 def cluster(file: Path, workers: int, ranks: int, security: Any) -> Any:

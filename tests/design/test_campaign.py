@@ -25,6 +25,7 @@ from dolfingrip.design.campaign import campaign, export
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs import pool
 from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.interrupts import broken_connections_are_errors
 from dolfingrip.jobs.run import Standing
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Store
@@ -184,6 +185,7 @@ def test_client_killed_while_a_cluster_computes_on(
     monkeypatch.setenv("DASK_CONFIG", str(with_keys(tmp_path / "home")))
     collected = dask.config.collect([os.environ["DASK_CONFIG"]])
     with (
+        broken_connections_are_errors(),
         dask.config.set(dask.config.merge(dask.config.global_config, collected)),
         LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"

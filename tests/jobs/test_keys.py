@@ -56,7 +56,9 @@ async def asked(address: str, security: Any) -> str:
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[Any]:
+    __import__("petsc4py.PETSc")  # it takes a connection that breaks for a crash of the process
     with connected(Where()) as found:
+        found.run(__import__, "petsc4py.PETSc")
         yield found
 
 
