@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.design import rows
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import load_domain, unplaced
+from dolfingrip.files import table
 from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
@@ -171,7 +171,7 @@ def main(names: Sequence[str]) -> None:
     for name in names or CASES:
         found.append(measure(name))
         print(found[-1], flush=True)
-        rows.write(HERE / "adjoints.csv", found)
+        table.write(HERE / "adjoints.csv", found)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,6 @@ import numpy as np
 
 from benchmarks.fronts import front
 from dolfingrip import config as configuration
-from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
 from dolfingrip.design.gradient.evaluation import Simulations
@@ -35,6 +34,7 @@ from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.diagnosis.diagnose import Settings, diagnose
 from dolfingrip.diagnosis.results import write
 from dolfingrip.experiments import run as simulate
+from dolfingrip.files import table
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.meshes.adoption.sound import check_crossings
@@ -148,7 +148,7 @@ def steps(out: Path, pool: Pool) -> list[dict[str, Any]]:
             }
         )
         print(found[-1], flush=True)
-        rows.write(HERE / "design_steps.csv", found)
+        table.write(HERE / "design_steps.csv", found)
     return found
 
 
@@ -185,7 +185,8 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
         print(row, flush=True)
     print("differs between the best designs:", told["differ"] or "nothing")
     keys = max(found, key=len)
-    rows.write(HERE / "design_starts.csv", [{key: each.get(key) for key in keys} for each in found])
+    shown = [{key: each.get(key) for key in keys} for each in found]
+    table.write(HERE / "design_starts.csv", shown)
     return found
 
 
@@ -222,7 +223,7 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
         for each in one.trials
         if each.accepted
     ]
-    rows.write(HERE / "design_tube.csv", found)
+    table.write(HERE / "design_tube.csv", found)
     print(*found, sep="\n", flush=True)
     meshes = one.best.shape.mesh, one.start.shape.mesh
     draw_section(*meshes, f"{one.best.objective:.1f}° at 60 kPa", HERE / "design_tube.png")
@@ -266,7 +267,7 @@ def gripper(out: Path, pool: Pool) -> list[dict[str, Any]]:
                 }
             )
             print(found[-1], flush=True)
-    rows.write(HERE / "design_gripper.csv", found)
+    table.write(HERE / "design_gripper.csv", found)
     _draw_margins(found, list(made), HERE / "design_gripper.png")
     print(f"{one.ending}; {one.simulations} grasps, {one.seconds:.0f} s")
     return found

@@ -23,9 +23,9 @@ from matplotlib.axes import Axes
 
 from benchmarks.parts import UNGRADED_MM
 from dolfingrip import config
-from dolfingrip.design import rows
 from dolfingrip.experiments import run
 from dolfingrip.extensions.index import NAMES
+from dolfingrip.files.table import write
 from dolfingrip.report import theme
 
 OVERRIDES = (
@@ -187,7 +187,7 @@ def main() -> None:
         for rate in rates(name):
             computed(name, rate, asked.out)
     found = table(names, asked.out)
-    rows.write(asked.out / "fingerprints.csv", found)
+    write(asked.out / "fingerprints.csv", found)
     for row in found:
         print(*row.values(), sep="\t")
     page = draw(names, asked.out)

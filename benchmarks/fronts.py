@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 from scipy.stats import norm
 
-from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.front import FrontFinder
@@ -31,6 +30,7 @@ from dolfingrip.design.gradient.read import read
 from dolfingrip.design.surrogate.process import GradientProcess
 from dolfingrip.design.surrogate.table import Table
 from dolfingrip.design.surrogate.training import train
+from dolfingrip.files import table
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.report.theme import BLUE, GREEN, INK, ORANGE, figure_theme
 
@@ -144,7 +144,7 @@ def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
     for row in found:
         row["stops_here"] = row["simulations"] == len(stops.objective) + stops.failed
     found += _by_values(reference)
-    rows.write(HERE / "design_front.csv", found)
+    table.write(HERE / "design_front.csv", found)
     _draw(found, HERE / "design_front.png")
     return found
 

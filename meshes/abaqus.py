@@ -9,6 +9,7 @@ A group is read from the first of these that has its name, in any case of letter
 
 from __future__ import annotations
 
+import io
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,18 +115,22 @@ def read(path: Path) -> SolidMesh:
     return assemble(points, cells, facets, regions)
 
 
-def write(path: Path, mesh: SolidMesh) -> None:
-    """Write nodes, elements (:data:`ELEMENT_TYPES`), a node set and a surface for each group.
+def deck(mesh: SolidMesh) -> str:
+    """Nodes, elements (:data:`ELEMENT_TYPES`), a node set and a surface for each group, as a deck.
 
     Abaqus and CalculiX can read the deck: it has no elements but those of the solid.
 
-    Raises:
-        OSError: if the file cannot be written.
+    Args:
+        mesh: mesh in mm.
+
+    Returns:
+        Content of an .inp file.
     """
     kind = ELEMENT_TYPES[mesh.cells.shape[1]]
     nodes = {4: "tetra", 10: "tetra10", 8: "hexahedron", 20: "hexahedron20"}
+    content = io.StringIO()
     meshio.write(
-        path,
+        content,
         meshio.Mesh(
             mesh.points,
             [(nodes[mesh.cells.shape[1]], to_vtk(mesh.cells))],
@@ -138,17 +143,14 @@ def write(path: Path, mesh: SolidMesh) -> None:
         file_format="abaqus",
         float_fmt=".13e",  # CalculiX reads no number of more than 20 characters
     )
-    deck_text = path.read_text(encoding="utf-8")
     # CalculiX lacks the hybrid types that meshio may choose
-    deck_text = re.sub(r"TYPE=C3D\w+\n", f"TYPE={kind}\n", deck_text, count=1)
-    path.write_text(deck_text, encoding="utf-8")
-    with path.open("a", encoding="utf-8") as deck:  # meshio knows no surfaces
-        for name, facets in mesh.facets.items():
-            deck.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
-            for element, face in zip(
-                *np.divmod(match(facets, mesh.cells), len(mesh.shape.faces)), strict=True
-            ):
-                deck.write(f"{element + 1}, S{face + 1}\n")
+    text = re.sub(r"TYPE=C3D\w+\n", f"TYPE={kind}\n", content.getvalue(), count=1)
+    lines = [text]
+    for name, facets in mesh.facets.items():  # meshio knows no surfaces
+        lines.append(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
+        places = np.divmod(match(facets, mesh.cells), len(mesh.shape.faces))
+        lines += [f"{element + 1}, S{face + 1}\n" for element, face in zip(*places, strict=True)]
+    return "".join(lines)
 
 
 def _of_surface(deck: _Deck, name: str, row: dict[int, int], cells: Ints) -> Ints:

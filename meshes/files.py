@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -11,6 +10,7 @@ import gmsh
 import meshio
 import numpy as np
 
+from dolfingrip.files import whole
 from dolfingrip.meshes import abaqus, groups
 from dolfingrip.meshes.cells import from_vtk, to_vtk
 from dolfingrip.meshes.gmsh_model import current_mesh, insert, session
@@ -53,7 +53,7 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
 
 
 def write(path: Path, mesh: SolidMesh) -> None:
-    """Write a mesh in the format of the suffix; an existing file is replaced.
+    """Write a mesh in the format of the suffix, and read it back; an existing file is replaced.
 
     Args:
         path: file with the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the tags
@@ -61,21 +61,27 @@ def write(path: Path, mesh: SolidMesh) -> None:
         mesh: mesh in mm.
 
     Raises:
-        MeshError: one line, if the suffix is another one or the file cannot be written.
+        MeshError: one line, if the suffix is another one.
+        WriteError: one line, if the file cannot be written or is another mesh when read back.
     """
-    writers = {".msh": _write_msh, ".inp": abaqus.write, ".vtk": _write_vtk, ".vtu": _write_vtk}
-    if path.suffix.lower() not in writers:
+    suffix = path.suffix.lower()
+    if suffix not in WRITABLE:
         raise MeshError(f"{path}: unknown format; allowed: {', '.join(WRITABLE)}")
-    # a failure leaves no half-written file behind
-    partial = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix.lower()}")
-    try:
-        partial.touch()
-        writers[path.suffix.lower()](partial, mesh)
-        partial.replace(path)
-    except OSError as error:
-        raise MeshError(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        partial.unlink(missing_ok=True)
+
+    def same(written: Path) -> bool:
+        return _counts(read(written, needed=())) == _counts(mesh)
+
+    if suffix == ".inp":
+        whole.write(path, abaqus.deck(mesh), check=same)
+        return
+    with whole.replacing(path, check=same) as (partial,):
+        (_write_msh if suffix == ".msh" else _write_vtk)(partial, mesh)
+
+
+def _counts(mesh: SolidMesh) -> tuple[int, int, dict[str, int]]:
+    """Numbers of nodes, of elements, and of the facets of each group that has any."""
+    facets = {name: len(rows) for name, rows in mesh.facets.items() if len(rows)}
+    return len(np.unique(mesh.cells)), len(mesh.cells), facets
 
 
 def _read_msh(path: Path) -> SolidMesh:

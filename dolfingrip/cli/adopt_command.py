@@ -11,6 +11,7 @@ from mpi4py import MPI
 from dolfingrip.cli.meshing import Meshing
 from dolfingrip.cli.options import check_writable, console
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.files.whole import write
 
 if TYPE_CHECKING:
     from dolfingrip.meshes.adoption.adopt import Adopted
@@ -109,9 +110,8 @@ def adopt(
 
         with Meshing(screen, part, limit_s) as meshing:
             found = make(part, asked, Wanted(size_mm, order, cap_mm, meshing.tell), scale)
-        out.mkdir(parents=True, exist_ok=True)
         files.write(out / f"{NAME}.msh", found.mesh)
-        (out / f"{NAME}.toml").write_text(_configuration(found, part), encoding="utf-8")
+        write(out / f"{NAME}.toml", _configuration(found, part))
         title = f"{part.name}: what is taken for what"
         picture.draw(found.mesh, out / f"{NAME}.png", title)
         for name, said in found.roles.said.items():

@@ -6,6 +6,7 @@ import logging
 import os
 import sys
 import traceback
+from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
@@ -39,6 +40,7 @@ from dolfingrip.cli.options import INTERRUPTED, ConfigFile, Overrides
 from dolfingrip.cli.pipes import unbroken_output
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.files.whole import FULL, WriteError, failed
 from dolfingrip.jobs.interrupts import interrupt_behind
 from dolfingrip.sections.errors import MachineError
 
@@ -127,7 +129,8 @@ def main() -> None:
     """Run the command.
 
     The exit code is 0 after success, 1 if a load path ended early (the results up to there are
-    kept, and a sentence says why it ended) or the machine failed, 2 after bad input, which one
+    kept, and a sentence says why it ended), the machine failed, or a file could not be written (one
+    line says which and why, and what was there before is untouched), 2 after bad input, which one
     line names, and 130 after Ctrl-C. A closed output pipe does not change it.
     """
     with unbroken_output():
@@ -154,11 +157,17 @@ def _main() -> None:
         if ending.code == INTERRUPTED:
             _say_interrupted(ending)
         _end(ending.code)
+    except WriteError as error:  # on all ranks, too
+        sys.stderr.write(f"dolfingrip: {error}\n")
+        _end(1)
     except Exception as error:
         if interrupt_behind(error):
             _say_interrupted(error)
             _end(INTERRUPTED)
         if comm.size == 1:
+            if isinstance(error, OSError) and error.errno in FULL and error.filename:
+                sys.stderr.write(f"dolfingrip: {failed(Path(error.filename), error)}\n")
+                _end(1)
             raise
         # without this the other ranks would wait for this one for ever
         traceback.print_exc(file=errors)

@@ -114,12 +114,17 @@ def demo(
         from dolfingrip.cli import small_loop
 
         small_loop.run(resolved, out / "loop")
-    if MPI.COMM_WORLD.rank == 0:
+
+    def work() -> None:
         from dolfingrip.cli.report_command import write_report
 
         with console().status("writing the report"):
             page = write_report([out], out / "report.html")
         console().print(f"report: {page}", soft_wrap=True)
+
+    from dolfingrip.mechanics.model.domain import on_root
+
+    on_root(MPI.COMM_WORLD, work)
     _exit(*results)
 
 

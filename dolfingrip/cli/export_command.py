@@ -11,6 +11,7 @@ from mpi4py import MPI
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
 from dolfingrip.config import ConfigError
+from dolfingrip.files import whole
 
 CONFIGURATION = ".toml"
 
@@ -41,8 +42,7 @@ def export(
     def work() -> None:
         for file in files:
             if file.suffix.lower() == CONFIGURATION:
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_text(configuration.dumps(resolved), encoding="utf-8")
+                whole.write(file, configuration.dumps(resolved))
                 screen.print(f"wrote {file}", soft_wrap=True)
                 continue
             volume = printable.write(resolved, file)

@@ -76,7 +76,6 @@ def fit_laws(
             f"--law {best.law.name}: its best values have no initial shear modulus above 0; "
             "allowed: another law, or fewer readings by --max-stretch"
         )
-    out.mkdir(parents=True, exist_ok=True)
     material_file.write(best, data, out / "material.toml")
     material.plot(data, fits, best, out / "fit.png")
     screen.print(

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config
 
 if TYPE_CHECKING:
     from dolfingrip.meshes.solid import SolidMesh
@@ -40,7 +40,6 @@ def mesh(
             linear = solid(resolved.changed(mesh={"order": 1}))
             written = _of_order(_order(resolved), linear)
         screen.print(check(written).summary(), soft_wrap=True)
-        _make(out)
         for suffix in FORMATS:
             files.write(out / f"finger{suffix}", written)
             screen.print(f"wrote {out / f'finger{suffix}'}", soft_wrap=True)
@@ -64,10 +63,3 @@ def _of_order(order: int, mesh: SolidMesh) -> SolidMesh:
     if order == 2:
         return second_order(mesh)
     return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets, mesh.regions)
-
-
-def _make(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"--out {out}: {error.strerror}") from None

@@ -71,7 +71,6 @@ def optimise(
             lambda done: show(done, generations),
             along=along,
         )
-    out.mkdir(parents=True, exist_ok=True)
     files.write_front(found, out)
     screen.print(
         f"front: {len(found.front)} points, COG offset {found.front.cog_mm[0]:z.2f} to "

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.box import SIMPLE_HEAD
@@ -20,6 +19,7 @@ from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.policy import SEARCH
 from dolfingrip.experiments.index import find
+from dolfingrip.files import table
 
 if TYPE_CHECKING:
     from dolfingrip.design.campaign.trials import Trial, Trials
@@ -174,11 +174,7 @@ def _print(trials: list[Trial], screen: Console) -> None:
 
 def _write(trials: list[Trial], path: Path) -> None:
     names = [field.name for field in fields(trials[0]) if field.name != "computed"]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table: Any = csv.DictWriter(file, names, lineterminator="\n")
-        table.writeheader()
-        for each in trials:
-            table.writerow({name: getattr(each, name) for name in names})
+    table.write(path, [{name: getattr(each, name) for name in names} for each in trials])
 
 
 COMMANDS: dict[str, Callable[..., None]] = {"pickup": pickup, "friction": friction}

@@ -17,6 +17,7 @@ from dolfingrip.cli.simulations import (
     effect_names,
     resumable,
 )
+from dolfingrip.files import whole
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -101,10 +102,9 @@ def plan_experiment(
                 show,
             )  # fmt: skip
         found = work.plan(rig, resolved, settings, changes or (), told)
-    out.mkdir(parents=True, exist_ok=True)
     found.write(out / "plan.json")
     text = outcome.text(found)
-    (out / "plan.md").write_text(text, encoding="utf-8")
+    whole.write(out / "plan.md", text)
     from dolfingrip.report import plan as pictures
 
     pictures.draw(found.model_dump(), out / "plan.png")

@@ -11,6 +11,7 @@ from dolfingrip import config as configuration
 from dolfingrip.channels import CHORD_ANGLE, PRESSURE
 from dolfingrip.cli.options import Out, Overrides, check_writable, console, one_process
 from dolfingrip.config import ConfigError
+from dolfingrip.files import whole
 
 
 def predict(
@@ -49,7 +50,7 @@ def predict(
     found = prediction.predict(curves, fits, np.array(asked))
     file = csv or out / "prediction.csv"
     text = _table(found)
-    file.write_text(text, encoding="utf-8")
+    whole.write(file, text)
     screen.print(text, end="", soft_wrap=True)
     for i, curve in enumerate(curves, 1):
         if curve.simulated_deg < curve.at(np.array([max(asked)]))[0]:

@@ -10,6 +10,7 @@ import typer
 
 from dolfingrip.cli.options import console, one_process
 from dolfingrip.config import ConfigError
+from dolfingrip.files import whole
 
 if TYPE_CHECKING:
     from dolfingrip.report.page.sources import Source
@@ -54,8 +55,19 @@ def write_report(
 ) -> Path:
     """Write the page of these results.
 
+    Args:
+        results: folders.
+        out: HTML file.
+        measured: CSV of measured data; None: there is none.
+        title: of the page; None: one by the results.
+
+    Returns:
+        The HTML file.
+
     Raises:
-        ConfigError: one line, if there are none or one cannot be read.
+        ConfigError: one line, if there are no results, one cannot be read, or the page is too
+            large.
+        WriteError: one line.
     """
     from dolfingrip.report.columns import read_csv
     from dolfingrip.report.page import build, html, sources
@@ -68,17 +80,14 @@ def write_report(
         except (OSError, ValueError) as error:
             raise ConfigError(f"--measured {measured}: {error}") from None
     page = build.build(found, designs=_designs(found), measured=table, title=title)
-    try:
-        file = html.written(page, out)
-    except OSError as error:
-        raise ConfigError(f"--out {out}: {error.strerror}") from None
-    size_MB = file.stat().st_size / MB
+    text = html.rendered(page).encode()
+    size_MB = len(text) / MB
     if size_MB > html.LARGEST_MB:
-        file.unlink()
         raise ConfigError(
             f"--out {out}: {size_MB:.0f} MB; allowed: {html.LARGEST_MB:g} MB, so give fewer results"
         )
-    return file
+    whole.write(out, text)
+    return out
 
 
 def _designs(found: Sequence[Source]) -> dict[Path, list[dict[str, Any]]]:

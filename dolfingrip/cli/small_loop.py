@@ -14,6 +14,7 @@ from dolfingrip import config as configuration
 from dolfingrip.cli import doe_commands, optimise_command, train_command
 from dolfingrip.cli.reproduce_command import step
 from dolfingrip.config import Config
+from dolfingrip.files import whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +62,8 @@ def run(config: Config, out: Path, designs: Sequence[str] = DESIGNS) -> None:
     Raises:
         typer.Exit: with code 1, if a chosen design failed or none could be chosen.
     """
-    out.mkdir(parents=True, exist_ok=True)
     file = out / "config.toml"
-    file.write_text(configuration.dumps(settings(config)), encoding="utf-8")
+    whole.write(file, configuration.dumps(settings(config)))
     doe, surrogate, optimum = out / "doe", out / "surrogate", out / "optimum"
     workers = f"--workers={len(os.sched_getaffinity(0))}"
     varied = [f"--parameter={each}" for each in designs]

@@ -43,10 +43,10 @@ def study(
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
     one_process("--processes, without mpirun")
     from dolfingrip.cli import progress
-    from dolfingrip.design import rows
     from dolfingrip.design.optimum import scatter
     from dolfingrip.design.optimum import study as work
     from dolfingrip.design.surrogate import surrogate as network
+    from dolfingrip.files import table
 
     default = work.Plan()
     plan = work.Plan(
@@ -64,8 +64,8 @@ def study(
         found = work.run(surrogate, out, plan, processes or len(os.sched_getaffinity(0)), show)
     combinations = scatter.combine(found.choices, len(names))
     best = scatter.best(combinations)
-    rows.write(out / "combinations.csv", scatter.rows(combinations, names))
-    rows.write(out / "best.csv", scatter.rows(best, names))
+    table.write(out / "combinations.csv", scatter.rows(combinations, names))
+    table.write(out / "best.csv", scatter.rows(best, names))
     screen.print(
         f"{len(combinations)} combinations of {seeds} seeds, from {len(plan.runs())} runs of "
         f"NSGA-II ({found.cpu_s / 60:.1f} minutes of one core)",

@@ -80,13 +80,12 @@ def _trained(out: Path, data: Table, settings: Settings) -> bool:
 
 
 def _write(result: Training, data: Table, out: Path) -> None:
-    from dolfingrip.design import rows
     from dolfingrip.design.surrogate.training import JUDGEMENT
+    from dolfingrip.files import table
     from dolfingrip.report import design as pictures
 
-    out.mkdir(parents=True, exist_ok=True)
     curve = zip(result.epoch, result.training_mse, result.test_mse, strict=True)
-    rows.write(
+    table.write(
         out / "learning_curve.csv",
         [
             {"epoch": int(epoch), "training_mse": float(known), "test_mse": float(unseen)}
@@ -104,7 +103,7 @@ def _write(result: Training, data: Table, out: Path) -> None:
     pictures.plot_fit(data.output_names, data.outputs, predicted, result.test, out / "fit.png")
     names = (*data.input_names, *data.output_names)
     guesses = [f"surrogate.{name}" for name in data.output_names]
-    rows.write(
+    table.write(
         out / "designs.csv",
         [
             {

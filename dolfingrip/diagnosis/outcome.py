@@ -8,6 +8,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, computed_field
 
 from dolfingrip.diagnosis.policy import ADDITIONS
+from dolfingrip.files import whole
 
 
 class Part(BaseModel):
@@ -20,10 +21,15 @@ class Outcome(Part):
     """All that a command found out, as a file."""
 
     def write(self, file: Path) -> None:
-        """Write it as JSON."""
-        partial = file.with_suffix(".part")
-        partial.write_text(self.model_dump_json(indent=1, by_alias=True) + "\n", encoding="utf-8")
-        partial.replace(file)
+        """Write it as JSON.
+
+        Args:
+            file: target.
+
+        Raises:
+            WriteError: one line.
+        """
+        whole.write(file, self.model_dump_json(indent=1, by_alias=True) + "\n")
 
     @classmethod
     def read(cls, file: Path) -> Self:

@@ -21,6 +21,7 @@ from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.diagnosis.words import chance
+from dolfingrip.files import whole
 
 
 @dataclass(frozen=True)
@@ -37,21 +38,32 @@ class Written:
 
 
 def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
-    """Write all files but the pictures into ``out``."""
-    out.mkdir(parents=True, exist_ok=True)
+    """Write all files but the pictures into ``out``.
+
+    Args:
+        found: what was found.
+        data: files of the measurement.
+        out: folder, made where missing.
+
+    Returns:
+        The text, and what the pictures show.
+
+    Raises:
+        WriteError: one line.
+    """
     extended = None
     try:
         extended = found.extended
         told = _extended_toml(found, extended)
-        (out / "extended.toml").write_text(told, encoding="utf-8")
+        whole.write(out / "extended.toml", told)
     except ConfigError as error:
         found.warnings.append(f"extended.toml is not written: {error}")
     result = _outcome_of(found, extended, [str(file) for file in data], out)
     result.write(out / "diagnosis.json")
     text = page.text(result)
-    (out / "summary.md").write_text(text, encoding="utf-8")
+    whole.write(out / "summary.md", text)
     pictures = _pictures(found)
-    pictures["readings"].to_csv(out / "readings.csv", index=False)
+    whole.write(out / "readings.csv", pictures["readings"].to_csv(index=False))
     return Written(text, pictures)
 
 

@@ -21,6 +21,7 @@ from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.results.result import Result, Row, facts
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.compilation import Tell, told_to
+from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer
@@ -57,6 +58,7 @@ def run(
 
     Raises:
         ConfigError: one line about bad input.
+        WriteError: on every rank, one line about a file that could not be written.
     """
     if isinstance(experiment, str):
         experiment = find(experiment)
@@ -73,8 +75,8 @@ def run(
             key: "complete" if failure is None else failure.sentence()
             for key, failure in result.second_runs.items()
         }
-        if out is not None and comm.rank == 0:
-            write_outcome(out, config, result.facts, result.sensitivities)
+        if out is not None:
+            on_root(comm, lambda: write_outcome(out, config, result.facts, result.sensitivities))
     comm.Barrier()
     return result
 

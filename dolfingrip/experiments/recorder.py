@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import tomlkit
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME, WHO, WORDS, measured, read_of
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
 from dolfingrip.experiments.results.fields import FieldFile
 from dolfingrip.experiments.results.result import Row
+from dolfingrip.files import table, whole
+from dolfingrip.files.growing import GrowingFile
 from dolfingrip.jobs.interrupts import Interrupted, interrupt_behind
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
@@ -62,11 +64,8 @@ def write_outcome(
         sensitivities: one row for each reading and parameter.
     """
     if sensitivities:
-        with (out / "sensitivity.csv").open("w", encoding="utf-8", newline="") as file:
-            table = csv.DictWriter(file, list(sensitivities[0]), lineterminator="\n")
-            table.writeheader()
-            for row in sensitivities:
-                table.writerow({name: digits(value) for name, value in row.items()})
+        rows = [{name: digits(value) for name, value in row.items()} for row in sensitivities]
+        table.write(out / "sensitivity.csv", rows)
     record.write(out / "run.json", config, facts)
 
 
@@ -77,7 +76,7 @@ class Recorder:
     ``run.json`` that says how it ended and how to repeat it.
 
     Raises:
-        ConfigError: on every rank, if the folder cannot be written.
+        WriteError: on every rank, if a file cannot be written.
     """
 
     def __init__(
@@ -91,21 +90,15 @@ class Recorder:
         self._rows = 0
         self._last: Row = {}
         self._finished = False
+        self._columns = columns(experiment)
         self._file = on_root(self._comm, self._open)
         self._fields = FieldFile(model, out / "fields.pvd")
 
-    def _open(self) -> Any:
-        try:
-            self._out.mkdir(parents=True, exist_ok=True)
-            self._write_incomplete(None)
-            described = tomlkit.dumps(self._experiment.described(self._config))
-            (self._out / "result.toml").write_text(described, encoding="utf-8")
-            file = (self._out / "result.csv").open("w", encoding="utf-8", newline="")
-        except OSError as error:
-            raise ConfigError(f"--out {self._out}: {error.strerror}") from None
-        self._table = csv.DictWriter(file, columns(self._experiment), lineterminator="\n")
-        self._table.writeheader()
-        return file
+    def _open(self) -> GrowingFile:
+        self._write_incomplete(None)
+        described = tomlkit.dumps(self._experiment.described(self._config))
+        whole.write(self._out / "result.toml", described)
+        return GrowingFile(self._out / "result.csv", ",".join(self._columns) + "\n")
 
     def _write_incomplete(self, failure: dict[str, Any] | None) -> None:
         """Write the ``run.json`` of a run that has not come to its end.
@@ -123,16 +116,18 @@ class Recorder:
         """Write one row and its fields."""
         with self._profile.phase("output"):
             self._fields.write(row["time_s"])
-            if self._file is not None:
-                self._table.writerow({k: digits(v) for k, v in row.items() if not _empty(v)})
-                self._file.flush()
+            on_root(self._comm, lambda: self._append(row))
         self._rows, self._last = self._rows + 1, row
+
+    def _append(self, row: Row) -> None:
+        assert self._file is not None
+        shown = {k: digits(v) for k, v in row.items() if not _empty(v)}
+        self._file.append(table.lines([shown], self._columns))
 
     def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
         """Complete ``run.json``; write ``sensitivity.csv`` if there are derivatives."""
+        on_root(self._comm, lambda: write_outcome(self._out, self._config, facts, sensitivities))
         self._finished = True
-        if self._comm.rank == 0:
-            write_outcome(self._out, self._config, facts, sensitivities)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: object
@@ -156,7 +151,8 @@ class Recorder:
                 "last_good": {name: self._last[name] for name in controls if name in self._last},
                 "sentence": sentence,
             }
-            self._write_incomplete(failure)
+            with suppress(whole.WriteError):  # which may be the error that ends the run
+                self._write_incomplete(failure)
         if interrupted:
             raise Interrupted(sentence) from error
 

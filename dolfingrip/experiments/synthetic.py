@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.files import table, whole
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
@@ -170,24 +170,18 @@ def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) 
     """Write ``measured.csv`` and ``.toml``, and the hidden truth to ``truth.toml``.
 
     Raises:
-        ConfigError: on every rank, where the folder cannot be written.
+        WriteError: on every rank, one line.
     """
 
     def work() -> None:
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-            with (out / "measured.csv").open("w", encoding="utf-8", newline="") as file:
-                names = [name for name in MEASURED if any(name in row for row in measurement.rows)]
-                table = csv.DictWriter(file, names, lineterminator="\n")
-                table.writeheader()
-                for row in measurement.rows:
-                    table.writerow({k: f"{v:.6g}" if isinstance(v, float) else v
-                                    for k, v in row.items()})  # fmt: skip
-            (out / "measured.toml").write_text(_described(measurement), encoding="utf-8")
-            truth = configuration.dumps(measurement.truth)
-            (out / "truth.toml").write_text(truth, encoding="utf-8")
-        except OSError as error:
-            raise ConfigError(f"--out {out}: {error.strerror}") from None
+        names = [name for name in MEASURED if any(name in row for row in measurement.rows)]
+        rows = [
+            {k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()}
+            for row in measurement.rows
+        ]
+        table.write(out / "measured.csv", rows, names)
+        whole.write(out / "measured.toml", _described(measurement))
+        whole.write(out / "truth.toml", configuration.dumps(measurement.truth))
 
     on_root(comm, work)
 

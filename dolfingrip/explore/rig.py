@@ -18,6 +18,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.columns import CONTROL, READINGS
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.files import whole
 from dolfingrip.sections.errors import checked, shown
 
 NUMBERS: Final[Mapping[str, tuple[str, ...]]] = {
@@ -96,7 +97,7 @@ def _read(text: str, config: Config) -> Measurement:
     """The measurement that the rig would make, by which the file is checked."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "rig.toml"
-        file.write_text(text, encoding="utf-8")
+        whole.write(file, text)
         try:
             return rig.read(file, config)[0]
         except ConfigError as error:

@@ -25,6 +25,7 @@ from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard
 from dolfingrip.explore.patience import Patience
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.session import Session, parsed
+from dolfingrip.files.whole import WriteError
 from dolfingrip.report.page.sources import EXPLORED
 
 
@@ -57,6 +58,8 @@ def application(session: Session, token: str, host: str, port: int) -> ASGIApp:
             )
         except ConfigError as error:
             return PlainTextResponse(str(error), 422, HEADERS)
+        except WriteError as error:
+            return PlainTextResponse(str(error), 507, HEADERS)
         named = {"Content-Disposition": f'attachment; filename="design{suffix}"'}
         return Response(content, 200, {**HEADERS, **named}, "application/octet-stream")
 

@@ -18,6 +18,7 @@ from dolfingrip.explore.library import Library
 from dolfingrip.explore.solve import FUNCTION
 from dolfingrip.explore.space import Space
 from dolfingrip.explore.wanted import Wanted, read
+from dolfingrip.files import whole
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.single import Single
 from dolfingrip.report import printable
@@ -161,9 +162,8 @@ class Session:
         made = await self.rig(message)
         if self._plan is not None and self._plan.returncode is None:
             self._plan.terminate()
-        self.out.mkdir(parents=True, exist_ok=True)
         file, out = self.out / "rig.toml", self.out / "plan"
-        file.write_text(made["plan"], encoding="utf-8")
+        whole.write(file, made["plan"])
         process = self._plan = await asyncio.create_subprocess_exec(
             *rig.command(file, out),
             stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,

@@ -8,6 +8,7 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import Any
 
+from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.cluster import Where, connected
 from dolfingrip.jobs.interrupts import interrupts_answered_by
 from dolfingrip.jobs.job import WORKER_LOST, Answer, Job
@@ -55,6 +56,7 @@ class Pool:
         Raises:
             ConfigError: one line, where there are no workers.
             SchedulerGone: all workers are gone.
+            WriteError: a worker could not write a file.
             KeyboardInterrupt: Ctrl-C, which waits until the next answer is asked for.
         """
         if not jobs:
@@ -89,6 +91,7 @@ def _answer(future: Any, key: str, spool: Spool) -> Answer | None:
 
     Raises:
         SchedulerGone: which says nothing about the job.
+        WriteError: likewise.
     """
     from distributed import KilledWorker
     from distributed.client import FutureCancelledError
@@ -108,6 +111,8 @@ def _answer(future: Any, key: str, spool: Spool) -> Answer | None:
         raise SchedulerGone(
             "the scheduler is gone; what was computed is kept, the same call goes on from there"
         ) from None
+    if isinstance(error, WriteError):
+        raise error
     if isinstance(error, KilledWorker):
         return Answer(
             key, "failed", failure_class=WORKER_LOST,

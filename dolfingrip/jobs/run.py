@@ -79,6 +79,7 @@ def run(
     Raises:
         ConfigError: one line, where the folder holds other jobs or there are no workers.
         SchedulerGone: all workers are gone.
+        WriteError: one line about a file that could not be written; what was computed is kept.
         KeyboardInterrupt: Ctrl-C; what was computed is kept.
     """
     with Store(folder, write=True) as store:

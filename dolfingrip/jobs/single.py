@@ -16,6 +16,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, Final
 
+from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.job import WORKER_LOST, Answer, Job
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
@@ -156,6 +157,10 @@ def _serve(connection: Connection, spool: Path) -> None:
     while True:
         try:
             job: Any = connection.recv()
-            connection.send(("answer", work(job, spool)))
+            try:
+                answer = work(job, spool)
+            except WriteError as error:
+                answer = Answer(job.key, "failed", failure_class="file", failure=str(error))
+            connection.send(("answer", answer))
         except (EOFError, OSError):
             return

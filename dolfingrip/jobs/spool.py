@@ -8,11 +8,11 @@ two workers from computing the same one. Local disks and network disks with floc
 from __future__ import annotations
 
 import fcntl
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from dolfingrip.files import whole
 from dolfingrip.jobs.job import Answer
 
 
@@ -31,12 +31,7 @@ class Spool:
 
     def write(self, answer: Answer) -> None:
         """Keep an answer: all of it or, where the process is killed, nothing."""
-        partial = self.folder / f"{answer.key}.{os.getpid()}.part"
-        with partial.open("w", encoding="utf-8") as file:
-            file.write(answer.dumps())
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(self.folder / f"{answer.key}.json")
+        whole.write(self.folder / f"{answer.key}.json", answer.dumps())
 
     def answers(self) -> Iterator[Answer]:
         """All that were spooled."""
@@ -59,5 +54,5 @@ class Spool:
     def clear(self) -> None:
         """Drop everything, once all of it is stored and no worker is left."""
         for path in self.folder.glob("*.*"):
-            if path.suffix in (".json", ".lock", ".part"):
+            if path.suffix in (".json", ".lock"):
                 path.unlink(missing_ok=True)

@@ -6,13 +6,16 @@ that is on the disk before it is reported; a ``done`` row never changes again.
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import sqlite3
 from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from dolfingrip.files.whole import WriteError, failed
 from dolfingrip.jobs.job import Answer, Data, Job
 from dolfingrip.sections.errors import ConfigError
 
@@ -56,6 +59,14 @@ _ANSWERED = (
 )  # fmt: skip
 
 
+_OF_DISK = {
+    sqlite3.SQLITE_FULL: errno.ENOSPC,
+    sqlite3.SQLITE_IOERR: errno.EIO,
+    sqlite3.SQLITE_READONLY: errno.EROFS,
+}
+"""SQLite's errors that tell of the disk."""
+
+
 def same(**facts: Any) -> Shared:
     """What all jobs of a store share, where it is the same for all."""
 
@@ -74,14 +85,18 @@ class Store:
     Raises:
         ConfigError: one line, where the file is none, another process writes it, or there is
             nothing to read.
+        WriteError: one line, where it cannot be written; every method that writes raises it, too.
     """
 
     def __init__(self, folder: Path, *, write: bool = False) -> None:
         self.path = folder / NAME
         self._lock = None
         if write:
-            folder.mkdir(parents=True, exist_ok=True)
-            self._lock = (folder / "campaign.lock").open("w")
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+                self._lock = (folder / "campaign.lock").open("w")
+            except OSError as error:
+                raise failed(self.path, error) from None
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -102,6 +117,7 @@ class Store:
             if write:
                 self._base.executescript(_TABLES)
         except sqlite3.Error as error:
+            _require_space(self.path, error)
             raise ConfigError(f"{self.path}: not a campaign's store: {error}") from None
 
     def _open(self, write: bool) -> sqlite3.Connection:
@@ -124,6 +140,22 @@ class Store:
         if self._lock is not None:
             self._lock.close()
 
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        """All or nothing, on the disk when it is left."""
+        try:
+            self._base.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+            except BaseException:
+                if self._base.in_transaction:  # SQLite itself ends it where the disk is full
+                    self._base.execute("ROLLBACK")
+                raise
+            self._base.execute("COMMIT")
+        except sqlite3.Error as error:
+            _require_space(self.path, error)
+            raise
+
     def facts(self) -> Data | None:
         """What all jobs share; None before the first."""
         row = self._base.execute("SELECT value FROM facts WHERE name = 'plan'").fetchone()
@@ -145,7 +177,7 @@ class Store:
             (job.key, job.function, json.dumps(job.arguments), json.dumps(job.inputs))
             for job in jobs
         ]
-        with _transaction(self._base):
+        with self._transaction():
             self._base.execute("REPLACE INTO facts VALUES ('plan', ?)", (json.dumps(facts),))
             self._base.executemany(
                 "INSERT OR IGNORE INTO jobs (key, function, arguments, inputs) VALUES (?, ?, ?, ?)",
@@ -161,7 +193,7 @@ class Store:
         if answer.status == "failed":
             values["result"] = None
         columns = ", ".join(f"{name} = ?" for name in values)
-        with _transaction(self._base):
+        with self._transaction():
             changed = self._base.execute(
                 f"UPDATE jobs SET status = ?, {columns} WHERE key = ? AND status = 'pending'",
                 (answer.status, *values.values(), answer.key),
@@ -179,7 +211,7 @@ class Store:
         classes = dict(self._base.execute(query))
         failed = [key for key in keys if key in classes and classes[key] not in spared]
         blank = ", ".join(f"{name} = NULL" for name in _ANSWERED)
-        with _transaction(self._base):
+        with self._transaction():
             self._base.executemany(
                 f"UPDATE jobs SET status = 'pending', {blank} WHERE key = ?",
                 [(key,) for key in failed],
@@ -208,14 +240,8 @@ class Store:
             yield row | {n: json.loads(row[n]) for n in _JSON if row[n] is not None}
 
 
-class _transaction:
-    """All or nothing, on the disk when it is left."""
-
-    def __init__(self, base: sqlite3.Connection) -> None:
-        self._base = base
-
-    def __enter__(self) -> None:
-        self._base.execute("BEGIN IMMEDIATE")
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self._base.execute("COMMIT" if kind is None else "ROLLBACK")
+def _require_space(path: Path, error: sqlite3.Error) -> None:
+    """Raise if the disk, not the file's content, is what SQLite complains about."""
+    kind = _OF_DISK.get((getattr(error, "sqlite_errorcode", None) or 0) & 0xFF)
+    if kind is not None:
+        raise WriteError(kind, str(error), str(path)) from None

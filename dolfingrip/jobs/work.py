@@ -17,6 +17,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.interrupts import interrupt_behind
 from dolfingrip.jobs.job import MACHINE, REFUSED, Answer, Job, JobFailure
 from dolfingrip.jobs.spool import Spool
@@ -32,6 +33,12 @@ def work(job: Job, folder: Path) -> Answer:
     Args:
         job: which one.
         folder: of the spool; where the worker cannot see it, the answer is only returned.
+
+    Returns:
+        The answer, also that of a job that failed.
+
+    Raises:
+        WriteError: the job or the spool could not write a file; the job has no answer.
     """
     spool = Spool(folder)
     shared = folder.is_dir()
@@ -47,7 +54,7 @@ def work(job: Job, folder: Path) -> Answer:
 
 
 def compute(job: Job) -> Answer:
-    """Compute a job; every failure becomes an answer with its class and a sentence."""
+    """Compute a job; every failure of its own becomes an answer with its class and a sentence."""
     started, clock = datetime.now(UTC), time.perf_counter()
     answer = Answer(job.key, "failed", started_at=started.isoformat(timespec="milliseconds"))
     answer.worker = f"{socket.gethostname()}:{os.getpid()}"
@@ -59,6 +66,8 @@ def compute(job: Job) -> Answer:
         answer.partial = failure.partial
     except ConfigError as error:
         answer.failure_class, answer.failure = REFUSED, str(error)
+    except WriteError:  # which says nothing about the job
+        raise
     except MachineError as error:
         answer.failure_class, answer.failure = MACHINE, str(error)
     except MemoryError:

@@ -14,7 +14,17 @@ from matplotlib.patches import Patch
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.report.scene import Image, View, no_display
-from dolfingrip.report.theme import BLUE, DPI, GREEN, INK, ORANGE, PURPLE, figure_theme, scene_theme
+from dolfingrip.report.theme import (
+    BLUE,
+    DPI,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    figure_theme,
+    save,
+    scene_theme,
+)
 
 COLOURS: Final = {
     groups.CLAMP: INK,
@@ -138,6 +148,5 @@ def _save(
             for name in names if name != groups.SYMMETRY
         ]  # fmt: skip
         figure.legend(handles=patches, loc="center right", fontsize=8)
-        out.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out, dpi=DPI)
+        save(figure, out)
     return out

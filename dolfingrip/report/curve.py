@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from dolfingrip.channels import TIME
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.report.columns import Columns, branches, numbers, required, select_rows
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, figure_theme
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, figure_theme, save
 
 SIZE_IN = (6.0, 4.0)
 
@@ -99,8 +99,7 @@ def _axes(path: Path, label: str, over: str) -> Iterator[Axes]:
         if axes.dataLim.y0 >= -0.01 * axes.dataLim.height:
             axes.set_ylim(bottom=0.0)
         axes.legend(loc="best")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
+        save(figure, path)
 
 
 def _draw(

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from dolfingrip.channels import ANGLE, FORCE
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme, save
 from dolfingrip.sections.units import unit
 
 Numbers = npt.NDArray[np.float64]
@@ -236,5 +236,4 @@ def _figure(path: Path, panels: int) -> Iterator[list[Axes]]:
         FigureCanvasAgg(figure)
         figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
         yield list(figure.subplots(1, panels, squeeze=False)[0])
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
+        save(figure, path)

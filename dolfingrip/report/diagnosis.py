@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from dolfingrip.channels import CHANNELS, DISPLACEMENT, PRESSURE
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, tint
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, save, tint
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +98,7 @@ def _figure(path: Path, rows: int, columns: int, size: tuple[float, float]) -> I
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         yield figure.subplots(rows, columns, squeeze=False)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=150)
+        save(figure, path, dpi=150)
 
 
 def _over(part: pd.DataFrame) -> tuple[str, str]:

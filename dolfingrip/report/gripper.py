@@ -14,6 +14,7 @@ from matplotlib.font_manager import findfont
 from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 from scipy.spatial.transform import Rotation
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from dolfingrip.channels import PRESSURE, TIME
 from dolfingrip.config import Config
@@ -21,6 +22,7 @@ from dolfingrip.experiments.results.fields import COLLECTION
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
 from dolfingrip.experiments.rigs.gripper import placed, stands_of
 from dolfingrip.experiments.rigs.symmetry import MIRROR, halved
+from dolfingrip.files import whole
 from dolfingrip.mechanics.model.placement import Placement, to_world
 from dolfingrip.report.columns import Columns
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
@@ -101,16 +103,19 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     images = [labelled(picture, moment.label) for picture, moment in pictures]
     strip = np.concatenate([images[i] for i in stages(list(result["branch"]))], axis=1)
     still, moving, film = (out / f"grasp.{suffix}" for suffix in ("png", "gif", "mp4"))
-    Pillow.fromarray(strip).save(still)
+    with whole.stream(still) as content:
+        Pillow.fromarray(strip).save(content, "PNG")
     frames = [Pillow.fromarray(image).resize(_halved(image)) for image in images]
-    frames[0].save(
-        moving,
-        save_all=True,
-        append_images=frames[1:],
-        duration=VIEW.frame_ms,
-        loop=0,
-        optimize=True,
-    )
+    with whole.stream(moving) as content:
+        frames[0].save(
+            content,
+            "GIF",
+            save_all=True,
+            append_images=frames[1:],
+            duration=VIEW.frame_ms,
+            loop=0,
+            optimize=True,
+        )
     write_film(film, images)
     return [still, moving, film]
 
@@ -152,9 +157,8 @@ def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Mom
         moments: rows of the result.
     """
     folder = file.with_name(f"{file.stem}_fields")
-    folder.mkdir(parents=True, exist_ok=True)
     table, lines = _table(moments), []
-    table.save(folder / "table.vtp")
+    _write_vtp(table, folder / "table.vtp")
     food: Any = body.surface.polydata()
     for i, moment in enumerate(moments):
         up = np.array([0.0, 0.0, -moment.table_mm])
@@ -163,16 +167,25 @@ def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Mom
         fingers["displacement_mm"] = moment.displacement.astype(np.float32)
         fingers["principal_stretch"] = moment.stretch.astype(np.float32)
         fingers["finger"] = skin.side.astype(np.int8)
-        fingers.save(folder / f"fingers{i:04d}.vtp")
+        _write_vtp(fingers, folder / f"fingers{i:04d}.vtp")
         food.points = moment.food + up
-        food.save(folder / f"food{i:04d}.vtp")
+        _write_vtp(food, folder / f"food{i:04d}.vtp")
         parts = (f"fingers{i:04d}.vtp", f"food{i:04d}.vtp", "table.vtp")
         lines += [
             f'    <DataSet timestep="{moment.time_s:.10g}" part="{part}" '
             f'file="{folder.name}/{name}" />'
             for part, name in enumerate(parts)
         ]
-    file.write_text(COLLECTION.format("\n".join(lines)), encoding="utf-8")
+    whole.write(file, COLLECTION.format("\n".join(lines)))
+
+
+def _write_vtp(surface: Any, file: Path) -> None:
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(surface)
+    writer.SetDataModeToBinary()
+    writer.WriteToOutputStringOn()
+    writer.Write()
+    whole.write(file, writer.GetOutputString())
 
 
 def strip(out: Path, config: Config, result: Columns) -> Image:
@@ -200,7 +213,7 @@ def write_film(path: Path, images: Sequence[Image]) -> None:
     import av
 
     height, width = (2 * (length // 2) for length in images[0].shape[:2])  # even, as H.264 needs
-    with av.open(str(path), "w") as container:
+    with whole.stream(path) as content, av.open(content, "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=Fraction(1000, VIEW.frame_ms))
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         for image in images:

@@ -12,7 +12,7 @@ from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 
 from dolfingrip.report.scene import Image, View
-from dolfingrip.report.theme import DPI, INK, figure_theme
+from dolfingrip.report.theme import DPI, INK, figure_theme, save
 
 _TOP, _BOTTOM, _RIGHT, _SIDE = 0.34, 0.66, 1.05, 0.10
 """Strips for the label, the scale bar and the colour scale, and the least margin (inches)."""
@@ -87,8 +87,7 @@ def save_pictures(
         ends = "max" if open_ended else "neither"
         colours = ScalarMappable(Normalize(*range_), colour_map)
         figure.colorbar(colours, cax=bar, label=scale_label, extend=ends)
-        out.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(out, dpi=DPI)
+        save(figure, out)
     return out
 
 

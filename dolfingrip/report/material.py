@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
 from dolfingrip.experiments.material_fit.fit import Fit
 from dolfingrip.experiments.material_fit.homogeneous import Mode
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme, save
 
 SIZE_IN = (9.6, 3.8)
 BEYOND = 3.0
@@ -41,8 +41,7 @@ def plot(data: Sequence[Series], fits: Sequence[Fit], best: Fit, file: Path) -> 
         panels[0].set_ylabel("Nominal stress (MPa)")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=5)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(file)
+        save(figure, file)
     return file
 
 

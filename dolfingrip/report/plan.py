@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, save
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +50,7 @@ def draw(plan: Mapping[str, Any], file: Path) -> Path:
         left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
         _effects(left, effects)
         _additions(right, additions, plan["share"])
-        file.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(file, dpi=130)
+        save(figure, file, dpi=130)
     return file
 
 

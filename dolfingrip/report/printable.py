@@ -14,9 +14,10 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.undeformed import morph, solid
+from dolfingrip.files import whole
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.report.fields import FieldMesh
-from dolfingrip.report.skin import extract_skin
+from dolfingrip.report.skin import Floats, Ints, extract_skin
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.geometry.boxes import Box, BoxSolid
 from dolfingrip.sections.geometry.cylinders import CylinderSolid
@@ -24,6 +25,9 @@ from dolfingrip.sections.geometry.cylinders import CylinderSolid
 STL: Final = (".stl",)
 STEP: Final = (".step", ".stp")
 FORMATS: Final = (*STL, *STEP)
+
+_STL_HEAD, _STL_TRIANGLE = 84, 50
+"""Bytes of a binary STL's head, and of each triangle."""
 
 SAME: Final = 1e-6
 """Relative difference of the boxes' volume from the mesh's, up to which both are one shape."""
@@ -41,20 +45,34 @@ def write(config: Config, file: Path) -> float:
 
     Raises:
         ConfigError: one line, if the design cannot be meshed, is not closed, or has no STEP.
+        WriteError: one line.
     """
     suffix = file.suffix.lower()
     if suffix not in FORMATS:
         raise ConfigError(f"{file}: allowed: {', '.join(FORMATS)}")
-    partial = file.with_name(f".{file.stem}.part{suffix}")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        volume = _write_stl(config, partial) if suffix in STL else _write_step(config, partial)
-        partial.replace(file)
-    except OSError as error:
-        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
-    finally:
-        partial.unlink(missing_ok=True)
-    return volume
+    if suffix in STEP:
+        return _write_step(config, file)
+    found = surface(config)
+    write_stl(found.points, found.triangles, file)
+    return found.volume_mm3
+
+
+def write_stl(points: Floats, triangles: Ints, file: Path) -> None:
+    """Write triangles as binary STL.
+
+    Args:
+        points: corners in mm, shape (n, 3).
+        triangles: rows of ``points``, shape (m, 3), counter-clockwise seen from outside.
+        file: target; an existing file is replaced.
+
+    Raises:
+        WriteError: one line.
+    """
+    import meshio
+
+    size = _STL_HEAD + _STL_TRIANGLE * len(triangles)
+    with whole.replacing(file, check=lambda written: written.stat().st_size == size) as (partial,):
+        meshio.write(partial, meshio.Mesh(points, [("triangle", triangles)]), "stl", binary=True)
 
 
 def surface(config: Config) -> ClosedSurface:
@@ -69,13 +87,6 @@ def surface(config: Config) -> ClosedSurface:
     skin = extract_skin(FieldMesh(mesh.points, mesh.cells, np.arange(len(mesh.points))))
     check_watertight(skin.points, skin.triangles)
     return ClosedSurface(skin.points, skin.triangles)
-
-
-def _write_stl(config: Config, file: Path) -> float:
-    found = surface(config)
-    mesh = found.polydata()
-    mesh.save(file)  # type: ignore[attr-defined]
-    return found.volume_mm3
 
 
 def _write_step(config: Config, file: Path) -> float:
@@ -100,9 +111,14 @@ def _write_step(config: Config, file: Path) -> float:
             raise ConfigError(
                 f"{file.suffix}: this design is not made of boxes; allowed: {', '.join(STL)}"
             )
-        with _silent():
-            gmsh.write(str(file))
+        with whole.replacing(file, check=_ends) as (partial,), _silent():
+            gmsh.write(str(partial))
     return volume
+
+
+def _ends(file: Path) -> bool:
+    """Whether a STEP file has its end."""
+    return file.read_bytes().rstrip().endswith(b"END-ISO-10303-21;")
 
 
 def morphed(config: Config) -> BoxSolid | CylinderSolid:

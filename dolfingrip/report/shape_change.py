@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dolfingrip.meshes.cells import FACET_CORNERS
 from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
+from dolfingrip.report import printable
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.render import CUT, SIDE, STRIP_MARGIN_PX
@@ -29,6 +30,7 @@ from dolfingrip.report.theme import (
     PURPLE,
     colour_map,
     figure_theme,
+    save,
 )
 
 HEIGHT_IN = 3.2
@@ -111,8 +113,7 @@ def draw_section(mesh: SolidMesh, start: SolidMesh, title: str, file: Path) -> b
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         axes.set(xlabel="z (mm)", ylabel="x (mm)")
         axes.set_title(title, fontsize=9)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(file)
+        save(figure, file)
     return True
 
 
@@ -125,11 +126,8 @@ def _rim(facets: Ints) -> Ints:
 
 def write_stl(mesh: SolidMesh, file: Path) -> None:
     """Write the whole finger's surface, its cavity included, as STL in mm."""
-    import pyvista as pv
-
     skin = _skin(mesh, cut=False)
-    faces = np.column_stack([np.full(len(skin.triangles), 3), skin.triangles])
-    pv.PolyData(skin.points, faces.ravel()).save(file)
+    printable.write_stl(skin.points, skin.triangles, file)
 
 
 @dataclass(frozen=True)
@@ -189,10 +187,9 @@ def plot_course(course: Course, file: Path) -> None:
             axes[1].axhline(0, color=INK, lw=0.8)
             axes[1].set(xlabel="Load paths simulated", ylabel="Left to the limit (% of it)")
             axes[1].legend(fontsize=7)
-        file.parent.mkdir(parents=True, exist_ok=True)
         for panel in axes:
             panel.xaxis.set_major_locator(MaxNLocator(integer=True))
-        figure.savefig(file)
+        save(figure, file)
 
 
 @dataclass(frozen=True)
@@ -273,5 +270,4 @@ def plot_band(band: Band, file: Path) -> None:
         right.set(xlabel="Load paths simulated", ylabel="%")
         right.xaxis.set_major_locator(MaxNLocator(integer=True))
         right.legend()
-        file.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(file)
+        save(figure, file)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import Colormap, ListedColormap, to_rgb
 
+from dolfingrip.files import whole
+
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from pyvista.plotting.themes import Theme
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
@@ -71,6 +75,21 @@ def colour_map(quantity: str) -> Colormap:
 def figure_theme() -> AbstractContextManager[None]:
     """Matplotlib's settings in a ``with`` block; the caller's settings return after it."""
     return mpl.rc_context(_RC)
+
+
+def save(figure: Figure, file: Path, dpi: float = DPI) -> None:
+    """Write a figure in the format of the file's suffix.
+
+    Args:
+        figure: what is drawn.
+        file: target; an existing file is replaced.
+        dpi: dots per inch.
+
+    Raises:
+        WriteError: one line.
+    """
+    with whole.stream(file) as content:
+        figure.savefig(content, format=file.suffix.removeprefix("."), dpi=dpi)
 
 
 def scene_theme() -> Theme:

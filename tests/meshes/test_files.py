@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Finger
+from dolfingrip.files.whole import WriteError
 from dolfingrip.meshes import solid_model
 from dolfingrip.meshes.cells import BY_NODES, HEXAHEDRON, TETRAHEDRON
 from dolfingrip.meshes.files import read, write
@@ -370,6 +371,12 @@ def test_unknown_suffix(half: SolidMesh, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", [".msh", ".inp", ".vtk"])
 def test_nothing_is_left_where_writing_fails(half: SolidMesh, suffix: str, tmp_path: Path) -> None:
-    with pytest.raises(MeshError, match=r"cannot be written: No such file or directory$"):
-        write(tmp_path / "none" / f"finger{suffix}", half)
-    assert not list(tmp_path.iterdir())
+    (tmp_path / "file").touch()
+    with pytest.raises(WriteError, match=r"cannot be written: Not a directory$"):
+        write(tmp_path / "file" / f"finger{suffix}", half)
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+def test_missing_folders_are_made(half: SolidMesh, tmp_path: Path) -> None:
+    write(tmp_path / "some" / "where" / "finger.msh", half)
+    assert [each.name for each in (tmp_path / "some" / "where").iterdir()] == ["finger.msh"]

@@ -12,8 +12,8 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from dolfingrip.design.campaign import campaign
+from dolfingrip.files import whole
 from dolfingrip.jobs.store import NAME
-from dolfingrip.sections.errors import ConfigError
 
 _KEPT = ("failure_class", "failure", "iterations", "started_at", "wall_s", "worker")
 LONG = ("row", "column", "parameter", "derivative")
@@ -89,7 +89,8 @@ def write(source: Path, paths: list[Path]) -> int:
         Number of designs.
 
     Raises:
-        ConfigError: one line, where a file cannot be written.
+        ConfigError: one line, where there is no campaign.
+        WriteError: one line.
     """
     content = table(source)
     for path in paths:
@@ -104,7 +105,8 @@ def write_sensitivities(source: Path, path: Path) -> int:
         Number of derivatives.
 
     Raises:
-        ConfigError: one line, where the file cannot be written.
+        ConfigError: one line, where there is no campaign.
+        WriteError: one line.
     """
     content = sensitivities(source)
     if content.num_rows:
@@ -113,15 +115,6 @@ def write_sensitivities(source: Path, path: Path) -> int:
 
 
 def _write(content: pyarrow.Table, path: Path) -> None:
-    partial = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if path.suffix == ".parquet":
-            pyarrow.parquet.write_table(content, partial)
-        else:
-            pyarrow.csv.write_csv(content, partial)
-        partial.replace(path)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror or error}") from None
-    finally:
-        partial.unlink(missing_ok=True)
+    kind = pyarrow.parquet.write_table if path.suffix == ".parquet" else pyarrow.csv.write_csv
+    with whole.stream(path) as file:
+        kind(content, file)

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Final
 from dolfingrip import config as configuration
 from dolfingrip.channels import ANGLE, CONTACT_GAP, FORCE, PRESSURE
 from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.files import whole
 from dolfingrip.jobs.job import JobFailure
 
 if TYPE_CHECKING:
@@ -152,7 +153,7 @@ def _on_ranks(
     kept = {k: v for k, v in os.environ.items() if "_MCA_" in k}
     with tempfile.TemporaryDirectory(prefix="dolfingrip-") as folder:
         request, answer = Path(folder) / "request.json", Path(folder) / "answer.json"
-        request.write_text(json.dumps([config, quantities, keys, fields]), encoding="utf-8")
+        whole.write(request, json.dumps([config, quantities, keys, fields]))
         program = [
             sys.executable,
             "-P",
@@ -176,6 +177,8 @@ def _on_ranks(
         return Outcome(**content)
     if kind == "refused":
         raise configuration.ConfigError(content)
+    if kind == "unwritten":
+        raise whole.WriteError(*content)
     raise JobFailure(*content)
 
 
@@ -191,15 +194,15 @@ def main(request: Path, answer: Path) -> None:
         content = ("outcome", asdict(found))
     except configuration.ConfigError as error:
         content = ("refused", str(error))
+    except whole.WriteError as error:
+        content = ("unwritten", [error.errno, error.strerror, error.filename])
     except JobFailure as failure:
         content = ("failure", [failure.kind, failure.sentence, failure.partial])
     except Exception:
         traceback.print_exc()
         MPI.COMM_WORLD.Abort(70)  # the other ranks would wait for this one for ever
     if MPI.COMM_WORLD.rank == 0:
-        partial = answer.with_suffix(".part")
-        partial.write_text(json.dumps(content), encoding="utf-8")
-        partial.replace(answer)
+        whole.write(answer, json.dumps(content))
 
 
 def _end_with_parent() -> None:

@@ -10,11 +10,11 @@ from typing import Any, Final
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.design import rows
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.front import Front
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.files import table, whole
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.pool import Pool
@@ -185,20 +185,16 @@ def _plain(value: Any) -> Any:
 
 def write(told: dict[str, Any], found: Descent, out: Path) -> None:
     """Write ``design.json``, ``steps.csv`` and ``design.toml``."""
-    out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False)
-    partial = out / "design.json.part"
-    partial.write_text(text + "\n", encoding="utf-8")
-    partial.replace(out / "design.json")
-    rows.write(out / "steps.csv", [_step(each, found) for each in found.trials])
-    (out / "design.toml").write_text(configuration.dumps(found.best.shape.config), encoding="utf-8")
+    whole.write(out / "design.json", text + "\n")
+    table.write(out / "steps.csv", [_step(each, found) for each in found.trials])
+    whole.write(out / "design.toml", configuration.dumps(found.best.shape.config))
 
 
 def write_front(problem: Problem, found: Front, wall_s: float, out: Path) -> None:
     """Write ``front.json`` and ``front.csv``."""
-    out.mkdir(parents=True, exist_ok=True)
     keys = [each.key for each in problem.variables]
-    rows.write(
+    table.write(
         out / "front.csv",
         [
             {
@@ -240,7 +236,7 @@ def write_front(problem: Problem, found: Front, wall_s: float, out: Path) -> Non
         ],
     }
     text = json.dumps(_plain(told), indent=2, ensure_ascii=False, allow_nan=False)
-    (out / "front.json").write_text(text + "\n", encoding="utf-8")
+    whole.write(out / "front.json", text + "\n")
 
 
 def _step(trial: Trial, found: Descent) -> dict[str, object]:

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import dolfingrip
-from dolfingrip.design import rows
 from dolfingrip.design.optimum import resolve
 from dolfingrip.design.optimum.optimum import Optimum
 from dolfingrip.design.optimum.pareto import COG
 from dolfingrip.design.optimum.resolve import Failure, Resolved
+from dolfingrip.files import table, whole
 
 
 def write_front(optimum: Optimum, out: Path) -> None:
@@ -25,7 +25,7 @@ def write_front(optimum: Optimum, out: Path) -> None:
         *optimum.surrogate.input_names,
         *(f"surrogate.{name}" for name in optimum.surrogate.output_names),
     )
-    rows.write(
+    table.write(
         out / "front.csv",
         [
             dict(zip(names, [*map(float, x), *map(float, y)], strict=True))
@@ -37,7 +37,7 @@ def write_front(optimum: Optimum, out: Path) -> None:
 def write(optimum: Optimum, resolved: Sequence[Resolved], out: Path) -> dict[str, Any]:
     """Write ``optimum.json`` and, where there is one, ``resolved.csv``; the JSON's content."""
     if resolved:
-        rows.write(out / "resolved.csv", resolve.rows(resolved))
+        table.write(out / "resolved.csv", resolve.rows(resolved))
     facts = {
         "settings": asdict(optimum.settings),
         "surrogate_sha256": optimum.surrogate.sha256(),
@@ -53,7 +53,7 @@ def write(optimum: Optimum, resolved: Sequence[Resolved], out: Path) -> dict[str
         },
     }
     text = json.dumps(facts, indent=2, ensure_ascii=False) + "\n"
-    (out / "optimum.json").write_text(text, encoding="utf-8")
+    whole.write(out / "optimum.json", text)
     return facts
 
 

@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from dolfingrip.files import whole
 from dolfingrip.sections.errors import ConfigError
 
 Matrix = npt.NDArray[np.float64]
@@ -130,17 +131,22 @@ class Surrogate:
         return digest.hexdigest()
 
     def save(self, folder: Path) -> None:
-        """Write both files into ``folder``; the description last, so that it marks a whole one."""
-        folder.mkdir(parents=True, exist_ok=True)
+        """Write both files into ``folder``; the description last, so that it marks a whole one.
+
+        Args:
+            folder: made where missing.
+
+        Raises:
+            WriteError: one line; both files are then as before.
+        """
         weights = _bytes(self.net)
-        (folder / WEIGHTS).write_bytes(weights)
         content = {
             **self._description(),
             "weights_sha256": hashlib.sha256(weights).hexdigest(),
             **self.facts,
         }
         text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-        (folder / DESCRIPTION).write_text(text, encoding="utf-8")
+        whole.write_together({folder / WEIGHTS: weights, folder / DESCRIPTION: text})
 
     def _description(self) -> dict[str, Any]:
         def ranges(names: Sequence[str], found: Range) -> dict[str, list[float]]:

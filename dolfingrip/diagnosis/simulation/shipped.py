@@ -22,6 +22,7 @@ from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import sources
 from dolfingrip.diagnosis.simulation.job import FORMAT, Job, JobResult
+from dolfingrip.files import whole
 from dolfingrip.jobs.job import Answer
 
 FILE: Final = Path(__file__).with_name("reference.npz")
@@ -200,9 +201,8 @@ def _loaded(file: Path) -> tuple[dict[str, Any], np.ndarray]:
 
 def _replace(file: Path, head: Mapping[str, Any], numbers: np.ndarray) -> None:
     text = np.frombuffer(json.dumps(head).encode(), dtype=np.uint8)
-    partial = file.with_suffix(".part.npz")
-    np.savez_compressed(partial, head=text, numbers=numbers)
-    partial.replace(file)
+    with whole.stream(file) as content:
+        np.savez_compressed(content, head=text, numbers=numbers)
 
 
 @cache

@@ -12,6 +12,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.coupons import Series, farthest
 from dolfingrip.experiments.material_fit.fit import Fit
 from dolfingrip.experiments.material_fit.policy import POLICY
+from dolfingrip.files import whole
 
 
 def allowed(fit: Fit) -> bool:
@@ -24,7 +25,16 @@ def allowed(fit: Fit) -> bool:
 
 
 def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
-    """Write the tables of the fitted law; comments tell the data that it was fitted to."""
+    """Write the tables of the fitted law; comments tell the data that it was fitted to.
+
+    Args:
+        fit: the fitted law.
+        data: the coupons' readings.
+        file: TOML to write.
+
+    Raises:
+        WriteError: one line.
+    """
     document = tomlkit.document()
     names = ", ".join(dict.fromkeys(series.name.partition(" ")[0] for series in data))
     modes = ", ".join(dict.fromkeys(series.mode for series in data))
@@ -43,4 +53,4 @@ def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
     values = [float(f"{value:.{POLICY.digits}g}") for value in fit.values]
     for name, table in fit.law.tables(values).items():
         document.add(name, table)
-    file.write_text(tomlkit.dumps(document), encoding="utf-8")
+    whole.write(file, tomlkit.dumps(document))

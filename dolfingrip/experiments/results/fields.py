@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+from contextlib import suppress
 from pathlib import Path
 
 from dolfinx import fem, io
 
 from dolfingrip.experiments.results.stretch import PrincipalStretch
+from dolfingrip.files import whole
 from dolfingrip.mechanics.model.model import Model
 
 COLLECTION = """<?xml version="1.0"?>
@@ -16,6 +19,9 @@ COLLECTION = """<?xml version="1.0"?>
   </Collection>
 </VTKFile>
 """
+
+
+_END = b"</VTKFile>\n"
 
 
 class FieldFile:
@@ -31,20 +37,57 @@ class FieldFile:
         space = model.u.function_space
         lagrange = ("Lagrange", space.ufl_element().degree, (3,))
         self._shown = fem.Function(fem.functionspace(space.mesh, lagrange), name=model.u.name)
-        self._file = io.VTKFile(model.comm, str(path), "w")
+        # The parts have the collection's stem. That of dolfinx is not written whole and lists no
+        # step before it is closed, so it gets another name and is dropped.
+        self._listed = path.with_suffix(".part")
+        self._file = io.VTKFile(model.comm, str(self._listed), "w")
         self._steps: list[str] = []
 
     def write(self, time_s: float) -> None:
-        """Append the present state; its time in the file is ``time_s``."""
+        """Append the present state; its time in the file is ``time_s``.
+
+        Raises:
+            WriteError: on all ranks, if one of them could not write its part.
+        """
         self._stretch.update()
         self._shown.interpolate(self._model.u)
         self._file.write_function([self._shown, self._stretch.field], time_s)
-        piece = f"{self._path.stem}{len(self._steps):06d}.pvtu"
-        self._steps.append(f'    <DataSet timestep="{time_s:.10g}" part="0" file="{piece}" />')
-        if self._model.comm.rank == 0:
-            # dolfinx lists the steps when it closes the file, which a killed run never does
-            self._path.write_text(COLLECTION.format("\n".join(self._steps)), encoding="utf-8")
+        stem, step = self._path.stem, f"{len(self._steps):06d}"
+        self._steps.append(
+            f'    <DataSet timestep="{time_s:.10g}" part="0" file="{stem}{step}.pvtu" />'
+        )
+        comm = self._model.comm
+        try:
+            self._require(f"{stem}_p{comm.rank}_{step}.vtu")
+            if comm.rank == 0:
+                self._require(f"{stem}{step}.pvtu")
+                whole.write(self._path, COLLECTION.format("\n".join(self._steps)))
+            failure = None
+        except whole.WriteError as error:
+            failure = error
+        for each in comm.allgather(failure):  # the other ranks would wait for one that ends
+            if each is not None:
+                raise each
+
+    def _require(self, name: str) -> None:
+        """Raise unless dolfinx, which tells no error, has written the whole of a file."""
+        file = self._path.with_name(name)
+        try:
+            whole.require(file, file, _ends)
+        except whole.WriteError:
+            file.unlink(missing_ok=True)
+            raise
 
     def close(self) -> None:
         """Finish the file, on all ranks."""
-        self._file.close()
+        with suppress(RuntimeError):  # the list of steps is not needed
+            self._file.close()
+        if self._model.comm.rank == 0:
+            self._listed.unlink(missing_ok=True)
+
+
+def _ends(file: Path) -> bool:
+    """Whether a file of VTK has its end."""
+    with file.open("rb") as stream:
+        stream.seek(-len(_END), os.SEEK_END)
+        return stream.read() == _END

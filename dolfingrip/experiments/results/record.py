@@ -16,6 +16,7 @@ import petsc4py
 
 import dolfingrip
 from dolfingrip.config import Config
+from dolfingrip.files import whole
 
 PACKAGES = ("fenics-ffcx", "fenics-ufl", "ipctk", "meshio", "numpy", "scipy")
 
@@ -52,6 +53,9 @@ def write(path: Path, config: Config, facts: dict[str, Any]) -> None:
         path: of the file.
         config: resolved configuration; ``dolfingrip … --config run.json`` repeats the run.
         facts: facts about the run, JSON-serialisable.
+
+    Raises:
+        WriteError: one line.
     """
     content = {
         "command": sys.argv[1:],
@@ -60,4 +64,4 @@ def write(path: Path, config: Config, facts: dict[str, Any]) -> None:
         "versions": versions(),
         "machine": machine(),
     }
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    whole.write(path, json.dumps(content, indent=2) + "\n")

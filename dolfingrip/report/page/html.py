@@ -42,19 +42,6 @@ class Licence:
     text: str
 
 
-def written(page: Page, file: Path) -> Path:
-    """Write a page.
-
-    Raises:
-        OSError: if it cannot be written.
-    """
-    file.parent.mkdir(parents=True, exist_ok=True)
-    part = file.with_suffix(".part")
-    part.write_text(rendered(page), encoding="utf-8")
-    part.replace(file)
-    return file
-
-
 def rendered(page: Page) -> str:
     """The HTML of a page."""
     scripts = [script("vendor.js"), script("report.js")]

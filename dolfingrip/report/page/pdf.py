@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
+from dolfingrip.files import whole
 from dolfingrip.sections.errors import ConfigError
 
 NAMES: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -34,17 +35,16 @@ def print_page(page: Path, out: Path) -> Path:
 
     Raises:
         ConfigError: one line, if there is no Chromium or it fails.
+        WriteError: one line, if not the whole PDF was written.
     """
     browser = chromium()
     if browser is None:
         raise ConfigError(f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.unlink(missing_ok=True)
-    with TemporaryDirectory() as profile:
+    with TemporaryDirectory() as profile, whole.replacing(out, check=_ends) as (partial,):
         command = [
             browser, "--headless", "--disable-gpu-sandbox", "--enable-unsafe-swiftshader",
             "--no-first-run", f"--user-data-dir={profile}", "--no-pdf-header-footer",
-            f"--virtual-time-budget={WAIT_MS}", f"--print-to-pdf={out.resolve()}",
+            f"--virtual-time-budget={WAIT_MS}", f"--print-to-pdf={partial.resolve()}",
             *(["--no-sandbox"] if os.geteuid() == 0 else []), page.resolve().as_uri(),
         ]  # fmt: skip
         environment = {**os.environ, "HOME": profile, "XDG_CONFIG_HOME": profile}
@@ -61,7 +61,12 @@ def print_page(page: Path, out: Path) -> Path:
             raise ConfigError(
                 f"--pdf {out}: {browser} did not end within {LIMIT_S:.0f} s"
             ) from None
-    if not out.is_file():
-        last = (ended.stderr.strip().splitlines() or ["no message"])[-1]
-        raise ConfigError(f"--pdf {out}: {browser} wrote nothing: {last}")
+        if not partial.stat().st_size:
+            last = (ended.stderr.strip().splitlines() or ["no message"])[-1]
+            raise ConfigError(f"--pdf {out}: {browser} wrote nothing: {last}")
     return out
+
+
+def _ends(file: Path) -> bool:
+    """Whether a PDF has its end."""
+    return b"%%EOF" in file.read_bytes()[-1024:]
