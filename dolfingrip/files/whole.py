@@ -119,12 +119,12 @@ def replacing(
             require(path, partial, check)
             with partial.open("rb") as file:
                 os.fsync(file.fileno())
-        for path, partial, target in zip(paths, partials, targets, strict=True):
+        for partial, target in zip(partials, targets, strict=True):
             partial.replace(target)
     except WriteError:
         raise
     except Exception as error:
-        if not isinstance(error, OSError) or error.errno is None:  # a library's, without a reason
+        if not isinstance(error, OSError) or error.errno in (None, *FULL):
             for path, partial in zip(paths, partials, strict=False):
                 _require_space(path, partial)
         if isinstance(error, OSError):

@@ -6,7 +6,6 @@ that is on the disk before it is reported; a ``done`` row never changes again.
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import json
 import sqlite3
@@ -15,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from dolfingrip.files.whole import WriteError, failed
+from dolfingrip.files.whole import failed, replacing
 from dolfingrip.jobs.job import Answer, Data, Job
 from dolfingrip.sections.errors import ConfigError
 
@@ -59,11 +58,7 @@ _ANSWERED = (
 )  # fmt: skip
 
 
-_OF_DISK = {
-    sqlite3.SQLITE_FULL: errno.ENOSPC,
-    sqlite3.SQLITE_IOERR: errno.EIO,
-    sqlite3.SQLITE_READONLY: errno.EROFS,
-}
+_OF_DISK = frozenset({sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_READONLY})
 """SQLite's errors that tell of the disk."""
 
 
@@ -117,6 +112,8 @@ class Store:
             if write:
                 self._base.executescript(_TABLES)
         except sqlite3.Error as error:
+            if self._lock is not None:
+                self._lock.close()
             _require_space(self.path, error)
             raise ConfigError(f"{self.path}: not a campaign's store: {error}") from None
 
@@ -242,6 +239,6 @@ class Store:
 
 def _require_space(path: Path, error: sqlite3.Error) -> None:
     """Raise if the disk, not the file's content, is what SQLite complains about."""
-    kind = _OF_DISK.get((getattr(error, "sqlite_errorcode", None) or 0) & 0xFF)
-    if kind is not None:
-        raise WriteError(kind, str(error), str(path)) from None
+    if (getattr(error, "sqlite_errorcode", None) or 0) & 0xFF in _OF_DISK:
+        with replacing(path):  # which replaces nothing, and tells a full disk from other reasons
+            raise OSError(str(error))
