@@ -82,6 +82,7 @@ class FieldFile:
         """Finish the file, on all ranks."""
         with suppress(RuntimeError):  # the list of steps is not needed
             self._file.close()
+        del self._file  # which writes the list again as it goes
         if self._model.comm.rank == 0:
             self._listed.unlink(missing_ok=True)
 
