@@ -89,7 +89,9 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_diagnosis(folder / "diagnosed")
     page = build.build(sources.find([folder]), designs={})
     page.front = two_designs()
-    return html.written(page, folder / "report.html")
+    written = folder / "report.html"
+    written.write_text(html.rendered(page), encoding="utf-8")
+    return written
 
 
 @pytest.fixture(scope="module")
