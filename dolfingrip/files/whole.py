@@ -159,6 +159,24 @@ def require(path: Path, written: Path, check: Check | None) -> None:
     raise WriteError(errno.EIO, reason, str(path))
 
 
+def ends_with(mark: bytes) -> Check:
+    """Make a check of files that end with a mark, but for blanks.
+
+    Args:
+        mark: the end of every whole file of a format.
+
+    Returns:
+        The check.
+    """
+
+    def check(file: Path) -> bool:
+        with file.open("rb") as stream:
+            stream.seek(max(file.stat().st_size - 1024, 0))
+            return stream.read().rstrip().endswith(mark)
+
+    return check
+
+
 def append(handle: int, content: bytes) -> None:
     """Append to an open file: all of the content, or nothing of it.
 

@@ -29,6 +29,8 @@ FORMATS: Final = (*STL, *STEP)
 _STL_HEAD, _STL_TRIANGLE = 84, 50
 """Bytes of a binary STL's head, and of each triangle."""
 
+_ENDS = whole.ends_with(b"END-ISO-10303-21;")
+
 SAME: Final = 1e-6
 """Relative difference of the boxes' volume from the mesh's, up to which both are one shape."""
 
@@ -111,14 +113,9 @@ def _write_step(config: Config, file: Path) -> float:
             raise ConfigError(
                 f"{file.suffix}: this design is not made of boxes; allowed: {', '.join(STL)}"
             )
-        with whole.replacing(file, check=_ends) as (partial,), _silent():
+        with whole.replacing(file, check=_ENDS) as (partial,), _silent():
             gmsh.write(str(partial))
     return volume
-
-
-def _ends(file: Path) -> bool:
-    """Whether a STEP file has its end."""
-    return file.read_bytes().rstrip().endswith(b"END-ISO-10303-21;")
 
 
 def morphed(config: Config) -> BoxSolid | CylinderSolid:

@@ -6,6 +6,7 @@ what one rank found (:mod:`mpi.stored`).
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,8 @@ from dolfingrip.experiments.derivatives import gradients
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.undeformed import load_domain
+from dolfingrip.files import whole
+from dolfingrip.files.whole import WriteError
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes import files
@@ -170,8 +173,23 @@ def test_a_folder_that_rank_0_cannot_make_fails_on_all(shared: Path) -> None:
     if WORLD.rank == 0:
         (shared / "file").write_text("in the way")
     WORLD.Barrier()
-    with pytest.raises(ConfigError, match=r"--out .*file/results: Not a directory"):
+    with pytest.raises(WriteError, match=r"file/results/run\.json: .*: Not a directory"):
         run("bending", FREE, out=shared / "file" / "results", comm=WORLD)
+    assert WORLD.allreduce(1) == WORLD.size
+
+
+def test_fields_that_one_rank_cannot_write_fail_on_all(
+    shared: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last rank's disk is full."""
+
+    def full(path: Path, *_: object) -> None:
+        if WORLD.rank == WORLD.size - 1:
+            raise WriteError(errno.ENOSPC, "full", str(path))
+
+    monkeypatch.setattr(whole, "require", full)
+    with pytest.raises(WriteError, match=rf"fields_p{WORLD.size - 1}_000000\.vtu: cannot be"):
+        run("bending", FREE, out=shared, comm=WORLD)
     assert WORLD.allreduce(1) == WORLD.size
 
 

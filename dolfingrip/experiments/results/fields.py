@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,7 +20,7 @@ COLLECTION = """<?xml version="1.0"?>
 """
 
 
-_END = b"</VTKFile>\n"
+_ENDS = whole.ends_with(b"</VTKFile>")
 
 
 class FieldFile:
@@ -73,7 +72,7 @@ class FieldFile:
         """Raise unless dolfinx, which tells no error, has written the whole of a file."""
         file = self._path.with_name(name)
         try:
-            whole.require(file, file, _ends)
+            whole.require(file, file, _ENDS)
         except whole.WriteError:
             file.unlink(missing_ok=True)
             raise
@@ -85,10 +84,3 @@ class FieldFile:
         del self._file  # which writes the list again as it goes
         if self._model.comm.rank == 0:
             self._listed.unlink(missing_ok=True)
-
-
-def _ends(file: Path) -> bool:
-    """Whether a file of VTK has its end."""
-    with file.open("rb") as stream:
-        stream.seek(-len(_END), os.SEEK_END)
-        return stream.read() == _END

@@ -40,7 +40,10 @@ def print_page(page: Path, out: Path) -> Path:
     browser = chromium()
     if browser is None:
         raise ConfigError(f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it")
-    with TemporaryDirectory() as profile, whole.replacing(out, check=_ends) as (partial,):
+    with (
+        TemporaryDirectory() as profile,
+        whole.replacing(out, check=whole.ends_with(b"%%EOF")) as (partial,),
+    ):
         command = [
             browser, "--headless", "--disable-gpu-sandbox", "--enable-unsafe-swiftshader",
             "--no-first-run", f"--user-data-dir={profile}", "--no-pdf-header-footer",
@@ -65,8 +68,3 @@ def print_page(page: Path, out: Path) -> Path:
             last = (ended.stderr.strip().splitlines() or ["no message"])[-1]
             raise ConfigError(f"--pdf {out}: {browser} wrote nothing: {last}")
     return out
-
-
-def _ends(file: Path) -> bool:
-    """Whether a PDF has its end."""
-    return b"%%EOF" in file.read_bytes()[-1024:]
