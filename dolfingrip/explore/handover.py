@@ -10,10 +10,10 @@ import hashlib
 import html
 import os
 import re
-import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
+from dolfingrip.files import whole
 from dolfingrip.sections.private import cache_folder
 
 
@@ -38,12 +38,15 @@ class Handover:
         return Handover(cache_folder("dolfingrip", "explore") / f"{name}.html")
 
     def write(self, address: str) -> None:
-        """Lead to an address."""
-        part = self.file.with_suffix(f".{secrets.token_hex(4)}")
-        handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(leading_to(address))
-        part.replace(self.file)
+        """Lead to an address.
+
+        Args:
+            address: of the server, with the token.
+
+        Raises:
+            WriteError: one line.
+        """
+        whole.write(self.file, leading_to(address), mode=0o600)
 
     def before(self) -> tuple[int, str] | None:
         """Port and token of the server that wrote the file last; None if none did."""

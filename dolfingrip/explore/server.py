@@ -58,7 +58,7 @@ def application(session: Session, token: str, host: str, port: int) -> ASGIApp:
             )
         except ConfigError as error:
             return PlainTextResponse(str(error), 422, HEADERS)
-        except WriteError as error:
+        except OSError as error:
             return PlainTextResponse(str(error), 507, HEADERS)
         named = {"Content-Disposition": f'attachment; filename="design{suffix}"'}
         return Response(content, 200, {**HEADERS, **named}, "application/octet-stream")
@@ -113,7 +113,11 @@ class Tab:
 
     def _refuse(self, about: str, error: Exception, **more: Any) -> None:
         """Answer by an error; the tab lives on."""
-        told = str(error) if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
+        told = (
+            str(error)
+            if isinstance(error, ConfigError | WriteError)
+            else f"{type(error).__name__}: {error}"
+        )
         self._outbox.put_nowait({"is": "error", "about": about, "text": told, **more})
 
     def _take(self, text: str) -> None:

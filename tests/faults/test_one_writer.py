@@ -60,7 +60,7 @@ def _writes(call: ast.Call) -> bool:
         return False
     name = call.func.attr
     if name == "open":
-        return _mode(call)
+        return _mode(call) or "O_CREAT" in ast.unparse(call)
     if name in (
         "replace",
         "rename",
@@ -80,7 +80,7 @@ def test_the_search_finds_what_it_looks_for() -> None:
     found = [
         "path.write_text('a')", "open(file, 'w')", "file.open('wb')", "path.open(mode='a')",
         "gmsh.write(name)", "figure.savefig(path)", "table.to_csv(path)", "os.rename(a, b)",
-        "partial.replace(path)", "json.dump(a, file)",
+        "partial.replace(path)", "os.open(path, os.O_WRONLY | os.O_CREAT)", "json.dump(a, file)",
     ]  # fmt: skip
     for each in found:
         assert list(writing(each)), each
