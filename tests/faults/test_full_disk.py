@@ -21,6 +21,7 @@ from dolfingrip.design.surrogate.surrogate import load
 from dolfingrip.design.surrogate.training import Settings, train
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.explore import server
+from dolfingrip.explore.handover import Handover
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.meshes import files
@@ -213,8 +214,11 @@ def test_report(table: Path, disk: Disk, tmp_path: Path, refuse: Refuse) -> None
 
 
 def test_explore(disk: Disk, refuse: Refuse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "serve", lambda *_: pytest.fail("served"))
-    refuse("explore", "--out", disk.folder, "--port", 0, names="token")
+    """The address of the server is handed over by a file in the cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(disk.folder))
+    file = Handover.of(disk.folder).file.relative_to(disk.folder)
+    monkeypatch.setattr(server, "serve", lambda *given: given[-1]("http://localhost/?token=t"))
+    refuse("explore", "--out", disk.folder, "--port", 0, names=str(file))
 
 
 def test_synthetic(disk: Disk, refuse: Refuse) -> None:
