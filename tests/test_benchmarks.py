@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
-import hollow_box
 import numpy as np
 import pytest
 import ufl
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
+from support import hollow_box
 
 from benchmarks import calculix, orders, outcomes, results, split_energy, tip
 from benchmarks.parts import PARTS, REFERENCE_NODES

@@ -13,9 +13,9 @@ import sys
 import time
 from pathlib import Path
 
-import hollow_box
 import matplotlib.image
 import pytest
+from support import hollow_box
 
 from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, dumps

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from example import EXAMPLES, load
 from scipy.interpolate import CubicSpline
+from support.example import EXAMPLES, load
 
 from dolfingrip import config
 from dolfingrip.experiments import run

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import csv
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import grasp_sweep
 from benchmarks.grasp_sweep import FOOD, PRESSURE

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from design import test_threshold as invented
+from support import invented_grasp
 
 from dolfingrip.cli import app as cli
 from dolfingrip.design.campaign import trials
@@ -27,7 +27,7 @@ def grasps(monkeypatch: pytest.MonkeyPatch) -> None:
 
     class Invented(trials.Trials):
         def __init__(self, *given: object) -> None:
-            super().__init__(*given, objective=invented.OBJECTIVE)  # type: ignore[arg-type]
+            super().__init__(*given, objective=invented_grasp.OBJECTIVE)  # type: ignore[arg-type]
 
     monkeypatch.setattr(trials, "Trials", Invented)
 
@@ -38,7 +38,7 @@ def test_pickup(
 ) -> None:
     asked = ("pickup", "--out", str(tmp_path), "--friction", "0.38", "--preset", "coarse")
     assert call(monkeypatch, *asked) == 0
-    exact = invented.least_kPa(0.38)
+    exact = invented_grasp.least_kPa(0.38)
     wanted = 5 * (exact // 5 + 1)
     said = capfd.readouterr().out
     assert f"picked up from {wanted:g} kPa on, not at {wanted - 5:g} kPa (μ = 0.38)" in said

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.simulation.here import Here
+from support.here import Here
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError, load

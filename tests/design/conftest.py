@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from design import stand_in
+from support import stand_in
 
 from dolfingrip.design.surrogate.training import Training, train
 

@@ -15,8 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from design import analytic
-from design.stored import failures
+from support import analytic
+from support.campaign_store import failures
 from typer.testing import CliRunner, Result
 
 from dolfingrip.cli.app import app, main

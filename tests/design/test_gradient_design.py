@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from design.invented import COG, FORCE, TWO, Invented, written
+from support.invented import COG, FORCE, TWO, Invented, written
 from typer.testing import CliRunner
 
 from dolfingrip import config as configuration

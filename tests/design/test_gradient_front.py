@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from design.invented import FORCE, TWO, Invented, written
+from support.invented import FORCE, TWO, Invented, written
 
 from dolfingrip.design.gradient.front import FrontFinder
 from dolfingrip.design.gradient.read import read

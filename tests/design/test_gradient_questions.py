@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from experiments.small import SHORT
 from mpi4py import MPI
+from support.small import SHORT
 
 from dolfingrip import config as configuration
 from dolfingrip.experiments.derivatives.answers import Answer as Reading

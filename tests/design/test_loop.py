@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
-from design import analytic, stand_in
+from support import analytic, stand_in
 from typer.testing import CliRunner, Result
 
 from dolfingrip.cli import app as cli

@@ -6,7 +6,7 @@ import shutil
 from typing import Any
 
 import pytest
-from experiments.small import short
+from support.small import short
 
 from dolfingrip import experiments
 from dolfingrip.cli.reproduce_command import PAPER

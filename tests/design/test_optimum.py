@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from design import stand_in
+from support import stand_in
 
 from dolfingrip.design.optimum import files, optimum, resolve
 from dolfingrip.design.optimum.genetic import Settings

@@ -8,11 +8,11 @@ from typing import Any
 import moocore
 import numpy as np
 import pytest
-from design import stand_in
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.duplicate import DefaultDuplicateElimination
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
+from support import stand_in
 
 from dolfingrip.design.optimum.genetic import NoCopies, Settings, nsga2
 from dolfingrip.design.optimum.pareto import Front, front, fronts, objectives, polish

@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 import typer
-from experiments.small import short
+from support.small import short
 
 from dolfingrip.cli import small_loop
 from dolfingrip.config import load

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pyarrow.parquet
 import pytest
-from design.stored import failures
+from support.campaign_store import failures
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, export
@@ -25,7 +25,7 @@ from dolfingrip.jobs.work import compute, work
 def plan(*xi1: float, **changes: object) -> Plan:
     points = tuple({"morph.xi1": value} for value in xi1)
     base = Config.model_validate(changes)
-    return Plan(base, ("morph.xi1",), points, objective="design.analytic:objective")
+    return Plan(base, ("morph.xi1",), points, objective="support.analytic:objective")
 
 
 def filled(folder: Path) -> list[str]:

@@ -158,7 +158,7 @@ def test_a_dead_worker_is_told(
 ) -> None:
     """And the next call tries again what it was doing."""
     tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
-    monkeypatch.setattr(study, "FUNCTION", "design.analytic:dies")
+    monkeypatch.setattr(study, "FUNCTION", "support.analytic:dies")
     with pytest.raises(Unfinished, match="1 of 1 runs failed: every worker that computed it died"):
         study.run(surrogate_folder, tmp_path, tiny, 1)
     monkeypatch.undo()

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from design import stand_in
+from support import stand_in
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.surrogate import surrogate, table

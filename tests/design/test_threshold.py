@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from support.invented_grasp import OBJECTIVE, least_kPa, lifts
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import calibration, pickup
-from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.design.campaign.threshold import Threshold, least
 from dolfingrip.design.campaign.trials import Trials
 
@@ -40,31 +39,6 @@ def test_least_at_random() -> None:
             assert len(tried) <= 2
 
 
-WEIGHT_N, PER_KPA, DENSITY_KG_M3 = 0.37, 0.0065, 1000.0
-
-
-def grasp(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
-    """Invented: normal forces of 0.0065 N for each kPa beyond 5 kPa; friction bears the weight."""
-    pressure, mu = config["experiment"]["max_pressure_kPa"], config["food"]["friction"]
-    normal = PER_KPA * max(pressure - 5.0, 0.0)
-    weight = WEIGHT_N * (config["food"].get("density_kg_m3") or DENSITY_KG_M3) / DENSITY_KG_M3
-    outputs = {
-        "picked_up": float(mu * normal >= weight),
-        "normal_N": normal,
-        "weight_N": weight,
-        "outcome_s": 1.0,
-        "margin": 1.0,
-    }
-    return Outcome(outputs, curve={"outcome": "picked up" if outputs["picked_up"] else "slipped"})
-
-
-OBJECTIVE = f"{__name__}:grasp"
-
-
-def least_kPa(mu: float) -> float:
-    return WEIGHT_N / (mu * PER_KPA) + 5
-
-
 @pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
 @pytest.mark.parametrize("start", [60.0, 150.0, 300.0])
 def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
@@ -80,10 +54,6 @@ def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
     assert found.fails_kPa < exact <= found.least_kPa
     assert found.least_kPa - found.fails_kPa == pytest.approx(5.0)
     assert len(trials.made) <= 9
-
-
-def lifts(mu: float, pressure_kPa: float) -> bool:
-    return mu * PER_KPA * max(pressure_kPa - 5.0, 0.0) >= WEIGHT_N
 
 
 @pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])

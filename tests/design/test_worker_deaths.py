@@ -13,7 +13,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from design import analytic
+from support import analytic
 
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign

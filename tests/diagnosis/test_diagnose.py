@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.invented_coupon import made
-from diagnosis.simulation.here import Here
+from support.here import Here
+from support.invented_coupon import made
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config

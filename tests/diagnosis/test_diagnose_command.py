@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from diagnosis.data.files import written
-from diagnosis.invented_coupon import TOLD, made
-from diagnosis.simulation.here import Here
+from support.here import Here
+from support.invented_coupon import TOLD, made
+from support.measured_files import written
 
 from dolfingrip.cli import app as cli
 from dolfingrip.config import Config

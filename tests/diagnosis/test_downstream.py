@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from diagnosis.invented_force import PATH
+from support.invented_force import PATH
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis import hidden_bending
-from diagnosis.simulation.here import Here
+from support import hidden_bending
+from support.here import Here
 
 from dolfingrip import config as configuration
 from dolfingrip.diagnosis.answer.found import fitted

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.invented_coupon import WIDTH_NOISE, made, white
-from diagnosis.simulation.bases import simulated
-from diagnosis.simulation.here import Here
+from support.here import Here, simulated
+from support.invented_coupon import WIDTH_NOISE, made, white
 
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from experiments import small
+from support import small
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dolfinx import fem
-from experiments import small
 from mpi4py import MPI
+from support import small
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from experiments import small
+from support import small
 
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.undeformed import solid

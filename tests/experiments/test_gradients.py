@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from experiments.small import model, pressurise, short
+from support.small import model, pressurise, short
 
 from dolfingrip.config import KPA
 from dolfingrip.experiments import run

@@ -7,10 +7,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from experiments import small
-from mechanics import taylor
 from mpi4py import MPI
 from scipy.spatial import KDTree
+from support import small, taylor
 
 from dolfingrip.config import ConfigError, Solver
 from dolfingrip.experiments import run

@@ -13,8 +13,8 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
-from extensions import bars
 from mpi4py import MPI
+from support import bars
 
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
@@ -141,7 +141,7 @@ def test_derivatives_of_the_coupon_by_all_parameters(law: tuple[str, ...]) -> No
 
 def test_the_tangent_is_the_stress_derivative() -> None:
     """Taylor remainders of the residual at an irregular strain, where no two stretches agree."""
-    from mechanics import taylor
+    from support import taylor
 
     settings = config.load(None, OGDEN)
     cube = mesh.create_unit_cube(MPI.COMM_SELF, 1, 1, 1, mesh.CellType.hexahedron)

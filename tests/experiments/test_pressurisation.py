@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from experiments import small
+from support import small
 
 from dolfingrip.experiments import pressures_kPa, run
 from dolfingrip.experiments.protocol.pressurisation import advice, stops, stops_by_volume

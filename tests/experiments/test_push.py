@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments import small
-from mechanics import bodies
-from mechanics.paths import by_pressure
 from mpi4py import MPI
+from support import bodies, small
+from support.paths import by_pressure
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 import pyvista
-from experiments import small
 from mpi4py import MPI
+from support import small
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

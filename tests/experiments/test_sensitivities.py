@@ -7,15 +7,12 @@ effects. The runs that are subtracted move the mesh as the derivative does and t
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments import small
-
-sys.path.append(str(Path(__file__).resolve().parents[2]))
+from support import small
 
 from benchmarks import sensitivities
 from dolfingrip import config

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments.small import short
 from hypothesis import given, seed
 from hypothesis import strategies as st
+from support.small import short
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

@@ -12,10 +12,10 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import chromium
 import pytest
 import pyvista as pv
 from playwright.sync_api import Browser, BrowserContext, Page
+from support import chromium
 
 from dolfingrip.explore.handover import Handover
 

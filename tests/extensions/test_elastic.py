@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from extensions import bars
 from scipy.optimize import brentq
+from support import bars
 
 from dolfingrip import config
 

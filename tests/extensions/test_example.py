@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from extensions import trial
-from extensions.foundation import Foundation
+from additions.foundation import Foundation
+from support import trial
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from extensions import bars
-from extensions.test_supply import cavity_pressures
+from support import bars
+from support.supply import cavity_pressures
 
 from dolfingrip import config
 from dolfingrip.experiments.rigs.display import displayed

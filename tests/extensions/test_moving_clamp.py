@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem, la
-from experiments import small
-from extensions import trial
-from mechanics import taylor
-from mechanics.paths import by_pressure
+from support import small, taylor, trial
+from support.paths import by_pressure
 
 from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.finger import FingerModel

@@ -6,7 +6,7 @@ from math import erf
 
 import numpy as np
 import pytest
-from extensions import bars
+from support import bars
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

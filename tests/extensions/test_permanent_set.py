@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from extensions import bars
 from mpi4py import MPI
+from support import bars
 
 from dolfingrip import config
 from dolfingrip.experiments.rigs.bar import CouponModel, build

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from experiments import small
-from extensions import trial
+from support import small, trial
 
 from dolfingrip.experiments import run
 from dolfingrip.extensions.plate_compliance import PlateCompliance

@@ -6,10 +6,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from experiments import small
-from extensions import trial
-from mechanics import taylor
-from mechanics.paths import by_pressure
+from support import small, taylor, trial
+from support.paths import by_pressure
 
 from dolfingrip.experiments import Result, run
 from dolfingrip.experiments.rigs.finger import FingerModel

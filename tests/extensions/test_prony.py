@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from extensions import bars
 from mpi4py import MPI
+from support import bars
 
 from dolfingrip import config
 from dolfingrip.config import Solver

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from experiments import small
-from extensions import trial
-from mechanics import bodies
-from mechanics.paths import by_pressure
+from support import bodies, small, trial
+from support.paths import by_pressure
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

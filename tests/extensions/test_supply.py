@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from dolfinx import fem, mesh
-from extensions import trial
 from mpi4py import MPI
+from support import trial
+from support.supply import TAU, cavity_pressures
 
 from dolfingrip import config
 from dolfingrip.config import KPA, ConfigError
@@ -16,22 +17,6 @@ from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_gain import PressureGain
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.model.model import Control
-
-TAU = 0.7
-
-
-def cavity_pressures(times_s: np.ndarray, pressures_kPa: np.ndarray, *stages: object) -> np.ndarray:
-    """Cavity pressure as the regulator passes through the points of a polygon."""
-    cavity = Control(fem.Constant(mesh.create_unit_interval(MPI.COMM_SELF, 1), 0.0), KPA)
-    supply = Supply(cavity, stages or [LineLag(tau_s=TAU)])  # type: ignore[arg-type]
-    found, before = [], 0.0
-    for time_s, pressure in zip(times_s, pressures_kPa, strict=True):
-        supply.set(float(pressure))
-        supply.set_time(float(time_s), float(time_s) - before)
-        found.append(cavity.value)
-        supply.accept()
-        before = time_s
-    return np.array(found)
 
 
 @pytest.mark.parametrize("steps", [1, 7, 100])

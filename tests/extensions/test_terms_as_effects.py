@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from extensions import bars
+from support import bars
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

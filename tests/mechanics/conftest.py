@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from mechanics import bodies, spheres
+from support import bodies, spheres
 
 
 @pytest.fixture(scope="session", params=[1, 2], ids=["P1", "P2"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from mechanics import blocks
-from mechanics.stacks import NU, PUSH, STIFFNESS, TOP, WIDTH, is_upper
+from support import blocks
+from support.stacks import NU, PUSH, STIFFNESS, TOP, WIDTH, is_upper
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.barrier import BarrierContact

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanics import blocks
+from support import blocks
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import TwoStage

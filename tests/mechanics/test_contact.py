@@ -9,7 +9,7 @@ import basix.ufl
 import numpy as np
 import pytest
 from dolfinx import fem
-from mechanics import bodies, taylor
+from support import bodies, taylor
 
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.surface import Surface

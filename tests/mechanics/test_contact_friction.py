@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from mechanics import taylor
-from mechanics.frictional import (
+from support import taylor
+from support.frictional import (
     MU,
     SEED,
     SLIP,
@@ -19,7 +19,7 @@ from mechanics.frictional import (
     slid,
     slips,
 )
-from mechanics.stacks import PUSH
+from support.stacks import PUSH
 
 STACKS = pytest.mark.parametrize(
     ("lower", "upper", "turn_rad"),

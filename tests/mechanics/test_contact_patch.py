@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import bodies
-from mechanics.stacks import NU, PUSH, TOP, WIDTH, is_upper, stacked
+from support import bodies
+from support.stacks import NU, PUSH, TOP, WIDTH, is_upper, stacked
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton

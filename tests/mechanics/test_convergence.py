@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from mechanics import bodies
+from support import bodies
 
 from dolfingrip.config import Solver
 from dolfingrip.forms import neo_hookean

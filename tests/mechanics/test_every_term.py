@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from experiments import small
-from extensions import trial
-from mechanics import taylor
-from mechanics.paths import by_pressure
+from support import small, taylor, trial
+from support.paths import by_pressure
 
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.mechanics.newton.newton import Newton

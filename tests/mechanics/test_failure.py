@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mechanics import bodies, spheres
-from mechanics.paths import by_pressure
 from scipy.optimize import brentq, minimize_scalar
+from support import bodies, spheres
+from support.paths import by_pressure
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.mechanics.newton.ending import Solve

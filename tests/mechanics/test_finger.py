@@ -7,10 +7,10 @@ import pytest
 import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
-from mechanics import bodies, fingers
-from mechanics.paths import by_pressure
 from petsc4py import PETSc
 from scipy.spatial import cKDTree
+from support import bodies, fingers
+from support.paths import by_pressure
 
 from dolfingrip.config import KPA
 from dolfingrip.experiments.rigs.finger import FingerModel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from experiments import small
+from support import small
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from dolfinx import fem
-from mechanics import blocks
 from petsc4py import PETSc
+from support import blocks
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import Smooth

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import bodies
-from mechanics.frictional import MU, SEED, SLIP, frictional, normal_N, on_upper
-from mechanics.stacks import PUSH, TOP, WIDTH, is_upper, stacked
+from support import bodies
+from support.frictional import MU, SEED, SLIP, frictional, normal_N, on_upper
+from support.stacks import PUSH, TOP, WIDTH, is_upper, stacked
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton

@@ -5,8 +5,8 @@ from __future__ import annotations
 import gmsh
 import numpy as np
 import pytest
-from mechanics import bodies
 from mpi4py import MPI
+from support import bodies
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.model.domain import Domain, distribute

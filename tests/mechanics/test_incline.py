@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from dolfinx import fem
-from mechanics import bodies
 from petsc4py import PETSc
+from support import bodies
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.friction import Friction

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from mechanics import bodies
 from scipy.spatial.transform import Rotation
+from support import bodies
 
 SEED = 11
 TURN = Rotation.from_rotvec([0.9, -1.4, 0.6]).as_matrix()

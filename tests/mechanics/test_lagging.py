@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import bodies
+from support import bodies
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.model.lagged import Lagged, LaggedCorrection

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import bodies
-from mechanics.paths import by_pressure
+from support import bodies
+from support.paths import by_pressure
 
 from dolfingrip.config import Solver
 from dolfingrip.forms import cavity_pressure

@@ -9,9 +9,9 @@ import pytest
 import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
-from mechanics import bricks, taylor
-from mechanics.bricks import distributed, solved
 from petsc4py import PETSc
+from support import bricks, taylor
+from support.bricks import distributed, solved
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import membrane, saint_venant

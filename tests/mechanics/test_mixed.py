@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments import small
-from mechanics import taylor
 from petsc4py import PETSc
+from support import small, taylor
 
+from benchmarks import cook
 from dolfingrip.config import Solver
 from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.observation import Observation
@@ -20,10 +18,6 @@ from dolfingrip.mechanics.newton.condensation import Condensation
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
-
-sys.path.append(str(Path(__file__).resolve().parents[2]))
-
-from benchmarks import cook
 
 SEED = 11
 NU = 0.4999

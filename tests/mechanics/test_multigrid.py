@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from experiments import small
-from mechanics import bodies
 from mpi4py import MPI
 from petsc4py import PETSc
+from support import bodies, small
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError, Solver

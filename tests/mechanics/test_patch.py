@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import bodies
 from scipy.optimize import brentq
+from support import bodies
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton

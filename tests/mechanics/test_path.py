@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mechanics import bodies
-from mechanics.paths import by_pressure
+from support import bodies
+from support.paths import by_pressure
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.mechanics.newton.ending import Ending, Solve

@@ -7,8 +7,7 @@ import pytest
 import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
-from experiments import small
-from mechanics import bodies
+from support import bodies, small
 
 from dolfingrip.forms import plate as form
 from dolfingrip.mechanics.contact.plate import RigidPlate

@@ -6,7 +6,7 @@ from typing import Any
 
 import cffi
 import pytest
-from mechanics import bodies
+from support import bodies
 
 
 def test_a_second_model_compiles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from experiments import small
-from mechanics import taylor
 from mpi4py import MPI
+from support import small, taylor
 
 from dolfingrip import config
 from dolfingrip.experiments.protocol.schedule import Stop

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from mechanics import blocks, taylor
 from petsc4py import PETSc
 from scipy.spatial.transform import Rotation
+from support import blocks, taylor
 
 from dolfingrip.config import Solver
 from dolfingrip.forms import plate

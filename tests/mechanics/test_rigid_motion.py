@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from mechanics import bodies
 from mpi4py import MPI
+from support import bodies
 
 from dolfingrip.mechanics.model.rigid_body import RigidBody, RigidMotion
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import taylor
+from support import taylor
 
 from dolfingrip.mechanics.contact.distance import BentCapsule, Capsule, SignedDistance
 from dolfingrip.mechanics.contact.sampled_distance import BEZIER, SampledDistance, b_splines

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from mechanics import bodies
-from mechanics.paths import by_pressure
+from support import bodies
+from support.paths import by_pressure
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import taylor
 from scipy.spatial.transform import Rotation
+from support import taylor
 
 from dolfingrip.mechanics.contact.distance import (
     Capsule,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from mechanics import bodies, spheres
-from mechanics.paths import by_pressure
+from support import bodies, spheres
+from support.paths import by_pressure
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.forms import cavity_pressure

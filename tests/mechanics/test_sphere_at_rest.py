@@ -5,7 +5,7 @@ from __future__ import annotations
 import gmsh
 import numpy as np
 import pytest
-from mechanics import blocks
+from support import blocks
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import TwoStage

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from dolfinx import fem
-from mechanics import blocks
 from petsc4py import PETSc
+from support import blocks
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import Smooth

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from mechanics import bodies, taylor
+from support import bodies, taylor
 
 SEED = 20240611
 ENERGIES = ("neo-Hookean", "cavity pressure", "plate", "gravity", "all")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanics import bodies, spheres
+from support import bodies, spheres
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.forms import cavity_pressure

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import hollow_box
 import pytest
+from support import hollow_box
 
 from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes.generate import finger_mesh

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from experiments.small import short
 from scipy.spatial import cKDTree
+from support.small import short
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.perturbation import velocities

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import hollow_box
 import numpy as np
 import pytest
+from support import hollow_box
 
 from dolfingrip.meshes import measures
 from dolfingrip.meshes.cells import HEXAHEDRON, TETRAHEDRON

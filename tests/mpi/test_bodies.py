@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from mechanics import blocks
-from mpi import stored
 from mpi4py import MPI
+from support import blocks, stored
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.barrier import BarrierContact

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from example import load
 from mpi4py import MPI
+from support.example import load
 
 ONE_RANK_deg = 6.958811581
 

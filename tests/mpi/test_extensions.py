@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from extensions import trial
-from mpi import stored
 from mpi4py import MPI
+from support import stored, trial
 
 from dolfingrip import config
 from dolfingrip.experiments import Result, run

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from mpi import stored
 from mpi4py import MPI
+from support import stored
 
 from dolfingrip import config
 from dolfingrip.experiments import run

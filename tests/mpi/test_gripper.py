@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from experiments import small
-from mpi import stored
 from mpi4py import MPI
+from support import small, stored
 
 from dolfingrip.experiments import run
 

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments import small
-from mpi import stored
 from mpi4py import MPI
+from support import small, stored
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError

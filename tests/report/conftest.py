@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
-from report import synthetic
+from support import synthetic_run
 
 
 @pytest.fixture(scope="session", params=["P1", "P2", "Q1", "Q2"])
@@ -15,7 +15,7 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     """Folder of a synthetic run with ``fields.pvd`` and ``result.csv``, half finger."""
     folder = tmp_path_factory.mktemp(f"run_{request.param}")
     cell = "hexahedron" if request.param.startswith("Q") else "tetrahedron"
-    synthetic.write_run(folder, int(request.param[1]), cell=cell)
+    synthetic_run.write_run(folder, int(request.param[1]), cell=cell)
     return folder
 
 
@@ -23,7 +23,7 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 def quadratic_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a synthetic run with quadratic fields, half finger."""
     folder = tmp_path_factory.mktemp("run_quadratic")
-    synthetic.write_run(folder, 2)
+    synthetic_run.write_run(folder, 2)
     return folder
 
 

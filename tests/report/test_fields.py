@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
-from report import synthetic
+from support import synthetic_run
 
 from dolfingrip.meshes.cells import HEXAHEDRON, TETRAHEDRON
 from dolfingrip.report.columns import read_csv
@@ -23,19 +23,19 @@ from dolfingrip.report.skin import extract_skin
 
 def test_every_step_is_listed_in_the_order_written(run: Path) -> None:
     files = list_steps(run / "fields.pvd")
-    assert len(files) == len(synthetic.PRESSURES_KPA)
+    assert len(files) == len(synthetic_run.PRESSURES_KPA)
     assert all(file.is_file() for file in files)
 
 
 def test_nodal_values_are_those_of_the_field(run: Path) -> None:
     grid = read_grid(list_steps(run / "fields.pvd")[3])
     mesh = read_mesh(grid)
-    angle = synthetic.angle_deg(3)
+    angle = synthetic_run.angle_deg(3)
     u = read_point_data(grid, "displacement_mm", mesh.source)
     stretch = read_point_data(grid, "principal_stretch", mesh.source)
-    np.testing.assert_allclose(u, synthetic.bend(mesh.points.T, angle).T, atol=1e-9)
+    np.testing.assert_allclose(u, synthetic_run.bend(mesh.points.T, angle).T, atol=1e-9)
     np.testing.assert_allclose(
-        stretch, 1 + np.radians(angle) / synthetic.LENGTH_MM * mesh.points[:, 0], atol=1e-12
+        stretch, 1 + np.radians(angle) / synthetic_run.LENGTH_MM * mesh.points[:, 0], atol=1e-12
     )
 
 
@@ -69,7 +69,7 @@ def test_pieces_and_ghosts_are_joined_without_a_seam(quadratic_run: Path, tmp_pa
     assert two.cells.shape == one.cells.shape
     assert len(extract_skin(two).triangles) == len(extract_skin(one).triangles)
     u = read_point_data(joined, "displacement_mm", two.source)
-    expected = synthetic.bend(two.points.T, synthetic.angle_deg(4)).T
+    expected = synthetic_run.bend(two.points.T, synthetic_run.angle_deg(4)).T
     np.testing.assert_allclose(u, expected, atol=1e-9)  # stale ghosts are not looked at
 
 

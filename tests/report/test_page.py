@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import chromium
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
-from report import synthetic
+from support import chromium, synthetic_run
 
 from dolfingrip import config
 from dolfingrip.report.page import build, front, html, sources
@@ -24,7 +23,7 @@ HOSTILE = "</script><script>window.stolen = 1</script>"
 COARSE = (
     "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8",
 )  # fmt: skip
-LAST = len(synthetic.PRESSURES_KPA) - 1
+LAST = len(synthetic_run.PRESSURES_KPA) - 1
 
 
 @dataclass
@@ -38,7 +37,7 @@ class Opened:
 def write_run(folder: Path) -> None:
     """A synthetic run with the facts that a report reads."""
     folder.mkdir()
-    synthetic.write_run(folder, 1, cell="hexahedron")
+    synthetic_run.write_run(folder, 1, cell="hexahedron")
     facts = {
         "experiment": "bending", "complete": True, "command": ["bend", HOSTILE],
         "config": config.load(None, COARSE).model_dump(mode="json", exclude_none=True),

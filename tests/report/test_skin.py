@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report import synthetic
+from support import synthetic_run
 
 from dolfingrip.meshes import measures
 from dolfingrip.meshes.cells import BY_NODES, HEXAHEDRON, TETRAHEDRON
@@ -42,7 +42,7 @@ def test_mirror_image_moves_the_other_way_across(half: FieldMesh) -> None:
     sideways[:, 1] = half.points[:, 1]
     moved = skin.move(sideways)
     np.testing.assert_allclose(moved[:, 1], 2 * skin.points[:, 1])
-    assert moved[:, 1].min() == pytest.approx(-synthetic.WIDTH_MM)
+    assert moved[:, 1].min() == pytest.approx(-synthetic_run.WIDTH_MM)
 
 
 def test_half_can_be_left_half(half: FieldMesh) -> None:
@@ -52,7 +52,7 @@ def test_half_can_be_left_half(half: FieldMesh) -> None:
 
 
 def test_whole_finger_is_not_mirrored_again(half: FieldMesh) -> None:
-    shifted = half.points - [0.0, synthetic.WIDTH_MM / 4, 0.0]
+    shifted = half.points - [0.0, synthetic_run.WIDTH_MM / 4, 0.0]
     whole = FieldMesh(shifted, half.cells, half.source)
     assert (extract_skin(whole).side == 1).all()
     with pytest.raises(ValueError, match="half finger only"):
@@ -73,9 +73,9 @@ def test_creases_are_the_folds_of_the_reference_pose(half: FieldMesh) -> None:
     back = skin.points[skin.creases][:, :, 0] < 1e-9  # on the flat back only its rim folds
     on_back = skin.points[skin.creases][back.all(axis=1)]
     rim = (
-        (np.abs(np.abs(on_back[..., 1]) - synthetic.WIDTH_MM / 2) < 1e-9)
+        (np.abs(np.abs(on_back[..., 1]) - synthetic_run.WIDTH_MM / 2) < 1e-9)
         | (on_back[..., 2] < 1e-9)
-        | (on_back[..., 2] > synthetic.LENGTH_MM - 1e-9)
+        | (on_back[..., 2] > synthetic_run.LENGTH_MM - 1e-9)
     )
     assert rim.all()
 

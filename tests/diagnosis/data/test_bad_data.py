@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from diagnosis.data.files import CSV, TOML, written
+from support.measured_files import CSV, TOML, written
 
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.measurement import read

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.data.files import CSV, TOML, written
+from support.measured_files import CSV, TOML, written
 
 from dolfingrip.config import Config, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read

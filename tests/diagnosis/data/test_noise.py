@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.data.files import TOML, written
+from support.measured_files import TOML, written
 
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.data.noise import noise

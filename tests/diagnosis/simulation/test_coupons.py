@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.data.files import written
-from diagnosis.simulation.bases import simulated
-from diagnosis.simulation.here import Here
+from support.here import Here, simulated
+from support.measured_files import written
 
 from dolfingrip.config import Config, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from diagnosis.simulation.here import Here
+from support.here import Here
 
 from dolfingrip.config import load
 from dolfingrip.diagnosis.simulation.job import Job, result_of

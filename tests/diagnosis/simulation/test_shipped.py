@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.simulation.bases import simulated
-from diagnosis.simulation.here import Here
+from support.here import Here, simulated
 
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config

@@ -8,7 +8,7 @@ from typing import Any
 from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.jobs.job import JobFailure
 
-PATH = "diagnosis.invented_force:objective"
+PATH = "support.invented_force:objective"
 
 
 def objective(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from dolfinx import fem
-from mechanics import bodies
-from mechanics.stacks import PUSH, is_upper, stacked
 from petsc4py import PETSc
+from support import bodies
+from support.stacks import PUSH, is_upper, stacked
 
 from dolfingrip.mechanics.contact.friction import Friction
 

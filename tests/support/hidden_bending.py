@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from diagnosis.data.files import written
-from experiments import small
+from support import small
+from support.measured_files import written
 
 from dolfingrip.config import Config
 from dolfingrip.experiments import run

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 from dolfinx.fem import petsc as fem_petsc
-from experiments import small
-from mechanics import taylor
 from mpi4py import MPI
 from pydantic import create_model
+from support import small, taylor
 
 from dolfingrip.config import Config, checked
 from dolfingrip.experiments.rigs.finger import FingerModel

@@ -11,7 +11,7 @@ from typing import Any
 from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.jobs.job import JobFailure
 
-PATH = "design.analytic:objective"
+PATH = "support.analytic:objective"
 FAILING = 0.6
 """Designs with ξ1 above this fail."""
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import gmsh
 import numpy as np
-from mechanics import bodies
 from mpi4py import MPI
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from support import bodies
 
 from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.meshes.gmsh_model import current_mesh, session

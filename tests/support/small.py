@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 from dolfinx import fem
-from mechanics.paths import by_pressure
 from mpi4py import MPI
+from support.paths import by_pressure
 
 from dolfingrip import config
 from dolfingrip.experiments.rigs.finger import FingerModel, build

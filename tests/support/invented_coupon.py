@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from diagnosis.data.files import written
+from support.measured_files import written
 
 from dolfingrip.config import load
 from dolfingrip.experiments import run

@@ -9,9 +9,9 @@ import basix.ufl
 import dolfinx
 import numpy as np
 from dolfinx import fem
-from mechanics import bodies
 from mpi4py import MPI
 from petsc4py import PETSc
+from support import bodies
 
 from dolfingrip.forms import neo_hookean
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from experiments.small import SHORT
+from support.small import SHORT
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from mechanics import bodies
+from support import bodies
 
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.surface import Surface
