@@ -41,29 +41,35 @@ DESIGNS = ("morph.xi1=-0.2:1:6", "morph.xi2=-0.5:1:5")
 """30 designs in the paper's range."""
 
 
-def settings(config: Config) -> Config:
+def settings(config: Config, policy: LoopPolicy = POLICY) -> Config:
     """``config`` with a coarse mesh and one reading, at its highest pressure."""
     data = config.model_dump(mode="json")
-    size = max(POLICY.size_mm, config.mesh.size_mm or 0.0)
+    size = max(policy.size_mm, config.mesh.size_mm or 0.0)
     data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
     data["experiment"]["step_kPa"] = config.experiment.max_pressure_kPa
-    data["solver"]["max_step_kPa"] = max(POLICY.longest_step_kPa, config.solver.max_step_kPa)
+    data["solver"]["max_step_kPa"] = max(policy.longest_step_kPa, config.solver.max_step_kPa)
     return configuration.from_dict(data)
 
 
-def run(config: Config, out: Path, designs: Sequence[str] = DESIGNS) -> None:
+def run(
+    config: Config,
+    out: Path,
+    designs: Sequence[str] = DESIGNS,
+    policy: LoopPolicy = POLICY,
+) -> None:
     """Run doe, train and optimise in folders of their own under ``out``; each resumes its work.
 
     Args:
         config: configuration of the finger; :func:`settings` coarsens its mesh and readings.
         out: folder, which is made if it is missing.
         designs: ``KEY=LOW:HIGH:COUNT`` for each parameter.
+        policy: size of the loop.
 
     Raises:
         typer.Exit: with code 1, if a chosen design failed or none could be chosen.
     """
     file = out / "config.toml"
-    whole.write(file, configuration.dumps(settings(config)))
+    whole.write(file, configuration.dumps(settings(config, policy)))
     doe, surrogate, optimum = out / "doe", out / "surrogate", out / "optimum"
     workers = f"--workers={len(os.sched_getaffinity(0))}"
     varied = [f"--parameter={each}" for each in designs]
@@ -73,7 +79,7 @@ def run(config: Config, out: Path, designs: Sequence[str] = DESIGNS) -> None:
         "--population=200",
         "--generations=60",
         "--along=0",
-        f"--cog-max={POLICY.cog_max_mm:g}",
+        f"--cog-max={policy.cog_max_mm:g}",
     )
     if step(optimise_command.optimise, surrogate, "--out", optimum, workers, *search):
         raise typer.Exit(1)

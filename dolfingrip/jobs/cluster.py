@@ -14,12 +14,10 @@ from typing import Any
 
 from dolfingrip.jobs import keys, slurm
 from dolfingrip.jobs.interrupts import broken_connections_are_errors, interrupts_answered_by
-from dolfingrip.jobs.policy import POLICY
+from dolfingrip.jobs.policy import POLICY, Policy
 from dolfingrip.sections.errors import ConfigError
 
-_SILENCE = f"{POLICY.silence_h:g}h"
 _EVERYWHERE: dict[str, Any] = {
-    "distributed.scheduler.allowed-failures": POLICY.lost_workers,
     "distributed.scheduler.worker-ttl": None,
     # where a worker dies, a job that waits on it would count as failed, too
     "distributed.scheduler.worker-saturation": 1.0,
@@ -29,12 +27,10 @@ _EVERYWHERE: dict[str, Any] = {
     "distributed.worker.memory.target": False,
     # samples of the call stack, which a worker keeps: half a MB for each second
     "distributed.worker.profile.enabled": False,
-    "distributed.admin.tick.limit": _SILENCE,
     # pages of the jobs for everybody who asks
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
 }
-_OF_LOCAL_WORKERS = {"distributed.deploy.lost-worker-timeout": _SILENCE}
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +51,15 @@ class Where:
 
 
 @contextmanager
-def connected(where: Where) -> Iterator[Any]:
-    """A Dask client; workers that were started for it end with it.
+def connected(where: Where, policy: Policy = POLICY) -> Iterator[Any]:
+    """Connect a Dask client; workers that were started for it end with it.
+
+    Args:
+        where: the workers.
+        policy: when they are given up.
+
+    Yields:
+        The client.
 
     Raises:
         ConfigError: one line, where there is no scheduler or no Slurm, or no worker starts.
@@ -68,16 +71,25 @@ def connected(where: Where) -> Iterator[Any]:
     with broken_connections_are_errors(), ExitStack() as stack:
         # Dask imports from there; its own choice in /tmp is one that another user may have made
         scratch = stack.enter_context(_scratch())
-        stack.enter_context(dask.config.set({**_EVERYWHERE, "temporary-directory": scratch}))
+        silence = f"{policy.silence_h:g}h"
+        settings = {
+            **_EVERYWHERE,
+            "distributed.scheduler.allowed-failures": policy.lost_workers,
+            "distributed.admin.tick.limit": silence,
+            "temporary-directory": scratch,
+        }
+        stack.enter_context(dask.config.set(settings))
         if where.scheduler is not None:
-            yield stack.enter_context(_running(where.scheduler))
+            yield stack.enter_context(_running(where.scheduler, policy))
             return
         security = keys.fresh()
         if where.slurm is not None:
             cluster = slurm.cluster(where.slurm, where.workers, where.ranks, security)
         else:
-            stack.enter_context(dask.config.set(_OF_LOCAL_WORKERS))
-            cluster = _local(where, security)
+            stack.enter_context(
+                dask.config.set({"distributed.deploy.lost-worker-timeout": silence})
+            )
+            cluster = _local(where, security, policy)
         yield stack.enter_context(Client(stack.enter_context(cluster)))
 
 
@@ -86,7 +98,7 @@ def _scratch() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix="dolfingrip-", ignore_cleanup_errors=True)
 
 
-def _running(address: str) -> Any:
+def _running(address: str, policy: Policy) -> Any:
     """A client of a scheduler that is there."""
     from distributed import Client
 
@@ -96,7 +108,7 @@ def _running(address: str) -> Any:
             "allowed: tls://HOST:PORT, see docs/cluster.md"
         )
     try:
-        return Client(address, timeout=f"{POLICY.connect_s:g}s")
+        return Client(address, timeout=f"{policy.connect_s:g}s")
     except TypeError:  # Dask's own for want of a certificate
         raise ConfigError(
             f"--scheduler {address}: no certificate; allowed: with one in Dask's configuration, "
@@ -113,7 +125,7 @@ def _quiet() -> None:
             logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
-def _local(where: Where, security: Any) -> Any:
+def _local(where: Where, security: Any, policy: Policy) -> Any:
     """Processes of their own, one job each at a time: MPI and PETSc are not shared."""
     from distributed import LocalCluster
 
@@ -127,6 +139,7 @@ def _local(where: Where, security: Any) -> Any:
                 n_workers=where.workers,
                 threads_per_worker=1,
                 worker_class=WorkerSupervisor,
+                policy=policy,
                 memory_limit=0,
                 security=security,
                 dashboard_address="127.0.0.1:0",  # any free port, with no page

@@ -15,7 +15,7 @@ import pytest
 from dolfingrip import config as configuration
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import grasps
-from dolfingrip.design.gradient import run, search, starts
+from dolfingrip.design.gradient import run, starts
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.search import SearchPolicy
@@ -64,10 +64,10 @@ def problem_of(folder: Path, text: str) -> Problem:
     return read(file)
 
 
-def test_the_worse_food_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "POLICY", SearchPolicy(candidates=128, near=64))  # cheaper
+def test_the_worse_food_counts(tmp_path: Path) -> None:
+    cheaper = SearchPolicy(candidates=128, near=64)
     problem = problem_of(tmp_path, TEXT)
-    found = starts.solve(problem, margins, lambda trial, limits: None).best(problem)
+    found = starts.solve(problem, margins, lambda trial, limits: None, cheaper).best(problem)
     assert found.simulations <= 28
     taken = [each.objective for each in found.trials if each.accepted]
     assert (np.diff(taken) > 0).all()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
@@ -31,9 +30,7 @@ def test_settings_are_coarser_never_finer() -> None:
 
 
 @pytest.mark.usefixtures("threads")
-def test_from_designs_to_a_choice_that_is_computed_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None:
     small_loop.run(SETTINGS, tmp_path, DESIGNS)
     rows = read(tmp_path / "doe").by_key()
     assert len(rows) == 12
@@ -54,7 +51,6 @@ def test_from_designs_to_a_choice_that_is_computed_again(
     assert read(tmp_path / "doe").by_key() == rows
 
     # a choice that cannot be made is no success
-    monkeypatch.setattr(small_loop, "POLICY", replace(small_loop.POLICY, cog_max_mm=-50.0))
     with pytest.raises(typer.Exit) as ended:
-        small_loop.run(SETTINGS, tmp_path, DESIGNS)
+        small_loop.run(SETTINGS, tmp_path, DESIGNS, small_loop.LoopPolicy(cog_max_mm=-50.0))
     assert ended.value.exit_code == 1

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -19,6 +18,7 @@ from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs.cluster import Where, connected
+from dolfingrip.jobs.policy import Policy
 from dolfingrip.jobs.pool import SchedulerGone
 from dolfingrip.jobs.run import Standing
 from dolfingrip.jobs.spool import Spool
@@ -132,13 +132,10 @@ def test_a_scheduler_that_ends_is_told(tmp_path: Path, monkeypatch: pytest.Monke
 def test_workers_that_never_start_are_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed.nanny import WorkerProcess
 
-    from dolfingrip.jobs import supervision
-
-    monkeypatch.setattr(supervision, "POLICY", replace(supervision.POLICY, starts=2))
     monkeypatch.setattr(WorkerProcess, "_run", staticmethod(analytic.dies))
     with (
         pytest.raises(ConfigError, match=r"^--workers 1: none could be started: [^\n]*$"),
-        connected(Where()),
+        connected(Where(), Policy(starts=2)),
     ):
         pass
 

@@ -58,6 +58,7 @@ class Searcher:
         problem: with limits of the unloaded shape alone.
         simulations: of its designs.
         say: called with each design that was simulated.
+        policy: numbers of the search.
     """
 
     def __init__(
@@ -65,13 +66,15 @@ class Searcher:
         problem: Problem,
         simulations: Simulations,
         say: Callable[[Trial, Sequence[tuple[Held, float]]], None] = lambda trial, limits: None,
+        policy: SearchPolicy = POLICY,
     ) -> None:
         self._problem, self._simulations, self._say = problem, simulations, say
+        self._policy = policy
         self._shapes = Shapes(problem)
         self._foods = [grasped(each.base.food) for each in problem.conditions]
         self._low = np.array([each.low for each in problem.variables])
         self._range = np.array([each.high for each in problem.variables]) - self._low
-        self._random = np.random.default_rng(POLICY.seed)
+        self._random = np.random.default_rng(policy.seed)
         self._limits: list[tuple[Held, float]] = []
 
     def run(self) -> Descent:
@@ -89,9 +92,9 @@ class Searcher:
             for each in problem.limits
         ]
         cost = len(problem.conditions)
-        sobol = qmc.Sobol(len(begin), rng=POLICY.seed).random(POLICY.candidates)
+        sobol = qmc.Sobol(len(begin), rng=self._policy.seed).random(self._policy.candidates)
         everywhere = np.array([each for each in sobol if self._kept(each)]).reshape(-1, len(begin))
-        first = [begin, *everywhere[: POLICY.first - 1]]
+        first = [begin, *everywhere[: self._policy.first - 1]]
         trials: list[Trial] = []
         spent, seconds = 0, 0.0
         best: Trial | None = None
@@ -103,7 +106,7 @@ class Searcher:
             else:
                 assert best is not None
                 scaled, expected = self._next(trials, best, everywhere)
-                if expected < POLICY.enough * abs(best.objective):
+                if expected < self._policy.enough * abs(best.objective):
                     ending = "no design promises more"
                     break
             trial = Trial(scaled, self._values(scaled), self._shapes.at(self._values(scaled)), 0)
@@ -167,8 +170,8 @@ class Searcher:
         self, trials: Sequence[Trial], best: Trial, everywhere: Floats
     ) -> tuple[Floats, float]:
         """The design that is expected to gain most, and that gain."""
-        near = best.scaled + POLICY.reach * self._random.standard_normal(
-            (POLICY.near, len(best.scaled))
+        near = best.scaled + self._policy.reach * self._random.standard_normal(
+            (self._policy.near, len(best.scaled))
         )
         near = np.array([each for each in np.clip(near, 0.0, 1.0) if self._kept(each)])
         candidates = np.concatenate([everywhere, near.reshape(-1, len(best.scaled))])
@@ -176,7 +179,7 @@ class Searcher:
         signed = np.array([each.signed for each in trials])
         # what cannot be simulated is as bad as the worst that can
         failed = np.array([bool(each.failure) for each in trials])
-        drawn = np.full((POLICY.draws, len(candidates)), -np.inf)
+        drawn = np.full((self._policy.draws, len(candidates)), -np.inf)
         for known in signed.T:
             values = np.where(failed & np.isnan(known), np.nanmax(known), known)
             inputs, values = every[~np.isnan(values)], values[~np.isnan(values)]
@@ -186,7 +189,7 @@ class Searcher:
             # margins lie decades apart
             process = GradientProcess(inputs, np.arcsinh(values))
             mean, deviation = process.predict(candidates)
-            noise = self._random.standard_normal((POLICY.draws, 1))
+            noise = self._random.standard_normal((self._policy.draws, 1))
             drawn = np.maximum(drawn, np.sinh(mean + noise * deviation))
         gains = np.maximum(float(best.signed.max()) - drawn, 0.0).mean(axis=0)
         if not gains.any():  # nothing is known to tell candidates apart

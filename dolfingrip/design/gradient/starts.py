@@ -12,7 +12,7 @@ from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.problem import Held, Problem
 from dolfingrip.design.gradient.quantity import GRASP
-from dolfingrip.design.gradient.search import Searcher
+from dolfingrip.design.gradient.search import POLICY, Searcher, SearchPolicy
 from dolfingrip.design.gradient.trial import Descent, Trial
 
 SEED: Final = 33
@@ -87,14 +87,24 @@ def solve(
     problem: Problem,
     compute: Compute,
     say: Callable[[Trial, Sequence[tuple[Held, float]]], None],
+    search: SearchPolicy = POLICY,
 ) -> Starts:
     """Find the best design from each start by a :class:`.Descender`, of a grasp by a search.
+
+    Args:
+        problem: the design problem.
+        compute: computes jobs.
+        say: called with each design that was simulated.
+        search: numbers of a grasp's search.
+
+    Returns:
+        The descents.
 
     Raises:
         NoStart: one line, where the problem's own start has no design.
     """
     if problem.objective.experiment == GRASP:
-        return Starts([Searcher(problem, Simulations(problem, compute), say).run()], [""])
+        return Starts([Searcher(problem, Simulations(problem, compute), say, search).run()], [""])
     descender = Descender(problem, Simulations(problem, compute), say)
     found = Starts([descender.run()], [""])
     for begin in begins(problem)[1:]:
