@@ -16,8 +16,8 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 from support import hollow_box
+from support.command import run_command
 
-from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, dumps
 from dolfingrip.meshes import files
 
@@ -61,14 +61,6 @@ ENVIRONMENT = {
 COMMAND = (sys.executable, "-P", "-m", "dolfingrip")
 
 
-def _call(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
-    """Exit code of the command in this process."""
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A working folder with bad mesh files."""
@@ -84,10 +76,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("kind", BAD)
 def test_bad_input_is_one_line_exit_code_2_and_nothing_written(
-    kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    kind: str, folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     before = sorted(folder.iterdir())
-    assert _call("bend", "--out", "results", *BAD[kind], monkeypatch=monkeypatch) == 2
+    assert run_command("bend", "--out", "results", *BAD[kind]) == 2
     out, err = capfd.readouterr()
     assert out == ""
     assert err.startswith("dolfingrip: ")
@@ -103,35 +95,30 @@ def test_a_file_in_the_way_of_results_is_named(
     command: str,
     out: str,
     folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
-    assert _call(command, "--out", out, monkeypatch=monkeypatch) == 2
+    assert run_command(command, "--out", out) == 2
     said = f"dolfingrip: --out {out}: {folder / 'mesh.txt'} is a file; allowed: a folder\n"
     assert capfd.readouterr() == ("", said)
 
 
-def test_printed_configuration_is_the_resolved_one(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    assert _call("config", monkeypatch=monkeypatch) == 0
+def test_printed_configuration_is_the_resolved_one(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command("config") == 0
     assert capfd.readouterr().out == dumps(Config())
-    assert _call("config", "--set", "finger.wall_mm=1.8", monkeypatch=monkeypatch) == 0
+    assert run_command("config", "--set", "finger.wall_mm=1.8") == 0
     assert "\nwall_mm = 1.8 # walls of bellows and channel\n" in capfd.readouterr().out
 
 
-def test_usage_errors_keep_their_form(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    assert _call("bend", "--nothing", monkeypatch=monkeypatch) == 2
+def test_usage_errors_keep_their_form(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command("bend", "--nothing") == 2
     assert "No such option: --nothing" in capfd.readouterr().err
 
 
 def test_force_writes_table_curve_and_renders(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ("force", "--out", str(tmp_path), *COARSE, "--render", "0,40")
-    code = _call(*arguments, "--colour-by", "stretch", monkeypatch=monkeypatch)
+    code = run_command(*arguments, "--colour-by", "stretch")
     out, err = capfd.readouterr()
     assert (code, err) == (0, "")
     assert re.search(r"Blocked\n.* force\n.* \(N\)\n", out)
@@ -144,9 +131,8 @@ def test_force_writes_table_curve_and_renders(
     assert record["command"] == [*arguments, "--colour-by", "stretch"]
 
     again = tmp_path / "again"
-    code = _call(
-        "force", "--config", str(tmp_path / "run.json"), "--out", str(again),
-        monkeypatch=monkeypatch,
+    code = run_command(
+        "force", "--config", str(tmp_path / "run.json"), "--out", str(again)
     )  # fmt: skip
     assert code == 0
     assert (again / "result.csv").read_bytes() == (tmp_path / "result.csv").read_bytes()
@@ -154,13 +140,11 @@ def test_force_writes_table_curve_and_renders(
 
 
 def test_a_path_that_ends_early_is_told_and_exits_with_1(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     settings = ("solver.max_iterations=1", "solver.rtol=1e-12", "solver.min_step_kPa=20")
     one = [word for setting in settings for word in ("--set", setting)]
-    code = _call(
-        "bend", "--out", str(tmp_path), *COARSE, *one, "--render", "0,40", monkeypatch=monkeypatch
-    )
+    code = run_command("bend", "--out", str(tmp_path), *COARSE, *one, "--render", "0,40")
     out, _ = capfd.readouterr()
     assert code == 1
     assert "Free bending stopped at 0 kPa (" in out
@@ -170,7 +154,7 @@ def test_a_path_that_ends_early_is_told_and_exits_with_1(
 
 
 def test_a_second_run_that_ends_early_is_told_and_exits_with_1(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Linear elements get along with one iteration a step, which the second run's do not."""
     settings = (
@@ -180,7 +164,7 @@ def test_a_second_run_that_ends_early_is_told_and_exits_with_1(
     )  # fmt: skip
     one = [word for setting in settings for word in ("--set", setting)]
     asked = ("--gradients", "--parameters", "extensions.locking")
-    code = _call("bend", "--out", str(tmp_path), *COARSE, *one, *asked, monkeypatch=monkeypatch)
+    code = run_command("bend", "--out", str(tmp_path), *COARSE, *one, *asked)
     out, _ = capfd.readouterr()
     assert code == 1
     assert "extensions.locking: a choice of the model, which has no derivative. A second run" in out
@@ -194,11 +178,9 @@ def test_a_second_run_that_ends_early_is_told_and_exits_with_1(
     assert record["second_runs"]["extensions.locking"].startswith("stopped at 0 kPa")
 
 
-def test_linear_elements_are_warned_of(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_linear_elements_are_warned_of(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     linear = ("--set", "solver.element=P1", "--set", "contact.self_contact=false")
-    code = _call("bend", "--out", str(tmp_path), *COARSE, *linear, monkeypatch=monkeypatch)
+    code = run_command("bend", "--out", str(tmp_path), *COARSE, *linear)
     assert code == 0
     said = [line for line in capfd.readouterr().out.splitlines() if "warning" in line]
     assert len(said) == 1
@@ -208,17 +190,17 @@ def test_linear_elements_are_warned_of(
 
 
 def test_mesh_writes_what_can_be_read_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "mesh"
-    assert _call("mesh", "--out", str(out), *COARSE, monkeypatch=monkeypatch) == 0
+    assert run_command("mesh", "--out", str(out), *COARSE) == 0
     said, err = capfd.readouterr()
     assert err == ""
     assert sorted(file.name for file in out.iterdir()) == ["finger.inp", "finger.msh", "finger.vtk"]
     for name in ("finger.msh", "finger.inp"):
         assert f"wrote {out / name}\n" in said
         arguments = ("mesh", "--out", str(tmp_path / name), "--set", f"mesh.file={out / name}")
-        assert _call(*arguments, monkeypatch=monkeypatch) == 0
+        assert run_command(*arguments) == 0
         assert capfd.readouterr().out.splitlines()[0] == said.splitlines()[0]
 
 
@@ -238,12 +220,11 @@ def test_mesh_has_the_elements_of_the_solver_or_those_asked_for(
     settings: list[str],
     elements: str,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     asked = [word for setting in settings for word in ("--set", setting)]
     arguments = ("mesh", "--out", str(tmp_path), *COARSE, *asked)
-    assert _call(*arguments, monkeypatch=monkeypatch) == 0
+    assert run_command(*arguments) == 0
     assert elements in capfd.readouterr().out
     for name in ("finger.msh", "finger.inp", "finger.vtk"):
         mesh = files.read(tmp_path / name)
@@ -251,13 +232,11 @@ def test_mesh_has_the_elements_of_the_solver_or_those_asked_for(
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_a_mesh_file_is_written_in_the_order_asked_for(
-    order: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_mesh_file_is_written_in_the_order_asked_for(order: int, tmp_path: Path) -> None:
     before = hollow_box.mesh(3 - order)
     files.write(tmp_path / "box.vtk", before)
     asked = ("--set", f"mesh.file={tmp_path / 'box.vtk'}", "--set", f"mesh.order={order}")
-    assert _call("mesh", "--out", str(tmp_path / "out"), *asked, monkeypatch=monkeypatch) == 0
+    assert run_command("mesh", "--out", str(tmp_path / "out"), *asked) == 0
     after = files.read(tmp_path / "out" / "finger.inp")
     assert after.order == order
     assert len(after.cells) == len(before.cells)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import matplotlib.image
 import pytest
+from support.command import run_command
 
-from dolfingrip.cli import app as cli
 from dolfingrip.cli import small_loop
 from dolfingrip.config import Config
 
@@ -33,10 +32,7 @@ def test_pictures_come_before_the_design_loop(
                 assert matplotlib.image.imread(tmp_path / kind / name)[..., :3].std() > 0.01
 
     monkeypatch.setattr(small_loop, "run", loop)
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", "demo", "-o", str(tmp_path), *COARSE])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert not ended.value.code
+    assert run_command("demo", "-o", str(tmp_path), *COARSE) == 0
     after = capfd.readouterr()
     assert not after.err
     lines = said[0].splitlines()

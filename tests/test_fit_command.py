@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli.app import app
 from dolfingrip.config import ConfigError
 
-FILE = Path(__file__).resolve().parents[1] / "examples" / "coupons" / "ecoflex30_uniaxial.csv"
+FILE = EXAMPLES / "coupons" / "ecoflex30_uniaxial.csv"
 
 
 def test_the_best_law_is_written_and_drawn(tmp_path: Path) -> None:

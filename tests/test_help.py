@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import sys
 
 import pytest
 import typer
 from rich.text import Text
+from support.command import run_command
 
 import dolfingrip
 from dolfingrip.cli import app as cli
@@ -15,21 +15,14 @@ from dolfingrip.cli import app as cli
 COMMAND = typer.main.get_command(cli.app)
 
 
-def test_version(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", "--version"])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert not ended.value.code
+def test_version(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command("--version") == 0
     assert capfd.readouterr() == (f"dolfingrip {dolfingrip.__version__}\n", "")
 
 
-def test_subcommands_are_listed_in_the_order_of_use(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_subcommands_are_listed_in_the_order_of_use(capfd: pytest.CaptureFixture[str]) -> None:
     assert set(COMMAND.commands) == set(cli.ORDER)  # type: ignore[attr-defined]
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", "--help"])
-    with pytest.raises(SystemExit):
-        cli.main()
+    assert run_command("--help") == 0
     listed = re.findall(r"^│ ([a-z][a-z-]*) ", capfd.readouterr().out, re.M)
     assert tuple(listed) == cli.ORDER
 

@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import csv
-import sys
 from pathlib import Path
 
 import pytest
 from support import invented_grasp
+from support.command import run_command
 
-from dolfingrip.cli import app as cli
 from dolfingrip.design.campaign import trials
-
-
-def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
-    """Exit code of the command in this process."""
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
 
 
 @pytest.fixture
@@ -33,11 +24,9 @@ def grasps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("grasps")
-def test_pickup(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_pickup(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     asked = ("pickup", "--out", str(tmp_path), "--friction", "0.38", "--preset", "coarse")
-    assert call(monkeypatch, *asked) == 0
+    assert run_command(*asked) == 0
     exact = invented_grasp.least_kPa(0.38)
     wanted = 5 * (exact // 5 + 1)
     said = capfd.readouterr().out
@@ -46,18 +35,16 @@ def test_pickup(
     with (tmp_path / "pickup.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["outcome"] for row in rows} == {"picked up", "slipped"}
-    assert call(monkeypatch, *asked) == 0
+    assert run_command(*asked) == 0
     assert capfd.readouterr().out.count("(known)") == len(rows)
-    assert call(monkeypatch, *asked[:4], "0.01", "--highest", "150") == 1
+    assert run_command(*asked[:4], "0.01", "--highest", "150") == 1
     assert "not picked up at any pressure up to 150 kPa" in capfd.readouterr().out
 
 
 @pytest.mark.usefixtures("grasps")
-def test_friction(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_friction(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     asked = ("friction", "--pickup-pressure", "155", "--out", str(tmp_path), "--resolution", "5")
-    assert call(monkeypatch, *asked) == 0
+    assert run_command(*asked) == 0
     said = capfd.readouterr().out
     assert "μ = 0.38" in said
     assert "least pressure 155 kPa, found in steps of 5 kPa" in said
@@ -82,7 +69,7 @@ def test_an_interrupted_search_says_how_to_go_on(
             super().__init__(*given, objective=f"{__name__}:interrupted")  # type: ignore[arg-type]
 
     monkeypatch.setattr(trials, "Trials", Interrupted)
-    assert call(monkeypatch, "pickup", "--out", str(tmp_path), "--preset", "coarse") == 130
+    assert run_command("pickup", "--out", str(tmp_path), "--preset", "coarse") == 130
     assert capfd.readouterr().err == (
         f"dolfingrip: interrupted: what was computed is kept in {tmp_path}; "
         "the same command goes on from there\n"
@@ -106,7 +93,7 @@ def test_bad_input(
 ) -> None:
     """One line, exit code 2, and nothing written."""
     monkeypatch.chdir(tmp_path)
-    assert call(monkeypatch, *arguments) == 2
+    assert run_command(*arguments) == 2
     out, err = capfd.readouterr()
     assert out == ""
     assert said in err

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.delivered import Delivered
 from support.here import Here
 
 from dolfingrip.channels import CHANNELS
@@ -21,6 +22,7 @@ from dolfingrip.config import Config, ConfigError, load
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.outcome import DiagnosisFile
 from dolfingrip.diagnosis.results import write as write_diagnosis
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments import Result, run, synthetic
@@ -91,12 +93,13 @@ def of_a_diagnosis(file: Path, out: Path) -> None:
     measurement = selected(read([file]), Config())[0]
     settings = Settings(effects=("bulk_modulus", "ogden_terms"))
     found = judged(measurement, Config(), Here(out / "simulations"), settings)
-    mine = (found.analysed.simulation.measurement.listed()["column"] == NAME).to_numpy()
-    assert np.isfinite(found.analysed.case.base[mine]).all()
-    np.testing.assert_allclose(found.analysed.errors.noise[mine], 0.006, rtol=0.5)
-    print(found.decision)
-    assert found.decision.first == ("bulk_modulus",)
     drawn = pictures.draw(write_diagnosis(found, [file], out).pictures, out)
+    files = Delivered(out, DiagnosisFile.read(out / "diagnosis.json"))
+    mine = files.readings[files.readings["channel"] == NAME]
+    assert np.isfinite(mine["configured"]).all()
+    np.testing.assert_allclose(mine["noise"], 0.006, rtol=0.5)
+    print(files.verdict)
+    assert files.verdict.effects == ("bulk_modulus",)
     assert all(picture.stat().st_size > 0 for picture in drawn)
     page = (out / "summary.md").read_text(encoding="utf-8")
     assert NAME in page

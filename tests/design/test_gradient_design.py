@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.example import EXAMPLES
 from support.invented import COG, FORCE, TWO, Invented, written
 from typer.testing import CliRunner
 
@@ -218,7 +219,7 @@ def test_a_cell_that_becomes_a_sheet_is_worse(tmp_path: Path) -> None:
 
 # -- a free form
 
-TUBE = (Path(__file__).parents[2] / "examples" / "tube_design.toml").read_text(encoding="utf-8")
+TUBE = (EXAMPLES / "tube_design.toml").read_text(encoding="utf-8")
 
 
 def tube(folder: Path, text: str) -> Problem:

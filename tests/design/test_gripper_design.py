@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.example import EXAMPLES
 
 from dolfingrip import config as configuration
 from dolfingrip.config import ConfigError
@@ -21,7 +22,7 @@ from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.search import SearchPolicy
 from dolfingrip.jobs.job import Answer, Job
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "gripper_design.toml"
+EXAMPLE = EXAMPLES / "gripper_design.toml"
 
 TEXT = """
 set = [

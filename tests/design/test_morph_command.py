@@ -2,40 +2,30 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command import run_command
 
-from dolfingrip.cli import app as cli
 from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import files
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.morph import Morph
 
 
-def call(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", "morph", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
-
-
 @pytest.mark.parametrize(("first", "second"), [(".msh", ".vtk"), (".vtu", ".inp")])
-def test_there_and_back(
-    first: str, second: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_there_and_back(first: str, second: str, tmp_path: Path) -> None:
     original = finger_mesh(Finger(), Mesh(size_mm=10))
     paths = [str(tmp_path / name) for name in (f"a{first}", f"b{second}", f"c{first}")]
     files.write(Path(paths[0]), original)
     xi = ("--xi", "0.3", "-0.3")
-    assert call(paths[0], *xi, "-o", paths[1], monkeypatch=monkeypatch) == 0
+    assert run_command("morph", paths[0], *xi, "-o", paths[1]) == 0
     moved = files.read(Path(paths[1]))
     np.testing.assert_allclose(
         moved.points, Morph(0.3, -0.3, 9.5).points(original.points), atol=1e-9
     )
-    assert call(paths[1], *xi, "--inverse", "-o", paths[2], monkeypatch=monkeypatch) == 0
+    assert run_command("morph", paths[1], *xi, "--inverse", "-o", paths[2]) == 0
     back = files.read(Path(paths[2]))
     np.testing.assert_allclose(back.points, original.points, atol=1e-9)
     np.testing.assert_array_equal(back.cells, original.cells)
@@ -62,7 +52,7 @@ def test_refused(
     monkeypatch.chdir(tmp_path)
     for name in ("broken.vtk", "broken.vtu"):
         Path(name).write_text("nothing")
-    assert call(*arguments, "-o", "out.msh", monkeypatch=monkeypatch) == 2
+    assert run_command("morph", *arguments, "-o", "out.msh") == 2
     error = capfd.readouterr().err
     assert said in error
     assert error.count("\n") == 1

@@ -7,16 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import hidden_bending
+from support.delivered import Delivered, delivered
 from support.here import Here
 
-from dolfingrip import config as configuration
-from dolfingrip.diagnosis.answer.found import fitted
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.found import MESH_UNKNOWN
-from dolfingrip.diagnosis.outcome import DiagnosisFile
-from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.simulation import meshes
 
 PRESSURES_kPa = (0, 25, 50, 75, 100)
@@ -25,44 +21,40 @@ SEED = 5
 
 
 @pytest.fixture(scope="module")
-def softened(tmp_path_factory: pytest.TempPathFactory, store: Path) -> CouponDiagnosis:
+def softened(tmp_path_factory: pytest.TempPathFactory, store: Path) -> Delivered:
     config = hidden_bending.config()
     hidden = {"mooney_rivlin": {"C01_MPa": HIDDEN_MPa}}
     folder = tmp_path_factory.mktemp("lab")
     file = hidden_bending.measured(folder, hidden, PRESSURES_kPa, SEED)
     settings = Settings(effects=("mooney_rivlin", "angle_gain"))
-    return judged(read([file], config), config, Here(store), settings)
+    found = judged(read([file], config), config, Here(store), settings)
+    return delivered(found, tmp_path_factory.mktemp("out"), [file])
 
 
-def test_hidden_softening_is_found_at_its_strength(softened: CouponDiagnosis) -> None:
+def test_hidden_softening_is_found_at_its_strength(softened: Delivered) -> None:
     """The truth was simulated on the graded mesh; the ungraded one alone would be off by more."""
     assert meshes.coarser(hidden_bending.config())[0]
-    assert MESH_UNKNOWN not in softened.warnings
-    decision = softened.decision
-    print(decision.answer, decision.first, decision.probability, softened.warnings)
-    assert (decision.answer, decision.first) == ("cause", ("mooney_rivlin",))
-    assert decision.probability > 0.9
-    assert decision.unexplained < 0.05
-    fit = decision.best
-    (strength,) = [e for e in softened.numbers(fit) if e.key.endswith("C01_MPa")]
+    assert MESH_UNKNOWN not in softened.result.warnings
+    verdict = softened.verdict
+    print(verdict, softened.result.warnings)
+    assert (verdict.answer, verdict.effects) == ("cause", ("mooney_rivlin",))
+    assert verdict.probability > 0.9
+    assert verdict.unexplained < 0.05
+    strength = softened.numbers["extensions.mooney_rivlin.C01_MPa"]
     print("C01", strength)
     wide = strength.high - strength.low
     assert strength.low - 0.5 * wide < HIDDEN_MPa < strength.high + 0.5 * wide
     assert wide < HIDDEN_MPa
-    left = softened.analysed.case.value - fitted(softened.analysed, fit)
-    assert np.abs(left / softened.analysed.errors.noise).max() == pytest.approx(0, abs=3.5)
+    assert np.abs(softened.left).max() == pytest.approx(0, abs=3.5)
 
 
-def test_what_is_written_is_what_was_fitted(softened: CouponDiagnosis, tmp_path: Path) -> None:
+def test_what_is_written_is_what_was_fitted(softened: Delivered) -> None:
     """The modulus and the softening; the page begins with ten lines."""
-    write(softened, [Path("hidden.csv")], tmp_path)
-    result = DiagnosisFile.read(tmp_path / "diagnosis.json")
-    assert result.verdict.effects == ("mooney_rivlin",)
-    extended = configuration.load(tmp_path / "extended.toml")
-    numbers = {e.key: e.value for e in softened.numbers(softened.decision.best)}
-    assert extended.material.mu_MPa == pytest.approx(numbers["material.mu_MPa"])
+    assert softened.verdict.effects == ("mooney_rivlin",)
+    extended, numbers = softened.extended, softened.numbers
+    assert extended.material.mu_MPa == pytest.approx(numbers["material.mu_MPa"].value)
     told = extended.extensions.mooney_rivlin.C01_MPa  # type: ignore[attr-defined]
-    assert told == pytest.approx(numbers["extensions.mooney_rivlin.C01_MPa"])
-    page = (tmp_path / "summary.md").read_text(encoding="utf-8")
+    assert told == pytest.approx(numbers["extensions.mooney_rivlin.C01_MPa"].value)
+    page = (softened.folder / "summary.md").read_text(encoding="utf-8")
     assert page.startswith("RESULT")
     assert "mooney_rivlin" in page.splitlines()[0]

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip.cli.app import app
@@ -18,7 +19,7 @@ from dolfingrip.diagnosis.outcome import DiagnosisFile
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Store
 
-COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
+COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
 KILLED_AFTER = 6
 """Simulations: base and three shapes are five of seven, so that a fit is going on, and all forms
 are compiled."""

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import small
+from support.delivered import delivered
 from support.here import Here, simulated
 from support.measured_files import written
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import fitted
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.errors import errors
@@ -120,17 +120,16 @@ def test_a_fit_finds_the_walls(measurement: Measurement, store: Path, tmp_path: 
     true = with_walls(measurement, store, 0.92, 0.9)
     measured = written_with(tmp_path, true)
     found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
-    assert found.decision.answer == "none"
-    numbers = {each.key: each for each in found.numbers(found.decision.best)}
+    files = delivered(found, tmp_path / "out")
+    assert files.verdict.answer == "none"
+    numbers = files.numbers
     print(numbers)
     modulus_MPa, wall_mm = numbers["material.mu_MPa"], numbers["finger.wall_mm"]
     assert wall_mm.low < 0.92 * finger().finger.wall_mm < wall_mm.high
     assert modulus_MPa.low < 0.9 * finger().material.mu_MPa < modulus_MPa.high
-    left = found.analysed.case.value - fitted(found.analysed, found.decision.best)
-    assert np.abs(left / found.analysed.errors.noise).max() < 1.0
-    # both are in what is delivered
-    assert found.extended.finger.wall_mm == pytest.approx(wall_mm.value)
-    assert found.extended.material.mu_MPa == pytest.approx(modulus_MPa.value)
+    assert np.abs(files.left).max() < 1.0
+    assert files.extended.finger.wall_mm == pytest.approx(wall_mm.value)
+    assert files.extended.material.mu_MPa == pytest.approx(modulus_MPa.value)
 
 
 @pytest.mark.parametrize(
@@ -154,8 +153,9 @@ def test_walls_far_from_those_configured_are_simulated(
     measured = written_with(tmp_path, true)
     found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
     assert found.analysed.simulation.walls.keys() >= {0.9, 1.0, 1.1, 1.2}
-    assert (found.decision.answer, found.decision.first) == ("cause", ("wall_offset",))
-    numbers = {each.key: each for each in found.numbers(found.decision.best)}
+    files = delivered(found, tmp_path / "out")
+    assert (files.verdict.answer, files.verdict.effects) == ("cause", ("wall_offset",))
+    numbers = files.numbers
     print(numbers)
     assert numbers["finger.wall_mm"].low < 1.2 * finger().finger.wall_mm
     assert 1.2 * finger().finger.wall_mm < numbers["finger.wall_mm"].high

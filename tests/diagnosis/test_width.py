@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.delivered import delivered
 from support.here import Here, simulated
 from support.invented_coupon import WIDTH_NOISE, made, white
 
@@ -58,14 +59,16 @@ def test_the_width_tells_how_far_the_volume_changes(
 ) -> None:
     """A bulk modulus that is 4.5 times as large changes the force as another law does, and the
     width at 50 % by 0.013, 6.5 standard deviations of a camera."""
-    print(tied.decision)
-    assert set(tied.decision.first) == {"bulk_modulus", "ogden_terms"}
+    without = delivered(tied, tmp_path / "force").verdict
+    print(without)
+    assert set(without.effects) == {"bulk_modulus", "ogden_terms"}
     measurement = coupon(tmp_path, HIDDEN, width=True)
-    both = diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
-    print(both.decision)
-    assert both.decision.first == ("bulk_modulus",)
-    assert both.decision.probability > 0.95
-    more = both.numbers(both.decision.best)[-1]
+    found = diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
+    both = delivered(found, tmp_path / "width")
+    print(both.verdict)
+    assert both.verdict.effects == ("bulk_modulus",)
+    assert both.verdict.probability > 0.95
+    more = both.numbers[HIDDEN.partition("=")[0]]
     assert more.low < 100 < more.high
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from support.example import EXAMPLES
 
 from dolfingrip import config
 from dolfingrip.experiments import run
 from dolfingrip.mechanics.path.failure import FailureKind
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "thin_bellows.toml"
+EXAMPLE = EXAMPLES / "thin_bellows.toml"
 COARSE = ("mesh.size_mm=14",)
 READINGS = ("experiment.max_volume_ratio=6", "experiment.step_volume_ratio=0.5")
 LONG = ("experiment.max_pressure_kPa=300", "experiment.step_kPa=150", "solver.min_step_kPa=1")

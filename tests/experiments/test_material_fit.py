@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import ufl
+from support.example import EXAMPLES
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
@@ -18,7 +19,7 @@ from dolfingrip.forms import chain_rule, gent, neo_hookean, ogden_terms, polynom
 from dolfingrip.forms.evaluate import number
 from dolfingrip.sections.laws.polynomial import POWERS
 
-COUPONS = Path(__file__).resolve().parents[2] / "examples" / "coupons"
+COUPONS = EXAMPLES / "coupons"
 VALUES = {
     "neo-hooke": [1.3],
     "mooney-rivlin": [0.5, 0.2],

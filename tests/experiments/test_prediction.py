@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip import config
@@ -81,7 +82,7 @@ def test_the_table_is_read_back_and_is_no_section(tmp_path: Path) -> None:
 
 def test_the_example_is_read() -> None:
     """Four members of two laws, which the configuration takes."""
-    file = Path(__file__).parents[2] / "examples" / "ecoflex_actuators" / "extended.toml"
+    file = EXAMPLES / "ecoflex_actuators" / "extended.toml"
     left = posterior.read(file)
     assert left.shares.sum() == pytest.approx(1.0)
     base = config.load(file)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import csv
 import math
-import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mpi4py import MPI
+from support.command import run_command
 
 from dolfingrip import config
-from dolfingrip.cli import app as cli
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import synthetic
 from dolfingrip.experiments.synthetic import Measurement
@@ -100,19 +99,13 @@ def test_any_effect_can_be_drawn() -> None:
         assert len(found.extensions.active()) == 1
 
 
-def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def call(*arguments: str) -> int:
-        monkeypatch.setattr(sys, "argv", ["dolfingrip", "synthetic", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        return int(ended.value.code or 0)
-
+def test_the_command(tmp_path: Path) -> None:
     asked = ["--experiments", "coupon", "--out", str(tmp_path / "synthetic")]
     hidden = ("--hide", "extensions.force_gain.gain=1.1")
-    assert call(*asked, *hidden, "--set", "coupon.max_strain=0.1") == 0
+    assert run_command("synthetic", *asked, *hidden, "--set", "coupon.max_strain=0.1") == 0
     assert config.load(tmp_path / "synthetic" / "truth.toml").extensions.force_gain.gain == 1.1
-    assert call("--experiments", "coupon,tension") == 2
-    assert call(*asked, "--noise", "angle=1") == 2
+    assert run_command("synthetic", "--experiments", "coupon,tension") == 2
+    assert run_command("synthetic", *asked, "--noise", "angle=1") == 2
 
 
 def test_bad_input_is_said_in_one_line() -> None:

@@ -6,15 +6,14 @@ of the STEP file as it is read again.
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import gmsh
 import pytest
 import pyvista as pv
+from support.command import run_command
 
 from dolfingrip import config
-from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.meshes.gmsh_model import session
@@ -81,15 +80,10 @@ def test_a_free_form_has_no_step(tmp_path: Path) -> None:
         printable.write(bent, tmp_path / "a.step")
 
 
-def test_the_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     files = [tmp_path / f"a.{suffix}" for suffix in ("stl", "step", "toml")]
     options = [text for each in SHORT for text in ("--set", each)]
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", "export", *map(str, files), *options])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert not ended.value.code
+    assert run_command("export", *map(str, files), *options) == 0
     said = capfd.readouterr()
     assert not said.err
     assert [line.split(": ")[0] for line in said.out.splitlines()] == [f"wrote {f}" for f in files]

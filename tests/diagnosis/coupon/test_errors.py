@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from support.example import EXAMPLES
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.errors import SLACK, Errors
@@ -14,7 +13,7 @@ from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.selection import selected
 
-COUPONS = Path(__file__).parents[3] / "examples/coupons/ninjaflex_uniaxial.csv"
+COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
 
 
 @pytest.fixture(scope="module")

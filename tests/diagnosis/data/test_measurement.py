@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.example import EXAMPLES
 from support.measured_files import CSV, TOML, written
 
 from dolfingrip.config import Config, load
@@ -103,7 +104,7 @@ def test_a_chord_between_other_points_is_doubted(tmp_path: Path) -> None:
 
 
 def test_a_specimen_may_have_a_geometry_and_a_camera_of_its_own() -> None:
-    found = read([Path(__file__).parents[3] / "examples/ecoflex_actuators/bending.csv"])
+    found = read([EXAMPLES / "ecoflex_actuators/bending.csv"])
     assert found.warnings == []
     config = load(None, ["finger.kind=cast"])
     made = {test.specimen: test.setup.applied(config) for test in found.tests}

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
+from support.command import run_command
 
 from benchmarks.reference_measurement import reference_measurement
-from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
@@ -26,23 +25,14 @@ can_vary = ["coupon"]
 """
 
 
-def called(monkeypatch: pytest.MonkeyPatch, *options: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", "plan-experiment", *options])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
-
-
 @pytest.mark.usefixtures("threads")
-def test_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Softening is seen on loading, relaxation only with another branch, a hold or another rate."""
     (tmp_path / "rig.toml").write_text(RIG, encoding="utf-8")
     out = tmp_path / "out"
     options = [str(tmp_path / "rig.toml"), "--workers", "1", "--out", str(out),
                "--effects", "mooney_rivlin,ogden_terms,prony"]  # fmt: skip
-    assert called(monkeypatch, *options) == 0
+    assert run_command("plan-experiment", *options) == 0
     said = capfd.readouterr().out
     found = Plan.read(out / "plan.json")
     effects = {each.effect: each for each in found.effects}
@@ -60,18 +50,18 @@ def test_command(
     assert {"plan.json", "plan.md", "plan.png"} <= {each.name for each in out.iterdir()}
     # nothing is simulated: the same where nothing may be
     few = ["--with", "can_vary=[]"]
-    assert called(monkeypatch, *options, *few, "--quick") == 0
+    assert run_command("plan-experiment", *options, *few, "--quick") == 0
     again = Plan.read(out / "plan.json")
     assert again.effects == found.effects
     assert again.additions == ()
 
 
 @pytest.mark.usefixtures("threads")
-def test_nothing_at_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_at_hand(tmp_path: Path) -> None:
     """The reference finger's simulations come with the package, but for another orientation."""
     options = ["--workers", "1", "--out", str(tmp_path / "out"), "--effects", "force_gain",
                "--quick", "--with", 'can_vary=["orientation", "tip"]']  # fmt: skip
-    assert called(monkeypatch, *options) == 0
+    assert run_command("plan-experiment", *options) == 0
     found = Plan.read(tmp_path / "out" / "plan.json")
     assert [each.kind for each in found.additions] == ["tip"]
     assert any("not at hand" in each and "tip up" in each for each in found.warnings)
@@ -93,10 +83,9 @@ def test_bad_input_is_one_line(
     options: list[str],
     complaint: str,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
-    assert called(monkeypatch, *options, "--out", str(tmp_path / "out")) == 2
+    assert run_command("plan-experiment", *options, "--out", str(tmp_path / "out")) == 2
     errors = capfd.readouterr().err
     assert complaint in errors
     assert errors.count("\n") == 1
