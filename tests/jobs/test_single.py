@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,19 +11,12 @@ from queue import SimpleQueue
 from typing import Any
 
 import pytest
+from support import waiting
 
 from dolfingrip.jobs.job import WORKER_LOST, Answer, Job
-from dolfingrip.jobs.single import Single, tell
+from dolfingrip.jobs.single import Single
 
 LIMIT_S = 60.0
-
-
-def wait(start: str, seconds: float) -> dict[str, Any]:
-    """A job: say where it runs, and wait."""
-    Path(start).write_text(str(os.getpid()), encoding="ascii")
-    tell(1, 2, "waiting")
-    time.sleep(seconds)
-    return {"waited_s": seconds}
 
 
 class Heard:
@@ -44,10 +36,7 @@ def heard() -> Heard:
 
 
 @pytest.fixture
-def single(tmp_path: Path, heard: Heard, monkeypatch: pytest.MonkeyPatch) -> Iterator[Single]:
-    # the worker imports this file by its name
-    folder = str(Path(__file__).parent)
-    monkeypatch.setattr(sys, "path", [folder, *sys.path])
+def single(tmp_path: Path, heard: Heard) -> Iterator[Single]:
     found = Single(tmp_path / "spool", heard.tell, heard.answers.put)
     yield found
     found.close()
@@ -55,7 +44,7 @@ def single(tmp_path: Path, heard: Heard, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 def job(tmp_path: Path, name: str, seconds: float) -> Job:
     arguments = {"start": str(tmp_path / f"{name}.pid"), "seconds": seconds}
-    return Job(name, "test_single:wait", arguments)
+    return Job(name, waiting.PATH, arguments)
 
 
 def begun(file: Path) -> int:
@@ -72,10 +61,10 @@ def test_the_newest_wins_and_its_answer_is_kept(
 ) -> None:
     single.ask(job(tmp_path, "old", 600))
     old = begun(tmp_path / "old.pid")
+    assert heard.progress.get(timeout=LIMIT_S) == ("old", 1, 2, "waiting")
     single.ask(job(tmp_path, "new", 0))
     answer = heard.answers.get(timeout=LIMIT_S)
     assert (answer.key, answer.status, answer.result) == ("new", "done", {"waited_s": 0})
-    assert heard.progress.get(timeout=LIMIT_S) == ("old", 1, 2, "waiting")
     assert heard.progress.get(timeout=LIMIT_S) == ("new", 1, 2, "waiting")
     with pytest.raises(ProcessLookupError):
         os.kill(old, 0)

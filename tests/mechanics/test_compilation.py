@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from mechanics import compiling
+from support import compiling
 
 from dolfingrip.cli import app as cli
 from dolfingrip.jobs.job import MACHINE, Job
@@ -150,7 +150,7 @@ def test_a_failed_compile_is_the_machines(
         compiling.volume()
     assert compiling.cached(tmp_path) == []
     assert logging.root.handlers == handlers
-    job = Job("volume", "mechanics.compiling:volume", {})
+    job = Job("volume", "support.compiling:volume", {})
     answer = compute(job)
     assert (answer.status, answer.failure_class) == ("failed", MACHINE)
     capfd.readouterr()

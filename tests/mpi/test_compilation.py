@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from mechanics import compiling
 from mpi4py import MPI
+from support import compiling
 
 from dolfingrip.mechanics.model.compilation import CompilationError
 
