@@ -9,8 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from experiments import small
 from mpi4py import MPI
+from support import small
 
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
