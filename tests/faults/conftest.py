@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from faults.disks import Disk, MemoryDisk, mounted
+from support.disks import Disk, MemoryDisk, mounted
 
 
 @pytest.fixture(params=["memory", "limit"])

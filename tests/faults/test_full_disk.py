@@ -9,9 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from design import analytic, stand_in
-from design import test_threshold as invented
-from faults.disks import Disk, MemoryDisk
+from support import analytic, invented_grasp, stand_in
+from support.disks import Disk, MemoryDisk
+from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip import config
@@ -36,7 +36,6 @@ OPTIONS = [text for each in SHORT for text in ("--set", each)]
 ROOM = 65_536
 """Bytes that are enough for the record of a run, and not for its fields."""
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 COUPON = EXAMPLES / "coupons" / "ecoflex30_uniaxial.csv"
 
 Refuse = Callable[..., str]
@@ -237,7 +236,7 @@ def test_pickup(disk: Disk, refuse: Refuse, monkeypatch: pytest.MonkeyPatch) -> 
 
     class Invented(trials.Trials):
         def __init__(self, *given: object) -> None:
-            super().__init__(*given, objective=invented.OBJECTIVE)  # type: ignore[arg-type]
+            super().__init__(*given, objective=invented_grasp.OBJECTIVE)  # type: ignore[arg-type]
 
     monkeypatch.setattr(trials, "Trials", Invented)
     monkeypatch.setattr(Spool, "write", _full(disk.folder / "spool" / "answer.json", disk))

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from faults.disks import Disk, MemoryDisk
+from support.disks import Disk, MemoryDisk
 
 from dolfingrip.files import table, whole
 from dolfingrip.files.growing import GrowingFile
