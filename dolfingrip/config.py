@@ -7,10 +7,12 @@ interface (:data:`KPA` converts once, where a form's constant is set).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
+from dolfingrip.channels import Part
 from dolfingrip.extensions.index import Extensions
 from dolfingrip.foods.food import Food
 from dolfingrip.sections import tables
@@ -20,6 +22,7 @@ from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.material import Material
 from dolfingrip.sections.numerics import Contact, Solver
 from dolfingrip.sections.procedure import Branch, Coupon, Experiment, Protocol
+from dolfingrip.sections.section import EVERYWHERE
 from dolfingrip.sections.setup import Setup
 from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
 from dolfingrip.sections.units import KPA
@@ -45,6 +48,7 @@ __all__ = [
     "Solver",
     "checked",
     "dumps",
+    "felt",
     "from_dict",
     "load",
 ]
@@ -116,3 +120,34 @@ def from_dict(data: dict[str, Any]) -> Config:
 def dumps(config: Config) -> str:
     """The resolved configuration as TOML, each key with its meaning as a comment."""
     return tables.dumps(config)
+
+
+def felt(
+    config: Config | Mapping[str, Any], parts: Collection[Part] = EVERYWHERE
+) -> dict[str, Any]:
+    """Return the part of a configuration that a result depends on, as plain data.
+
+    Equal results have equal data, so that its hash is a key of a store. Left out are sections and
+    effects that no part feels, values that are absent, what only says how a solution is found, and
+    the ramps where a protocol takes their place. A mesh file counts by its content.
+
+    Args:
+        config: of the simulation; or its plain data, which need not be checked.
+        parts: of the experiment's rig (``Experiment.parts``).
+
+    Returns:
+        Values by section and key.
+
+    Raises:
+        ConfigError: one line, if the mesh file cannot be read.
+    """
+    plain = config.model_dump(mode="json") if isinstance(config, Config) else config
+    found = Config.counted(plain, parts)
+    if found["protocol"].get("time_s"):
+        found["experiment"] = {k: v for k, v in found["experiment"].items() if k == "snaps"}
+    if file := found.get("mesh", {}).get("file"):
+        try:
+            found["mesh"]["file"] = hashlib.sha256(Path(file).read_bytes()).hexdigest()
+        except OSError as error:
+            raise ConfigError(f"mesh.file = {file}: {error.strerror}") from None
+    return {name: values for name, values in found.items() if values}

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip.channels import FORCE
-from dolfingrip.config import Config, ConfigError, from_dict
+from dolfingrip.config import Config, ConfigError, felt, from_dict
 from dolfingrip.diagnosis.outcome import DesignChange, Downstream
 from dolfingrip.diagnosis.policy import PAGE
-from dolfingrip.experiments.decisive import decisive, digest_of
 from dolfingrip.jobs.job import Data, Job, content_key
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.run import run
@@ -102,8 +101,8 @@ def _job(row: Data, config: Config) -> Job:
     plain = config.model_dump(mode="json")
     changed = {"config": plain, "quantities": [COG, FORCE.name], "gradients": None}
     arguments = {**row["arguments"], **changed}
-    felt = {**arguments, "config": decisive(plain, digest_of(config.mesh.file))}
-    return Job(content_key({"function": row["function"], **felt}), row["function"], arguments)
+    content = {"function": row["function"], **arguments, "config": felt(config)}
+    return Job(content_key(content), row["function"], arguments)
 
 
 def _forces(jobs: Sequence[Job], out: Path, pool: Pool) -> list[float | None]:

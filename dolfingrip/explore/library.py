@@ -7,14 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import RBFInterpolator
 
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.decisive import decisive, digest_of
+from dolfingrip.config import Config, ConfigError, felt
 from dolfingrip.experiments.index import find
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
@@ -170,11 +168,7 @@ class Library:
         base, own = find(kind).settings(self.space.base), config
         for each in self.space.varied:  # what varies is made equal
             own = each.parameter.at(own, each.parameter.value(base))
-        return self.place(inputs) if _told(own) == _told(base) else None
-
-
-def _told(config: Config) -> dict[str, Any]:
-    return decisive(config.model_dump(mode="json"), digest_of(config.mesh.file))
+        return self.place(inputs) if felt(own) == felt(base) else None
 
 
 def weights(places: Floats, at: Floats) -> Floats:

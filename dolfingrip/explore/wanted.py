@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.decisive import decisive, digest_of
+from dolfingrip.config import Config, ConfigError, felt
 from dolfingrip.experiments.index import find
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
@@ -40,9 +39,8 @@ class Wanted:
     @property
     def key(self) -> str:
         """Hash of all that its solution depends on."""
-        settings = find(self.view).settings(self.config).model_dump(mode="json")
-        digest = digest_of(self.config.mesh.file)
-        return content_key({"experiment": self.view, "config": decisive(settings, digest)})
+        settings = find(self.view).settings(self.config)
+        return content_key({"experiment": self.view, "config": felt(settings)})
 
 
 def read(space: Space, message: Mapping[str, Any]) -> Wanted:

@@ -9,6 +9,7 @@ import ufl
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.sections.section import FINGERS
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -32,6 +33,7 @@ class BellowsFriction(Effect):
     """
 
     kind: ClassVar = "dissipative"
+    felt_by: ClassVar = FINGERS
     neutral: ClassVar = {"coefficient": 0.0}
     shapeless: ClassVar = ("slip_mm",)
 

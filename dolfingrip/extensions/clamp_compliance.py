@@ -11,6 +11,7 @@ import ufl
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.sections.section import FINGERS
 
 if TYPE_CHECKING:
     from dolfinx import fem
@@ -35,6 +36,7 @@ class ClampCompliance(Effect):
     """
 
     kind: ClassVar = "set-up"
+    felt_by: ClassVar = FINGERS
     neutral: ClassVar = {"compliance_mm_per_N": 0.0, "compliance_rad_per_Nmm": 0.0}
 
     compliance_mm_per_N: Annotated[float, Prior(0.01, 0.01, "engineering guess", positive=True)] = (

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.section import FINGERS
 
 if TYPE_CHECKING:
     from dolfingrip.sections.setup import Setup
@@ -19,6 +20,7 @@ class DimensionOffset(Effect):
         offset_mm: length that is added to the dimension (mm).
     """
 
+    felt_by: ClassVar = FINGERS
     dimension: ClassVar[str]
     offset_mm: float
 

@@ -18,7 +18,7 @@ from ufl.core.expr import Expr
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import Entry, Role, Section
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -113,7 +113,6 @@ class Effect(Section):
             do not; those of lower place act first.
         neutral: values of its parameters at which it has no effect.
         mixed: whether its energy is also valid with a pressure field (element ``P2-P1``).
-        plate: whether it belongs to the force sensor's plate, which a free finger does not feel.
         clock: whether its readings depend on time.
         tried: whether a diagnosis tries it as a cause.
         nuisance: whether a laboratory never knows it exactly, so that it is no cause.
@@ -127,12 +126,12 @@ class Effect(Section):
             numbers follow from ``in_numbers``.
     """
 
+    role: ClassVar = Role.EXTENSIONS
     kind: ClassVar[Kind]
     mixed: ClassVar[bool] = True
     place: ClassVar[int] = 0
     neutral: ClassVar[Mapping[str, Any]]
     fits: ClassVar[tuple[Fittable, ...]] = ()
-    plate: ClassVar[bool] = False
     clock: ClassVar[bool] = False
     tried: ClassVar[bool] = True
     nuisance: ClassVar[bool] = False
@@ -196,8 +195,8 @@ class Effect(Section):
 
     @classmethod
     def felt_in_bending(cls, config: Setup) -> bool:
-        """Whether a finger that bends freely feels it."""
-        return not cls.plate
+        """Return whether a finger that bends freely feels it."""
+        return "finger" in cls.felt_by
 
     def branches(self) -> tuple[Sequence[float], Sequence[float]]:
         """Parts of the instantaneous moduli that relax, and their times (s)."""
@@ -214,6 +213,20 @@ class Effect(Section):
     def has(cls, hook: str) -> bool:
         """Whether the effect overrides ``hook``."""
         return getattr(cls, hook) is not getattr(Effect, hook)
+
+    @classmethod
+    def entry_of(cls, key: str) -> Entry:
+        """Return how a number of the effect enters a simulation."""
+        if cls.kind == "numerical":
+            return Entry.CHOICE
+        if cls.has("outlet_kPa"):
+            return Entry.SUPPLY
+        if cls.has("reading"):
+            return Entry.INSTRUMENT
+        if cls.kind == "geometry":
+            return Entry.SHAPE
+        of_plate = cls.has("adapt") and cls.felt_by == ("plate",)
+        return Entry.POSE if of_plate else Entry.CONSTANT
 
     @classmethod
     def remembers(cls) -> bool:

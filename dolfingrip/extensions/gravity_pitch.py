@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.sections.section import FINGERS
 
 if TYPE_CHECKING:
     from dolfingrip.sections.setup import Setup
@@ -29,6 +30,7 @@ class GravityPitch(Effect):
     """
 
     kind: ClassVar = "set-up"
+    felt_by: ClassVar = FINGERS
     neutral: ClassVar = {"acceleration_m_s2": 0.0}
     shapeless: ClassVar = ("pitch_deg",)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
 
@@ -12,7 +12,7 @@ from pydantic import Field, create_model
 
 from dolfingrip.extensions.effect import Effect, Kind, StrainEnergy
 from dolfingrip.sections.lookup import only_class
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import Role, Section
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -51,12 +51,18 @@ NAMES: tuple[str, ...] = tuple(each.name() for each in EFFECTS)
 class Switched(Section):
     """Effects that the simple model leaves out; each is switched on by its own table."""
 
+    role: ClassVar = Role.EXTENSIONS
     effects: ClassVar[tuple[type[Effect], ...]] = ()
 
     def active(self, hook: str | None = None) -> Sequence[Any]:
         """The effects that are on, in the index's order; those with ``hook`` only where given."""
         found = (getattr(self, each.name()) for each in self.effects)
         return [on for on in found if on is not None and (hook is None or on.has(hook))]
+
+    @property
+    def inner(self) -> Mapping[str, Section]:
+        """The effects that are on, by name."""
+        return {on.name(): on for on in self.active()}
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         """``base`` with all effects on it."""

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Flow, Prior
+from dolfingrip.sections.section import FINGERS
 
 
 class LineLag(Effect):
@@ -26,6 +27,7 @@ class LineLag(Effect):
     """
 
     kind: ClassVar = "loading"
+    felt_by: ClassVar = FINGERS
     place: ClassVar = 3
     neutral: ClassVar = {"tau_s": 0.0}
     clock: ClassVar = True

@@ -29,7 +29,7 @@ class PlateCompliance(Effect):
 
     kind: ClassVar = "set-up"
     neutral: ClassVar = {"compliance_mm_per_N": 0.0}
-    plate: ClassVar = True
+    felt_by: ClassVar = ("plate",)
 
     compliance_mm_per_N: Annotated[
         float, Prior(0.02, 0.01, "load cells, about 50 N/mm; spread an engineering guess", True)

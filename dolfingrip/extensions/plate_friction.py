@@ -32,7 +32,7 @@ class PlateFriction(Effect):
 
     kind: ClassVar = "dissipative"
     neutral: ClassVar = {"mu": 0.0}
-    plate: ClassVar = True
+    felt_by: ClassVar = ("plate",)
 
     mu: Annotated[
         float, Prior(0.6, 0.2, "thermoplastic polyurethane, 0.3 to 1.0", positive=True)

@@ -27,7 +27,7 @@ class PlateGap(Effect):
 
     kind: ClassVar = "set-up"
     neutral: ClassVar = {"offset_mm": 0.0}
-    plate: ClassVar = True
+    felt_by: ClassVar = ("plate",)
     nuisance: ClassVar = True
 
     offset_mm: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(

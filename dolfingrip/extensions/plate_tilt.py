@@ -29,7 +29,7 @@ class PlateTilt(Effect):
     # tip touches; with ±2° alone, a hidden tilt of −3.7° had a log evidence of 3, and friction one
     # of 35; with ±4°, too, the tilt has 44
     lopsided: ClassVar = True
-    plate: ClassVar = True
+    felt_by: ClassVar = ("plate",)
 
     offset_deg: Annotated[float, Prior(0.0, 2.0, "engineering guess")] = Field(
         2.0, ge=-160, le=160, description="added to plate.tilt_deg"

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Flow, Prior
+from dolfingrip.sections.section import FINGERS
 
 
 class PressureGain(Effect):
@@ -23,6 +24,7 @@ class PressureGain(Effect):
     """
 
     kind: ClassVar = "loading"
+    felt_by: ClassVar = FINGERS
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
     nuisance: ClassVar = True

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Flow, Prior
+from dolfingrip.sections.section import FINGERS
 
 
 class PressureOffset(Effect):
@@ -23,6 +24,7 @@ class PressureOffset(Effect):
     """
 
     kind: ClassVar = "loading"
+    felt_by: ClassVar = FINGERS
     place: ClassVar = 2
     neutral: ClassVar = {"offset_kPa": 0.0}
     nuisance: ClassVar = True

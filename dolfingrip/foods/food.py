@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from dolfingrip.foods.index import KINDS, SHAPES
 from dolfingrip.foods.kind import FoodKind, Portion
-from dolfingrip.sections.section import Section, outside, with_keys_of
+from dolfingrip.sections.section import Role, Section, outside, with_keys_of
 
 if TYPE_CHECKING:  # the kinds and their keys are known as it runs only
 
@@ -24,6 +24,9 @@ else:
 
 class Food(FoodKeys):
     """The food that is grasped: kind, size, density and friction."""
+
+    role: ClassVar = Role.SETUP
+    felt_by: ClassVar = ("gripper",)
 
     width_mm: float | None = Field(None, gt=0, le=500, description="along x; default: by kind")
     length_mm: float | None = Field(None, gt=0, le=500, description="along y; default: by kind")

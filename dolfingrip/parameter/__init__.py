@@ -2,8 +2,9 @@
 
 from dolfingrip.parameter.bounds import bounds_of
 from dolfingrip.parameter.moduli import moduli, scaled
-from dolfingrip.parameter.parameter import Entry, Parameter, put
+from dolfingrip.parameter.parameter import Parameter, put
 from dolfingrip.parameter.search import check_assignment, every, find, named
+from dolfingrip.sections.section import Entry
 
 __all__ = [
     "Entry",

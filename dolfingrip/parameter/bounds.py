@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-import types
 from collections.abc import Sequence
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel
+
+from dolfingrip.sections.errors import bare
 
 
 def bounds_of(table: type[BaseModel], key: str) -> tuple[float, float]:
@@ -15,12 +16,6 @@ def bounds_of(table: type[BaseModel], key: str) -> tuple[float, float]:
     info = table.model_fields[key]
     entries = of_floats(info.annotation)
     return bounds(of_entries(info.annotation) if entries else info.metadata)
-
-
-def bare(hint: Any) -> Any:
-    if get_origin(hint) in (Union, types.UnionType):
-        return next(part for part in get_args(hint) if part is not type(None))
-    return hint
 
 
 def of_floats(hint: Any) -> bool:

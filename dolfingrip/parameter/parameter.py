@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -15,23 +14,13 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.sections import errors
+from dolfingrip.sections.section import Entry, Section
 
 STEP: Final = 1e-4
 """Step of differences by a parameter, as a part of its scale. Functions of the configuration are
 smooth, so a central difference has a relative error of 1e-8."""
 
 _FINITE: Final = ConfigDict(allow_inf_nan=False)
-
-
-class Entry(StrEnum):
-    """How a parameter enters a simulation."""
-
-    CONSTANT = "constant of a term"
-    SHAPE = "reference mesh"
-    POSE = "pose of the plate"
-    SUPPLY = "stage of the supply"
-    INSTRUMENT = "instrument"
-    CHOICE = "choice of the model"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +34,7 @@ class Parameter:
         scale: an ordinary change of it, in its unit.
         prior: knowledge before anything is measured; None if there is none.
         low, high: bounds; infinite if there are none.
-        entry: how it enters; a choice of the model has no derivative, but a difference of two runs.
+        section: class of the table that it stands in.
         integer: whether only whole numbers are allowed.
         field: pydantic's description of the key, which checks values.
     """
@@ -56,9 +45,14 @@ class Parameter:
     prior: Prior | None
     low: float
     high: float
-    entry: Entry
+    section: type[Section]
     integer: bool = False
     field: Any = None
+
+    @property
+    def entry(self) -> Entry:
+        """How it enters; a choice of the model has no derivative, but a difference of two runs."""
+        return self.section.entry_of(self.key.rpartition(".")[2].partition("[")[0])
 
     def check(self, value: float, option: str) -> None:
         """Raise if ``value`` is out of the parameter's range.

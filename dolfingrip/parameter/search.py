@@ -9,28 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from pydantic import BaseModel
-
 from dolfingrip.config import Config, ConfigError, Film, Material
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.parameter.bounds import bare, bounds, of_entries, of_floats
-from dolfingrip.parameter.parameter import Entry, Parameter
+from dolfingrip.parameter.bounds import bounds, of_entries, of_floats
+from dolfingrip.parameter.parameter import Parameter
 from dolfingrip.parameter.priors import scaled_priors
 from dolfingrip.sections import errors, tables
-from dolfingrip.sections.geometry.geometry import Geometry
-from dolfingrip.sections.geometry.index import TABLES
+from dolfingrip.sections.errors import bare
+from dolfingrip.sections.section import Entry, Section
 from dolfingrip.sections.units import unit
-
-SECTIONS: Final = (
-    "material", "film", *TABLES, "morph", "form", "plate", "gravity", "extensions",
-)  # fmt: skip
-"""Sections whose numbers are properties of a finger, its set-up or its instruments."""
-
-NUMERICAL: Final = ("plate.normal", "plate.contact_length_mm", "plate.barrier_mm",
-                    "plate.stiffness_MPa", "gravity.direction")  # fmt: skip
-"""Keys in these sections that are choices of the model, or that an effect changes instead, as
-gravity_pitch changes gravity's direction."""
 
 PRIORS: Final = {
     "material.mu_MPa": Prior(2.93, 0.6, "printed NinjaFlex; spread 20 %, engineering guess", True),
@@ -41,23 +29,12 @@ PRIORS: Final = {
 
 
 def every(config: Config) -> list[Parameter]:
-    """All parameters of ``config``: the model's own, and those of effects that are switched on."""
+    """Return all parameters of ``config``: the model's own, and those of effects that are on."""
     found: list[Parameter] = []
-    for section in SECTIONS:
-        if section == "gravity" and not config.gravity.acceleration_m_s2:
-            continue
-        if section in TABLES and section != config.geometry_table:
-            continue
-        if section == "form" and config.form is None:
-            continue
-        if section == "extensions":
-            for effect in config.extensions.active():
-                found += _of_table(config, effect, f"extensions.{effect.name()}", effect)
-        else:
-            table = getattr(config, section)
-            found += _of_table(config, table, section, None)
-            for name, below in (table.model_extra or {}).items():
-                found += _of_table(config, below, f"{section}.{name}", None)
+    for name, table in config.tables.items():
+        found += _of_table(config, table, name)
+        for key, below in table.inner.items():
+            found += _of_table(config, below, f"{name}.{key}")
     return found
 
 
@@ -80,8 +57,8 @@ def named(key: str, option: str = "--set") -> Parameter:
     low, high = bounds(info.metadata)
     prior = effect.priors().get(name) if effect else PRIORS.get(key)
     scale = _scale(float(info.default or 0.0), prior)
-    entry = _entry(sections[0], name, effect) if sections[0] in SECTIONS else Entry.CHOICE
-    return Parameter(key, unit(name), scale, prior, low, high, entry, kind is int, info)
+    section = errors.table(sections, Config)
+    return Parameter(key, unit(name), scale, prior, low, high, section, kind is int, info)
 
 
 def check_assignment(assignment: str, option: str = "--set") -> None:
@@ -136,17 +113,16 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
     return found
 
 
-def _of_table(
-    config: Config, table: BaseModel, path: str, effect: Effect | None
-) -> Iterator[Parameter]:
-    priors = scaled_priors(type(effect), config.material.shear_MPa) if effect else {}
+def _of_table(config: Config, table: Section, path: str) -> Iterator[Parameter]:
+    effect = type(table) if isinstance(table, Effect) else None
+    priors = scaled_priors(effect, config.material.shear_MPa) if effect else {}
     for key, info in type(table).model_fields.items():
-        if f"{path}.{key}" in NUMERICAL:
+        if table.entry_of(key) is Entry.CHOICE and effect is None:
             continue
         if isinstance(table, Material) and key in table.foreign:
             continue
         value = getattr(table, key)
-        if isinstance(table, Geometry) and not table.movable(key):
+        if not table.movable(key):
             continue
         if isinstance(table, Film) and key == "fibre_deg" and config.mesh.half:
             continue  # turned alone, a family is no mirror image any more
@@ -155,15 +131,9 @@ def _of_table(
         for name, number, metadata in _numbers(key, value, info):
             prior = priors.get(key) if effect else PRIORS.get(f"{path}.{key}")
             low, high = bounds(metadata)
+            scale = _scale(number, prior)
             yield Parameter(
-                f"{path}.{name}",
-                unit(key),
-                _scale(number, prior),
-                prior,
-                low,
-                high,
-                _entry(path.partition(".")[0], key, effect),
-                field=info,
+                f"{path}.{name}", unit(key), scale, prior, low, high, type(table), field=info
             )
 
 
@@ -182,22 +152,3 @@ def _scale(value: float, prior: Prior | None) -> float:
     if prior is not None:
         return prior.spread
     return 0.1 * abs(value) or 1.0
-
-
-def _entry(section: str, key: str, effect: Effect | type[Effect] | None) -> Entry:
-    if effect is None:
-        return {
-            **dict.fromkeys((*TABLES, "morph", "form"), Entry.SHAPE),
-            "plate": Entry.POSE if key in ("gap_mm", "tilt_deg") else Entry.CONSTANT,
-        }.get(section, Entry.CONSTANT)
-    if effect.kind == "numerical":
-        return Entry.CHOICE
-    if effect.has("outlet_kPa"):
-        return Entry.SUPPLY
-    if effect.has("reading"):
-        return Entry.INSTRUMENT
-    if effect.kind == "geometry":
-        return Entry.SHAPE
-    if effect.has("adapt") and effect.plate:
-        return Entry.POSE
-    return Entry.CONSTANT

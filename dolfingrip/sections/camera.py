@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.section import Section, Vector, outside
+from dolfingrip.sections.section import Role, Section, Vector, outside
 
 
 class Camera(Section):
     """The line whose rotation from rest is the chord's angle, atan(−u_x/(L + u_z))."""
+
+    role: ClassVar = Role.INSTRUMENT
+    felt_by: ClassVar = ("finger",)
 
     chord: Literal["centres", "back edges", "points"] = Field(
         "centres",

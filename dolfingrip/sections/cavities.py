@@ -12,11 +12,14 @@ from typing import ClassVar
 
 from pydantic import ConfigDict, Field
 
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import FINGERS, Role, Section
 
 
 class Cavity(Section):
     """One of several cavities."""
+
+    role: ClassVar = Role.PROCEDURE
+    felt_by: ClassVar = FINGERS
 
     pressure_ratio: float = Field(
         1.0, ge=-10, le=10, description="the cavity's pressure by the experiment's; 0: vented"
@@ -26,6 +29,8 @@ class Cavity(Section):
 class Cavities(Section):
     """Cavities by the group of a mesh file, as [cavity.cavity_2] is one."""
 
+    role: ClassVar = Role.PROCEDURE
+    felt_by: ClassVar = FINGERS
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Cavity]
     entries: ClassVar = Cavity

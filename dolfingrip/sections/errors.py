@@ -84,7 +84,7 @@ def reason(kind: str, info: Any, key: str) -> str:
         info: pydantic's description of the key.
         key: name of the key, which ends in its unit.
     """
-    hint = _bare(info.annotation)
+    hint = bare(info.annotation)
     if isinstance(hint, type) and issubclass(hint, BaseModel):
         return f"not a table; allowed: keys {', '.join(hint.model_fields)}"
     if get_origin(hint) is Literal:
@@ -142,8 +142,12 @@ def _within(metadata: Sequence[Any]) -> str:
     )
 
 
-def _bare(hint: Any) -> Any:
-    """A type without ``None``, which makes it optional."""
+def bare(hint: Any) -> Any:
+    """Return a type without ``None``, which makes it optional.
+
+    Args:
+        hint: annotation of a key.
+    """
     if get_origin(hint) in (Union, types.UnionType):
         return next(part for part in get_args(hint) if part is not type(None))
     return hint
@@ -163,15 +167,26 @@ def below(
         Its fields, none if it is a value; and the class of tables whose names a user chooses, None
         if there are none.
     """
+    model = table(sections, root)
+    return dict(getattr(model, "model_fields", {})), getattr(model, "entries", None)
+
+
+def table(sections: Sequence[str], root: type[BaseModel]) -> Any:
+    """Return the class of the section at the end of ``sections``, or the type of a value.
+
+    Args:
+        sections: names, from the top.
+        root: class of the configuration.
+    """
     model: Any = root
     for name in sections:
         if name not in model.model_fields:
             model = model.entries
             continue
-        model = _bare(model.model_fields[name].annotation)
+        model = bare(model.model_fields[name].annotation)
         if get_origin(model) is tuple:  # a list of tables
             model = get_args(model)[0]
-    return dict(getattr(model, "model_fields", {})), getattr(model, "entries", None)
+    return model
 
 
 def unknown(location: Sequence[str], root: type[BaseModel]) -> str:

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
-from dolfingrip.sections.section import Section, outside
+from dolfingrip.sections.section import FINGERS, Entry, Role, Section, outside
 
 Stiffnesses = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
 Angles = Annotated[tuple[Annotated[float, Field(ge=-180, le=180)], ...], Field(strict=False)]
@@ -21,6 +21,10 @@ Pair = Annotated[tuple[str, str], Field(strict=False)]
 
 class Film(Section):
     """A thin strain-limiting film; its stiffness is given, and its thickness for its weight."""
+
+    role: ClassVar = Role.BODY
+    felt_by: ClassVar = FINGERS
+    entry: ClassVar = Entry.CONSTANT
 
     model: Literal["membrane", "layer"] = Field(
         "membrane", description="a membrane on a surface, or the elements of a whole region"
@@ -98,6 +102,8 @@ class Film(Section):
 class Films(Section):
     """Films by name, as [film.silk] is one."""
 
+    role: ClassVar = Role.BODY
+    felt_by: ClassVar = FINGERS
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Film]
     entries: ClassVar = Film

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.section import Section, Vector, outside
+from dolfingrip.sections.section import FINGERS, Entry, Role, Section, Vector, outside
 
 
 class Plate(Section):
     """The force sensor: a rigid plane facing the base layer's back near the tip."""
+
+    role: ClassVar = Role.SETUP
+    felt_by: ClassVar = ("plate",)
 
     gap_mm: float = Field(
         0.0, ge=0, description="skin to plate, from the finger at rest: unpressurised, hanging"
@@ -18,6 +23,11 @@ class Plate(Section):
     contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
     stiffness_MPa: float = Field(0.1, gt=0, description="of the barrier")
+
+    @classmethod
+    def entry_of(cls, key: str) -> Entry:
+        """Return that gap and tilt are the plate's pose; the others are choices of the model."""
+        return Entry.POSE if key in ("gap_mm", "tilt_deg") else Entry.CHOICE
 
     @model_validator(mode="after")
     def _direction(self) -> Plate:
@@ -29,8 +39,20 @@ class Plate(Section):
 class Gravity(Section):
     """Dead weight of the finger; off by default, as in the paper."""
 
+    role: ClassVar = Role.SETUP
+    felt_by: ClassVar = FINGERS
+
     acceleration_m_s2: float = Field(0.0, ge=0, le=1000, description="9.81 switches gravity on")
     direction: Vector = Field((0.0, 0.0, 1.0), description="z is from clamp to tip")
+
+    @classmethod
+    def entry_of(cls, key: str) -> Entry:
+        """Return that the acceleration is a constant; gravity_pitch changes the direction."""
+        return Entry.CONSTANT if key == "acceleration_m_s2" else Entry.CHOICE
+
+    def movable(self, key: str) -> bool:
+        """Return whether gravity is on."""
+        return bool(self.acceleration_m_s2)
 
     @model_validator(mode="after")
     def _direction(self) -> Gravity:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
 from pydantic import Field
 
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import FINGERS, Entry, Role, Section
 
 if TYPE_CHECKING:
     from dolfingrip.sections.geometry.boxes import BoxSolid
@@ -43,6 +43,10 @@ class Form(Section):
 
     The planes x = 0 (contact face), z = 0 (clamp), the tip's face and the symmetry plane stay.
     """
+
+    role: ClassVar = Role.BODY
+    felt_by: ClassVar = FINGERS
+    entry: ClassVar = Entry.SHAPE
 
     along: int = Field(5, ge=3, le=40, description="numbers of a field along z")
     offsets_mm: Annotated[

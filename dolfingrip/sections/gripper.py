@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 from pydantic import Field
 
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import Role, Section
 
 GripPose = Literal["scoop", "pinch", "claw"]
 
@@ -24,6 +24,9 @@ OTHER_CLEARANCE_MM: Final = 4.0
 
 class Gripper(Section):
     """A thumb A and two fingers B, C around a centre O, as in the paper's Fig. 5(c)."""
+
+    role: ClassVar = Role.SETUP
+    felt_by: ClassVar = ("gripper",)
 
     preset: Literal["coarse", "default"] = Field(
         "default", description="coarse: fingers of 11,000 dofs each, not graded to their edges"

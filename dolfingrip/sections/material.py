@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.laws.law import MaterialLaw
-from dolfingrip.sections.section import Section, outside, with_keys_of
+from dolfingrip.sections.section import Entry, Role, Section, outside, with_keys_of
 
 if TYPE_CHECKING:  # the laws and their keys are known as it runs only
 
@@ -32,6 +32,9 @@ class Material(LawKeys):
     Each law has keys of its own: ``neo-hooke`` has ``mu_MPa``, ``ogden`` has ``ogden_mu_MPa`` and
     ``ogden_alpha``, ``polynomial`` the factors C.
     """
+
+    role: ClassVar = Role.BODY
+    entry: ClassVar = Entry.CONSTANT
 
     nu: float | None = Field(
         None, gt=0, lt=0.5, description="Poisson's ratio; default 0.45 where no bulk_MPa is given"

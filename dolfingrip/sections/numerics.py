@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.section import Section, check_up_to
+from dolfingrip.sections.section import FINGERS, Role, Section, check_up_to
 
 
 class Solver(Section):
     """Discretisation and Newton's method."""
+
+    role: ClassVar = Role.NUMERICS
+    effort: ClassVar = ("time_limit_s", "linear", "memory_GB")
 
     element: Literal["P1", "P2", "P2-P1", "S2"] | None = Field(
         None,
@@ -62,6 +65,9 @@ class Solver(Section):
 
 class Contact(Section):
     """Barrier contact (incremental potential contact) of the outer skin with itself."""
+
+    role: ClassVar = Role.NUMERICS
+    felt_by: ClassVar = FINGERS
 
     self_contact: bool = Field(True, description="bellows cannot pass through one another")
     barrier_mm: float = Field(0.2, gt=0, le=10, description="distance at which contact is felt")

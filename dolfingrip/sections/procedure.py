@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.section import Section, check_up_to, outside
+from dolfingrip.sections.section import Role, Section, check_up_to, outside
 
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
@@ -21,6 +21,9 @@ STEP_KPA = 25.0
 
 class Experiment(Section):
     """Readings to take, in order: from rest to the maximum, and back if asked."""
+
+    role: ClassVar = Role.PROCEDURE
+    later: ClassVar = {"snaps": True}
 
     control: Literal["pressure", "volume", "auto"] = Field(
         "pressure",
@@ -73,6 +76,8 @@ class Experiment(Section):
 class Protocol(Section):
     """Readings at given times, instead of the experiment's ramps; made by --protocol."""
 
+    role: ClassVar = Role.PROCEDURE
+
     time_s: Times = Field((), description="of each reading, none earlier than the one before")
     pressure_kPa: Values = Field((), description="of each reading (finger)")
     displacement_mm: Values = Field((), description="of each reading (coupon)")
@@ -97,6 +102,9 @@ class Protocol(Section):
 
 class Coupon(Section):
     """Uniaxial tension of a bar of the gauge length, which is pulled at one end."""
+
+    role: ClassVar = Role.SETUP
+    felt_by: ClassVar = ("bar",)
 
     gauge_length_mm: float = Field(33.0, gt=0, le=1000, description="length that is stretched")
     width_mm: float = Field(3.0, gt=0, le=500, description="of the cross-section")

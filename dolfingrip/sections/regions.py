@@ -12,6 +12,13 @@ from typing import ClassVar
 from pydantic import ConfigDict
 
 from dolfingrip.sections.material import Material
+from dolfingrip.sections.section import FINGERS
+
+
+class RegionMaterial(Material):
+    """Material of one region."""
+
+    felt_by: ClassVar = FINGERS
 
 
 class Materials(Material):
@@ -21,8 +28,8 @@ class Materials(Material):
     """
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, Material]
-    entries: ClassVar = Material
+    __pydantic_extra__: dict[str, RegionMaterial]
+    entries: ClassVar = RegionMaterial
 
     @property
     def own(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from pydantic import create_model, model_validator
 
 from dolfingrip.sections.camera import Camera
 from dolfingrip.sections.cavities import Cavities
-from dolfingrip.sections.errors import checked
+from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.form import Form
@@ -184,6 +184,17 @@ class Sections(Section):
             if sideways is not None:
                 raise outside(*sideways, "allowed: no y-part with mesh.half = true")
         return self
+
+    @classmethod
+    def classes(cls) -> dict[str, type[Section]]:
+        """Return the class of each section, those of all kinds of geometry included."""
+        return {name: bare(info.annotation) for name, info in cls.model_fields.items()}
+
+    @property
+    def tables(self) -> dict[str, Section]:
+        """The sections by name, without those of other kinds of geometry."""
+        found = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: section for name, section in found.items() if section is not None}
 
     def changed(self, **sections: Mapping[str, Any]) -> Self:
         """A checked copy with other values of some keys, by section.

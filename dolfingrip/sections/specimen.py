@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from dolfingrip.sections.geometry.bellows import Bellows
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.geometry.index import NAMES
-from dolfingrip.sections.section import Section, check_up_to
+from dolfingrip.sections.section import FINGERS, Entry, Role, Section, check_up_to
 
 if TYPE_CHECKING:  # the names are known as it runs only
     Kind = str
@@ -35,6 +35,10 @@ EDGE_WALLS = 1 / 8
 
 class Mesh(Section):
     """Resolution of the mesh, or a mesh file of one's own."""
+
+    role: ClassVar = Role.NUMERICS
+    felt_by: ClassVar = FINGERS
+    later: ClassVar = {"both_sides": False}
 
     file: Path | None = Field(
         None,
@@ -93,6 +97,10 @@ class Mesh(Section):
 class Morph(Section):
     """Thickness of the meshed finger's regions: x below d_mm (A, strain-limiting) and above (B)."""
 
+    role: ClassVar = Role.BODY
+    felt_by: ClassVar = FINGERS
+    entry: ClassVar = Entry.SHAPE
+
     xi1: float = Field(0.0, ge=-0.2, le=1, description="relative change of region A's thickness")
     xi2: float = Field(0.0, ge=-0.5, le=1, description="relative change of region B's thickness")
     d_mm: float = Field(9.5, gt=0, description="plane between the regions, before the morph")
@@ -100,5 +108,8 @@ class Morph(Section):
 
 class Cog(Section):
     """The point from which the unpressurised finger's offset of the centre of gravity counts."""
+
+    role: ClassVar = Role.PROCEDURE
+    felt_by: ClassVar = FINGERS
 
     x_ref_mm: float = Field(4.68, description="the offset is the centroid's x less this")

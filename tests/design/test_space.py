@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.config import Config, ConfigError, from_dict
+from dolfingrip.config import Config, ConfigError, felt, from_dict
 from dolfingrip.design.campaign import plan, space
 
 
@@ -131,10 +131,10 @@ def test_a_mesh_file_counts_by_its_content(tmp_path) -> None:  # type: ignore[no
 def test_a_switch_that_came_later_counts_where_it_is_on() -> None:
     def key(**changes: dict[str, object]) -> str:
         base = Config().changed(**changes)
-        return plan.content_key(plan.decisive(base.model_dump(mode="json"), None))
+        return plan.content_key(felt(base))
 
     older = Config().model_dump(mode="json")
     del older["mesh"]["both_sides"], older["experiment"]["snaps"]
     same = key(mesh={"both_sides": False}, experiment={"snaps": True})
-    assert key() == same == plan.content_key(plan.decisive(older, None))
+    assert key() == same == plan.content_key(felt(older))
     assert len({key(), key(mesh={"both_sides": True}), key(experiment={"snaps": False})}) == 3

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.channels import FORCE
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, felt
 from dolfingrip.design.campaign.evaluate import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.experiments.decisive import EFFORT, decisive, digest_of
 from dolfingrip.jobs.job import Job, content_key
 
 FIELDS = "fields"
@@ -69,23 +68,22 @@ class Plan:
     def designs(self) -> list[Design]:
         """The designs in order, each once."""
         base = self.base.model_dump(mode="json")
-        digest = digest_of(self.base.mesh.file)
         found: dict[str, Design] = {}
         for inputs in self.points:
             # the tables of other kinds of geometry are absent
             config = {section: table and dict(table) for section, table in base.items()}
             for path, value in inputs.items():
                 _put(config, path, value)
-            key = self._key(config, digest)
+            key = self._key(config)
             found.setdefault(key, Design(key, inputs, config))
         return list(found.values())
 
-    def _key(self, config: dict[str, Any], digest: str | None) -> str:
+    def _key(self, config: dict[str, Any]) -> str:
         content: dict[str, Any] = {
             "schema": SCHEMA,
             "objective": self.objective,
             "quantities": sorted(self.quantities),
-            "config": decisive(config, digest),
+            "config": felt(config),
         }
         if self.gradients is not None:
             content["gradients"] = self.gradients
@@ -151,7 +149,7 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
     for name in ("schema", "objective", "quantities", "gradients"):
         if before.get(name) != now[name]:
             yield f"{name} was {before.get(name)}, now {now[name]}"
-    effort = {f"solver.{name}" for name in EFFORT}
+    effort = {f"{name}.{key}" for name, each in Config.classes().items() for key in each.effort}
     free = {*before["parameters"], *now["parameters"], *effort}
     for section in {**before["base"], **now["base"]}:
         old, new = (facts["base"].get(section) or {} for facts in (before, now))

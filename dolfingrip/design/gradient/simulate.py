@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from dolfingrip import config as configuration
-from dolfingrip.config import Config
+from dolfingrip.config import Config, felt
 from dolfingrip.design.campaign import grasps
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.experiments.decisive import decisive, digest_of
 from dolfingrip.jobs.job import Data, Job, JobFailure, content_key
 
 FUNCTION: Final = "dolfingrip.design.gradient.simulate:simulate"
@@ -76,7 +75,6 @@ def job(
     keys: Sequence[str],
 ) -> Job:
     """The job that :func:`simulate` is called by."""
-    digest = digest_of(config.mesh.file)
     plain = config.model_dump(mode="json")
     reference = None if made_for is None else made_for.model_dump(mode="json")
     asked: Data = {
@@ -87,8 +85,8 @@ def job(
     }
     content = {
         "schema": SCHEMA,
-        "config": decisive(plain, digest),
-        "made_for": None if reference is None else decisive(reference, digest),
+        "config": felt(config),
+        "made_for": None if made_for is None else felt(made_for),
         **asked,
     }
     arguments = {"config": plain, "made_for": reference, **asked}

@@ -46,13 +46,16 @@ from dolfingrip.diagnosis.data.columns import (
     allowed,
     near,
 )
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.parameter import named
-from dolfingrip.sections.geometry.index import TABLES
+from dolfingrip.sections.section import Role
 
-SECTIONS: Final = (
-    *TABLES, "morph", "material", "film", "plate", "camera", "gravity",
-    "coupon",
-)  # fmt: skip
+SECTIONS: Final = tuple(
+    name
+    for name, section in Config.classes().items()
+    if section.role in (Role.BODY, Role.SETUP, Role.INSTRUMENT)
+    if any(section.felt_on(EXPERIMENTS[each].parts) for each in EXPERIMENT_NAMES)
+)
 """Sections of the configuration that a laboratory can tell about its set-up."""
 
 NUISANCES: Final[Mapping[str, tuple[float, str]]] = {

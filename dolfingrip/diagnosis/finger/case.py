@@ -33,10 +33,7 @@ from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.parameter import every
-from dolfingrip.sections.geometry.index import TABLES
-
-DRAWN = (*TABLES, "morph", "material", "film")
-"""Sections of a set-up that are properties of the finger."""
+from dolfingrip.sections.section import Role
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +75,10 @@ class FingerCase(Analysed[FingerSimulation]):
         """
         config = self.simulation.config
         tests = [test.setup.applied(config) for test in self.simulation.measurement.tests]
-        values = [{(each.key, each.value(own)) for each in every(own)} for own in tests]
+        values = [
+            {(p.key, p.value(own)) for p in every(own) if p.section.role is Role.BODY}
+            for own in tests
+        ]
         known = {key for key, _ in set.intersection(*values)}  # alike in all tests
         found = {}
         for each in self.errors.shared:
@@ -86,7 +86,7 @@ class FingerCase(Analysed[FingerSimulation]):
             if key == WALL:
                 key, wall_mm = self.wall()
                 std *= wall_mm
-            if key in known and key.partition(".")[0] in DRAWN:
+            if key in known:
                 found[key] = each, std
         return found
 

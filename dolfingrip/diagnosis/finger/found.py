@@ -14,9 +14,10 @@ from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig
 from dolfingrip.diagnosis.answer.found import fitted as fitted_readings
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
+from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.next_experiment import then
 from dolfingrip.diagnosis.simulation.nuisances import WALL
+from dolfingrip.sections.section import Role
 
 MESH_UNKNOWN: Final = (
     "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
@@ -102,7 +103,8 @@ class FingerDiagnosis(Diagnosis):
     def extended(self) -> Config:
         """The finger as it was drawn for the tests, at the answer's numbers; no set-up."""
         told = self.analysed.measurement.tests[0].setup.sections
-        drawn = {name: told[name] for name in DRAWN if name in told}
+        classes = Config.classes()
+        drawn = {name: told[name] for name in told if classes[name].role is Role.BODY}
         config = self.config.changed(**drawn) if drawn else self.config
         return config.overridden(self.overrides(self.decision.best))
 

@@ -10,14 +10,13 @@ from typing import Any, Final
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.config import Config, from_dict
+from dolfingrip.config import Config, felt, from_dict
 from dolfingrip.diagnosis.data.columns import NUMBERS, READINGS
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.experiments.decisive import decisive, digest_of
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.jobs import job as jobs
 from dolfingrip.jobs.job import Data, JobFailure, content_key
 from dolfingrip.jobs.store import Shared, same
-from dolfingrip.sections.geometry.index import TABLES
 
 FORMAT: Final = 1
 """Version of what a result holds and a key means; to be raised where the same configuration gives
@@ -26,12 +25,6 @@ channels."""
 
 FUNCTION: Final = "dolfingrip.diagnosis.simulation.job:simulate"
 """Import path of what computes a job."""
-
-_OF_COUPON: Final = ("material", "solver", "coupon", "protocol", "extensions")
-_OF_FINGER: Final = (
-    *TABLES, "material", "film", "cavity", "mesh", "form", "morph", "solver", "contact", "plate",
-    "gravity", "camera", "protocol", "extensions",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,14 +54,11 @@ class Job:
         return content_key(content)
 
     def _content(self) -> dict[str, Any]:
-        plain = self.config.model_dump(mode="json")
-        felt = decisive(plain, digest_of(self.config.mesh.file))
-        sections = _OF_COUPON if self.experiment == "coupon" else _OF_FINGER
         return {
             "format": FORMAT + max(CHANNELS[name].added for name in READINGS[self.experiment]),
             "experiment": self.experiment,
             "gradients": sorted(self.gradients),
-            "config": {name: felt[name] for name in sections if name in felt},
+            "config": felt(self.config, EXPERIMENTS[self.experiment].parts),
         }
 
     def call(self) -> jobs.Job:

@@ -20,8 +20,9 @@ from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.parameter import every
-from dolfingrip.sections.geometry.index import TABLES
+from dolfingrip.sections.geometry.geometry import Geometry
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,29 +165,19 @@ def _planned(case: Case, group: SimulationGroup) -> tuple[SimulationGroup, Confi
     job = Job(
         group.experiment,
         config.changed(protocol=route.protocol()),
-        tuple(key for key in gradients if _has(group.experiment, config, key)),
+        tuple(key for key in gradients if _feels(group.experiment, config, key)),
     )
     return group, config, route, job
 
 
-def _has(experiment: str, config: Config, key: str) -> bool:
-    """Whether an experiment's readings can depend on a parameter."""
-    section = key.partition(".")[0]
-    if section == "extensions":
-        name = key.split(".")[1]
-        effect = next((on for on in config.extensions.active() if on.name() == name), None)
-        if effect is None:
-            return False
-        return experiment != "coupon" or effect.has("strain_energy") or effect.has("reading")
-    if section == "plate":
-        return experiment == "blocked_force"
-    if section in TABLES and config.mesh.file is not None:
-        return False
-    of_body = section in (*TABLES, "morph", "film", "gravity") or key.count(".") > 1
-    if experiment == "coupon" and of_body:
-        return False
-    known = (parameter.key for parameter in every(config))
-    return any(name == key or name.startswith(f"{key}[") for name in known)
+def _feels(experiment: str, config: Config, key: str) -> bool:
+    """Return whether an experiment's readings can depend on a parameter."""
+    return any(
+        each.section.felt_on(EXPERIMENTS[experiment].parts)
+        for each in every(config)
+        if each.key == key or each.key.startswith(f"{key}[")
+        if config.mesh.file is None or not issubclass(each.section, Geometry)
+    )
 
 
 def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGroup]) -> Simulated:

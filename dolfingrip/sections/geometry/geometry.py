@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from dolfingrip.sections.geometry.boxes import BoxSolid, Interval
 from dolfingrip.sections.geometry.cylinders import CylinderSolid
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import FINGERS, Entry, Role, Section
 
 Integration = Literal["reduced", "full", "selective"]
 
@@ -52,6 +52,9 @@ class Geometry(Section):
         thinnest_mm: thickness that sizes at concave edges are taken from.
     """
 
+    role: ClassVar = Role.BODY
+    felt_by: ClassVar = FINGERS
+    entry: ClassVar = Entry.SHAPE
     regions: ClassVar[tuple[str, ...]] = ()
     limiting: ClassVar[str] = ""
     integration: ClassVar[Integration] = "selective"
@@ -111,7 +114,3 @@ class Geometry(Section):
         """Thickness of a region that is a layer, its key REGION_mm; None of another."""
         found = getattr(self, f"{region}_mm", None)
         return None if found is None else float(found)
-
-    def movable(self, key: str) -> bool:
-        """Whether a mesh can follow a change of this dimension: whether there is such a face."""
-        return True
