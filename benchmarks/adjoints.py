@@ -31,6 +31,7 @@ from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.parameter import Entry, every
+from dolfingrip.sections.tables import assignments
 
 HERE = Path(__file__).parent
 Floats = NDArray[np.float64]
@@ -113,7 +114,7 @@ class Blocked:
 def measure(name: str) -> dict[str, Any]:
     """A row of the table."""
     file, overrides = CASES[name]
-    blocked = Blocked(configuration.load(file, list(overrides)))
+    blocked = Blocked(configuration.load(file, assignments(list(overrides))))
     times = []
     for _ in range(3):
         begun = time.process_time()
@@ -129,7 +130,7 @@ def measure(name: str) -> dict[str, Any]:
         "adjoints_percent": round(100 * min(times[1:]) / blocked.run_s, 1),
     }
     print(row, flush=True)
-    blocked = Blocked(configuration.load(file, [*overrides, *TIGHT]))
+    blocked = Blocked(configuration.load(file, assignments([*overrides, *TIGHT])))
     return row | _errors(blocked)
 
 

@@ -27,6 +27,7 @@ from dolfingrip.experiments import run
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.files.table import write
 from dolfingrip.report import theme
+from dolfingrip.sections.tables import assignments
 
 OVERRIDES = (
     "experiment.step_kPa=12.5",
@@ -60,7 +61,9 @@ def settings(name: str, rate: str) -> list[str]:
 def computed(name: str, rate: str, folder: Path) -> dict[str, Any]:
     """Curves of an effect at one rate, from the folder where they are there."""
     file = folder / f"{name}-{rate}.json"
-    asked = config.load(None, settings(name, rate)).model_dump(mode="json", exclude_none=True)
+    asked = config.load(None, assignments(settings(name, rate))).model_dump(
+        mode="json", exclude_none=True
+    )
     if file.exists():
         found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
         if found["config"] == asked:
@@ -76,7 +79,7 @@ def computed(name: str, rate: str, folder: Path) -> dict[str, Any]:
 
 def curve(kind: str, overrides: Sequence[str]) -> dict[str, Any]:
     """Pressure, branch and reading of one run."""
-    result = run(kind, config.load(None, overrides))
+    result = run(kind, config.load(None, assignments(overrides)))
     return {
         "pressure_kPa": result.column("pressure_kPa").tolist(),
         "reading": result.column(COLUMNS[kind]).tolist(),

@@ -30,6 +30,7 @@ from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import SchedulerGone
 from dolfingrip.jobs.store import NAME
+from dolfingrip.sections.tables import assignments
 
 FOOD, ALPHA, PRESSURE = "food.kind", "gripper.alpha_deg", "experiment.max_pressure_kPa"
 
@@ -205,7 +206,7 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 def main() -> int:
     """Run what is missing, then write table, picture and summary."""
     asked = parsed()
-    shared = configuration.load(None, asked.overrides, OURS)
+    shared = configuration.load(None, assignments(asked.overrides), assignments(OURS))
     publish(compute(points(), shared, asked), asked)
     return 0
 

@@ -11,6 +11,8 @@ import sys
 import time
 from typing import Any
 
+from dolfingrip.sections.tables import assignments
+
 MARK = "OUTCOME "
 
 
@@ -24,7 +26,7 @@ def experiment(spec: dict[str, Any]) -> dict[str, Any]:
     from dolfingrip import config
     from dolfingrip.experiments import run
 
-    result = run(spec["kind"], config.load(None, spec["overrides"]))
+    result = run(spec["kind"], config.load(None, assignments(spec["overrides"])))
     if result.failure is not None:
         raise SystemExit(result.failure.sentence())
     phases = result.facts["profile"]
@@ -52,7 +54,7 @@ def bending(spec: dict[str, Any]) -> dict[str, Any]:
     from benchmarks.bending import bend
     from dolfingrip import config
 
-    return bend(config.load(None, spec["overrides"]), spec.get("energy", ""))
+    return bend(config.load(None, assignments(spec["overrides"])), spec.get("energy", ""))
 
 
 def cook(spec: dict[str, Any]) -> dict[str, Any]:
@@ -67,7 +69,7 @@ def felupe(spec: dict[str, Any]) -> dict[str, Any]:
     from benchmarks.felupe_bending import bend
     from dolfingrip import config
 
-    return bend(config.load(None, spec["overrides"]), spec["steps"], spec["ordering"])
+    return bend(config.load(None, assignments(spec["overrides"])), spec["steps"], spec["ordering"])
 
 
 def deck(spec: dict[str, Any]) -> dict[str, Any]:
@@ -78,7 +80,7 @@ def deck(spec: dict[str, Any]) -> dict[str, Any]:
     from dolfingrip import config
     from dolfingrip.experiments.rigs.undeformed import solid
 
-    settings = config.load(None, spec["overrides"])
+    settings = config.load(None, assignments(spec["overrides"]))
     mesh = solid(settings)
     write_deck(Path(spec["deck"]), mesh, settings, **spec.get("controls", {}))
     return {"dofs": 3 * len(mesh.points), "elements": len(mesh.cells)}
@@ -93,7 +95,7 @@ def tip(spec: dict[str, Any]) -> dict[str, Any]:
     from dolfingrip.experiments.rigs.undeformed import solid
 
     output = Path(spec["deck"]).with_suffix(".dat")
-    settings = config.load(None, spec["overrides"])
+    settings = config.load(None, assignments(spec["overrides"]))
     part, moved = read_tip(output, solid(settings))
     return {
         "pressure_kPa": part * settings.experiment.max_pressure_kPa,

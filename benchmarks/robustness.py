@@ -57,6 +57,7 @@ from dolfingrip.design.campaign.plan import Design, Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import SchedulerGone
+from dolfingrip.sections.tables import assignments
 
 RANGES: dict[str, tuple[float, float]] = {
     "finger.length_mm": (60.0, 120.0),
@@ -100,7 +101,7 @@ GOAL = 0.99
 
 def base(overrides: Sequence[str] = ()) -> Config:
     """What all fingers share."""
-    return configuration.load(None, overrides, [*OURS, *DEFAULTS])
+    return configuration.load(None, assignments(overrides), {**DEFAULTS, **assignments(OURS)})
 
 
 def draw(number: int, seed: int, shared: Config) -> list[Inputs]:

@@ -28,6 +28,7 @@ from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.parameter import Entry, Parameter
+from dolfingrip.sections.tables import assignments
 
 SHORT = (
     "mesh.size_mm=6", "mesh.edge_size_mm=6", "finger.length_mm=38", "finger.bellows=2",
@@ -86,7 +87,7 @@ CASES: Mapping[str, tuple[str, Sequence[str]]] = {
 def settings(case: str) -> tuple[str, Config]:
     """Experiment and configuration of a case."""
     experiment, overrides = CASES[case]
-    return experiment, configuration.load(None, [*SHORT, *overrides])
+    return experiment, configuration.load(None, assignments([*SHORT, *overrides]))
 
 
 def rows(

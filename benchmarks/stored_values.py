@@ -22,6 +22,7 @@ from pathlib import Path
 from dolfingrip import config, experiments
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.experiments import Result
+from dolfingrip.sections.tables import assignments
 
 TABLE = Path(__file__).with_suffix(".csv")
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -108,7 +109,9 @@ def simulated(name: str) -> Result:
     kind, overrides = CASES[name]
     path = EXAMPLES / "cast_block.toml" if name == "cast" else None
     gradients = ("material.mu_MPa", "finger.wall_mm") if name in ("free", "blocked") else None
-    return experiments.run(kind, config.load(path, overrides=list(overrides)), gradients=gradients)
+    return experiments.run(
+        kind, config.load(path, overrides=assignments(list(overrides))), gradients=gradients
+    )
 
 
 def figures(name: str) -> Iterator[tuple[str, int, str, float]]:

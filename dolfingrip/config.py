@@ -8,9 +8,10 @@ interface (:data:`KPA` converts once, where a form's constant is set).
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Any, Self
+from types import MappingProxyType
+from typing import Any, Final, Self
 
 from dolfingrip.channels import Part
 from dolfingrip.extensions.index import Extensions
@@ -29,7 +30,9 @@ from dolfingrip.sections.units import KPA
 
 __all__ = [
     "KPA",
+    "NO_CHANGE",
     "Branch",
+    "Change",
     "Cog",
     "Config",
     "ConfigError",
@@ -46,6 +49,7 @@ __all__ = [
     "Protocol",
     "Setup",
     "Solver",
+    "changed",
     "checked",
     "dumps",
     "felt",
@@ -54,22 +58,18 @@ __all__ = [
 ]
 
 
+Change = Mapping[str, Any]
+"""Values by key of the configuration, such as ``{"finger.wall_mm": 1.8}``."""
+
+NO_CHANGE: Final[Change] = MappingProxyType({})
+"""A change of nothing."""
+
+
 class Config(Setup):
     """All that a simulation depends on."""
 
     food: Food = Food()
     extensions: Extensions = Extensions()
-
-    def overridden(self, assignments: Sequence[str]) -> Self:
-        """A checked copy with ``section.key=value`` strings applied in order.
-
-        Raises:
-            ConfigError: one line naming the key, its value and the allowed range.
-        """
-        data = self.model_dump(exclude_none=True)
-        for assignment in assignments:
-            tables.override(data, assignment)
-        return checked(type(self), data)
 
     def adapted(self) -> Self:
         """The configuration that is meshed and solved, with extensions of geometry applied."""
@@ -80,17 +80,18 @@ class Config(Setup):
 
 
 def load(
-    file: Path | str | None = None, overrides: Sequence[str] = (), defaults: Sequence[str] = ()
+    file: Path | str | None = None,
+    overrides: Change = NO_CHANGE,
+    defaults: Change = NO_CHANGE,
 ) -> Config:
     """Read, override and check the configuration.
 
     Args:
         file: TOML file, or the ``run.json`` of an earlier run; the reference finger where None.
             Its mesh file is relative to its folder.
-        overrides: ``section.key=value`` strings, applied in order; a mesh file is relative
-            to the working folder.
-        defaults: ``section.key=value`` strings that a command has in place of the reference
-            finger's; the file and the overrides take precedence.
+        overrides: values by key (``section.name``); a mesh file is relative to the working folder.
+        defaults: values that a command has in place of the reference finger's; the file and the
+            overrides take precedence.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.
@@ -100,12 +101,26 @@ def load(
         file = Path(file)
         data = tables.read(file)
         tables.anchor(data, file.parent)
-    for assignment in defaults:
-        tables.override(data, assignment, replace=False)
-    for assignment in overrides:
-        tables.override(data, assignment)
+    tables.put(data, defaults, replace=False)
+    tables.put(data, overrides)
     tables.anchor(data, Path())
     return from_dict(data)
+
+
+def changed(config: Config, change: Change) -> Config:
+    """Return a checked copy of a configuration with other values of some keys.
+
+    Args:
+        config: stays as it is.
+        change: values by key (``section.name``); a table that is absent, as of an effect that is
+            off, is added. Entries of a list are numbered from 0 in brackets.
+
+    Raises:
+        ConfigError: one line naming the key, its value and the allowed range.
+    """
+    data = config.model_dump(exclude_none=True)
+    tables.put(data, change)
+    return checked(type(config), data)
 
 
 def from_dict(data: dict[str, Any]) -> Config:

@@ -19,16 +19,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from dolfingrip import config
+from dolfingrip.config import NO_CHANGE, Change
 from dolfingrip.experiments import Result, run
 
-SHORT = (
-    "finger.bellows=2",
-    "finger.length_mm=38",
-    "mesh.size_mm=6",
-    "mesh.edge_size_mm=6",
-    "experiment.max_pressure_kPa=50",
-    "contact.self_contact=false",
-)
+SHORT = {
+    "finger.bellows": 2,
+    "finger.length_mm": 38,
+    "mesh.size_mm": 6,
+    "mesh.edge_size_mm": 6,
+    "experiment.max_pressure_kPa": 50,
+    "contact.self_contact": False,
+}
 """Two bellows on a coarse mesh: seconds."""
 
 WALL = "finger.wall_mm"
@@ -57,13 +58,13 @@ def last_slope(result: Result, column: str) -> float:
     return float(slopes[-1])
 
 
-def main(*overrides: str) -> Found:
+def main(overrides: Change = NO_CHANGE) -> Found:
     """Simulate twice and compare."""
-    settings = [*SHORT, *overrides]
+    settings = {**SHORT, **overrides}
     result = run("blocked_force", config.load(overrides=settings), gradients=[WALL])
     force, slope = float(result.column("force_N")[-1]), last_slope(result, "force_N")
     more = SHARE * WALL_mm
-    thicker = run("blocked_force", config.load(overrides=[*settings, f"{WALL}={WALL_mm + more}"]))
+    thicker = run("blocked_force", config.load(overrides={**settings, WALL: WALL_mm + more}))
     return Found(force, slope, force + slope * more, float(thicker.column("force_N")[-1]))
 
 

@@ -20,17 +20,18 @@ from typing import NamedTuple
 import numpy as np
 
 from dolfingrip import config
+from dolfingrip.config import NO_CHANGE, Change
 from dolfingrip.experiments import run
 from dolfingrip.experiments.derivatives.gradients import XI, cog_offset_mm
 
-SHORT = (
-    "finger.bellows=2",
-    "finger.length_mm=38",
-    "mesh.size_mm=6",
-    "mesh.edge_size_mm=6",
-    "experiment.max_pressure_kPa=50",
-    "contact.self_contact=false",
-)
+SHORT = {
+    "finger.bellows": 2,
+    "finger.length_mm": 38,
+    "mesh.size_mm": 6,
+    "mesh.edge_size_mm": 6,
+    "experiment.max_pressure_kPa": 50,
+    "contact.self_contact": False,
+}
 """Two bellows on a coarse mesh: seconds."""
 
 STEP = 0.1
@@ -54,10 +55,10 @@ class Design(NamedTuple):
     offset_slope: np.ndarray
 
 
-def evaluate(xi: np.ndarray, *overrides: str) -> Design:
+def evaluate(xi: np.ndarray, overrides: Change = NO_CHANGE) -> Design:
     """Simulate one design, with its gradients."""
-    places = [f"{key}={value}" for key, value in zip(XI, xi, strict=True)]
-    finger = config.load(overrides=[*SHORT, *places, *overrides])
+    places = dict(zip(XI, xi.tolist(), strict=True))
+    finger = config.load(overrides={**SHORT, **places, **overrides})
     result = run("blocked_force", finger, gradients=XI)
     last = len(result.rows) - 1
     slopes = {
@@ -82,10 +83,10 @@ def direction(design: Design) -> np.ndarray:
     return np.asarray(along / np.linalg.norm(along))
 
 
-def main(*overrides: str) -> tuple[Design, Design]:
+def main(overrides: Change = NO_CHANGE) -> tuple[Design, Design]:
     """The original finger, and one step from it."""
-    before = evaluate(np.zeros(2), *overrides)
-    return before, evaluate(before.xi + STEP * direction(before), *overrides)
+    before = evaluate(np.zeros(2), overrides)
+    return before, evaluate(before.xi + STEP * direction(before), overrides)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dolfingrip import config
+from dolfingrip.config import NO_CHANGE, Change
 from dolfingrip.experiments import run
 from dolfingrip.meshes import files
 from dolfingrip.meshes.adoption.adopt import adopt
@@ -27,7 +28,7 @@ from dolfingrip.meshes.adoption.sizes import Wanted
 
 PART = Path(__file__).with_name("half_round_finger.step")
 CAVITY_mm3 = math.pi / 2 * 7.5**2 * 60 + math.pi * 1.5**2 * 5
-SILICONE = ("material.mu_MPa=0.15", "film.paper.Et_N_per_mm=100")
+SILICONE = {"material.mu_MPa": 0.15, "film.paper.Et_N_per_mm": 100}
 
 
 class Found(NamedTuple):
@@ -42,7 +43,7 @@ class Found(NamedTuple):
     angle_deg: float
 
 
-def main(out: Path, *overrides: str, size_mm: float = 4.0, order: int = 2) -> Found:
+def main(out: Path, overrides: Change = NO_CHANGE, size_mm: float = 4.0, order: int = 2) -> Found:
     """Adopt the part, write its mesh, and bend it.
 
     Args:
@@ -55,20 +56,20 @@ def main(out: Path, *overrides: str, size_mm: float = 4.0, order: int = 2) -> Fo
     files.write(out / "finger.msh", part.mesh)
     depth, width, length = part.size_mm
     finger = config.load(
-        overrides=[
-            "finger.kind=adopted",
-            f"mesh.file={out / 'finger.msh'}",
-            f"adopted.length_mm={length}",
-            f"adopted.width_mm={width}",
-            f"adopted.depth_mm={depth}",
-            f"adopted.wall_mm={part.measured.wall.mm}",
-            f"morph.d_mm={depth / 2}",
-            "plate.contact_length_mm=10",
-            "contact.self_contact=false",
-            "experiment.max_pressure_kPa=30",
-            *SILICONE,
-            *overrides,
-        ]
+        overrides={
+            "finger.kind": "adopted",
+            "mesh.file": str(out / "finger.msh"),
+            "adopted.length_mm": length,
+            "adopted.width_mm": width,
+            "adopted.depth_mm": depth,
+            "adopted.wall_mm": part.measured.wall.mm,
+            "morph.d_mm": depth / 2,
+            "plate.contact_length_mm": 10,
+            "contact.self_contact": False,
+            "experiment.max_pressure_kPa": 30,
+            **SILICONE,
+            **overrides,
+        }
     )
     copies = 2 if part.roles.half else 1
     result = run("bending", finger)

@@ -21,18 +21,21 @@ from pathlib import Path
 import numpy as np
 
 from dolfingrip import config
+from dolfingrip.config import NO_CHANGE, Change
 from dolfingrip.experiments import Result, run
 
-COARSE = ("mesh.edge_size_mm=7",)
+COARSE = {
+    "mesh.edge_size_mm": 7,
+}
 """5 % too stiff, but it takes seconds."""
 
 KPA_MM3 = 1e-3
 """mJ of a kPa times a mm³."""
 
 
-def bend(*overrides: str, out: Path | None = None) -> Result:
+def bend(overrides: Change = NO_CHANGE, out: Path | None = None) -> Result:
     """The reference finger, to 100 kPa."""
-    finger = config.load(overrides=[*COARSE, "experiment.max_pressure_kPa=100", *overrides])
+    finger = config.load(overrides={**COARSE, "experiment.max_pressure_kPa": 100, **overrides})
     return run("bending", finger, out=out)
 
 

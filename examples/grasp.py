@@ -17,29 +17,30 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from dolfingrip import config
+from dolfingrip.config import NO_CHANGE, Change
 from dolfingrip.experiments import Result, run
 
 SIZE_mm = (14.0, 30.0, 24.0)
 DENSITY_kg_m3 = 300.0
 WEIGHT_N = 9.81e-9 * DENSITY_kg_m3 * SIZE_mm[0] * SIZE_mm[1] * SIZE_mm[2]
-GRIPPER = (
-    "finger.bellows=2",
-    "finger.length_mm=38",
-    "mesh.size_mm=8.4",
-    "mesh.edge_size_mm=8.4",
-    "gripper.pose=pinch",
-    "gripper.clearance_mm=4",
-    "gripper.lift_mm=6",
-    "gripper.step_s=0.2",
-    "food.kind=cube",
-    f"food.width_mm={SIZE_mm[0]}",
-    f"food.length_mm={SIZE_mm[1]}",
-    f"food.height_mm={SIZE_mm[2]}",
-    f"food.density_kg_m3={DENSITY_kg_m3}",
-    "food.friction=0.5",
-    "experiment.max_pressure_kPa=100",
-    "experiment.step_kPa=50",
-)
+GRIPPER = {
+    "finger.bellows": 2,
+    "finger.length_mm": 38,
+    "mesh.size_mm": 8.4,
+    "mesh.edge_size_mm": 8.4,
+    "gripper.pose": "pinch",
+    "gripper.clearance_mm": 4,
+    "gripper.lift_mm": 6,
+    "gripper.step_s": 0.2,
+    "food.kind": "cube",
+    "food.width_mm": SIZE_mm[0],
+    "food.length_mm": SIZE_mm[1],
+    "food.height_mm": SIZE_mm[2],
+    "food.density_kg_m3": DENSITY_kg_m3,
+    "food.friction": 0.5,
+    "experiment.max_pressure_kPa": 100,
+    "experiment.step_kPa": 50,
+}
 
 
 class Found(NamedTuple):
@@ -58,9 +59,9 @@ class Found(NamedTuple):
     normal_N: float
 
 
-def main(*overrides: str) -> Found:
+def main(overrides: Change = NO_CHANGE) -> Found:
     """Grasp and lift. Pose and block are symmetric, so half of the gripper is computed."""
-    result = run("grasp", config.load(overrides=[*GRIPPER, *overrides]))
+    result = run("grasp", config.load(overrides={**GRIPPER, **overrides}))
     last = result.rows[-1]
     borne, normal = (
         sum(last[f"{name}_{finger}_N"] for finger in "ABC") for name in ("lift", "normal")

@@ -13,6 +13,7 @@ from dolfingrip.experiments import recorder
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.protocol.grasping import stops
+from dolfingrip.sections.tables import assignments
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "columns.md"
 
@@ -42,7 +43,9 @@ def test_the_page_in_docs_is_up_to_date() -> None:
 
 def test_the_lift_of_a_grasp_is_called_so() -> None:
     grasp = EXPERIMENTS["grasp"]
-    asked = config.load(None, ["experiment.max_pressure_kPa=100", "experiment.step_kPa=25"])
+    asked = config.load(
+        None, assignments(["experiment.max_pressure_kPa=100", "experiment.step_kPa=25"])
+    )
     found = [stop.branch for stop in stops(grasp.settings(asked))]
     assert found == [*5 * ["loading"], "hold", *6 * ["lift"], "hold"]
 

@@ -14,6 +14,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import units
 from dolfingrip.sections.form import Form
 from dolfingrip.sections.setup import KINDS
+from dolfingrip.sections.tables import assignments
 
 DIMENSIONLESS = {
     "finger.bellows",
@@ -115,7 +116,7 @@ REFUSED = {
 
 def _complaint(*overrides: str, file: Path | None = None) -> str:
     with pytest.raises(ConfigError) as caught:
-        config.load(file, overrides)
+        config.load(file, assignments(overrides))
     return str(caught.value)
 
 
@@ -127,13 +128,13 @@ def test_bad_input_is_one_line_with_key_value_and_range(assignment: str) -> None
 
 
 def test_a_number_may_have_nothing_on_one_side_of_its_point() -> None:
-    made = config.load(None, ["food.friction=.12", "gripper.lift_mm=5."])
+    made = config.load(None, assignments(["food.friction=.12", "gripper.lift_mm=5."]))
     assert made.food.friction == 0.12
     assert made.gripper.lift_mm == 5.0
 
 
 def test_a_low_pressure_needs_no_step_of_its_own() -> None:
-    made = config.load(None, ["experiment.max_pressure_kPa=10"])
+    made = config.load(None, assignments(["experiment.max_pressure_kPa=10"]))
     assert made.experiment.step_kPa == 10.0
     assert "step_kPa = 20.0: allowed" in _complaint(
         "experiment.max_pressure_kPa=10", "experiment.step_kPa=20"
@@ -158,7 +159,7 @@ def test_both_nu_and_bulk_modulus_are_refused() -> None:
 def test_gravity_across_the_symmetry_plane_is_refused_for_a_half_finger_only() -> None:
     across = ("gravity.direction=[0, 1, 0]", "gravity.acceleration_m_s2=9.81")
     assert "gravity.direction = [0.0, 1.0, 0.0]: allowed: no y-part" in _complaint(*across)
-    assert not config.load(None, [*across, "mesh.half=false"]).mesh.half
+    assert not config.load(None, assignments([*across, "mesh.half=false"])).mesh.half
 
 
 @pytest.mark.parametrize(
@@ -192,8 +193,8 @@ def test_overrides_win_over_the_file_and_later_ones_over_earlier(tmp_path: Path)
     file.write_text("[finger]\nwall_mm = 1.2\ngap_mm = 2.5\n", encoding="utf-8")
     found = config.load(
         file,
-        ["finger.wall_mm=1.3", " finger.wall_mm = 1.4", "plate.normal=[1,0,0.5]",
-         "solver.element=P1", 'mesh.file="a b.msh"'],
+        assignments(["finger.wall_mm=1.3", " finger.wall_mm = 1.4", "plate.normal=[1,0,0.5]",
+         "solver.element=P1", 'mesh.file="a b.msh"']),
     )  # fmt: skip
     assert (found.finger.wall_mm, found.finger.gap_mm) == (1.4, 2.5)
     assert found.plate.normal == (1.0, 0.0, 0.5)
@@ -208,7 +209,10 @@ def test_mesh_file_is_sought_beside_the_configuration(
     file.write_text('[mesh]\nfile = "own.msh"\n', encoding="utf-8")
     monkeypatch.chdir(tmp_path / "here")
     assert config.load(file).mesh.file == tmp_path / "own.msh"
-    assert config.load(file, ["mesh.file=own.msh"]).mesh.file == tmp_path / "here" / "own.msh"
+    assert (
+        config.load(file, assignments(["mesh.file=own.msh"])).mesh.file
+        == tmp_path / "here" / "own.msh"
+    )
 
 
 CHANGED = [
@@ -233,7 +237,7 @@ CHANGED = [
     ids=["reference", "changed", "cast"],
 )
 def test_printed_configuration_reads_back_equal(overrides: list[str], tmp_path: Path) -> None:
-    resolved = config.load(None, overrides)
+    resolved = config.load(None, assignments(overrides))
     printed = tmp_path / "printed.toml"
     printed.write_text(config.dumps(resolved), encoding="utf-8")
     assert config.load(printed) == config.load(str(printed)) == resolved
@@ -272,7 +276,11 @@ def test_every_key_is_printed_with_its_meaning() -> None:
     count = Form(offsets_mm=()).count(boxes)
     bent = [f"form.offsets_mm={[0.0] * count}"]
     kinds = ([], *made, own, bent)
-    lines = [line for kind in kinds for line in config.dumps(config.load(None, kind)).splitlines()]
+    lines = [
+        line
+        for kind in kinds
+        for line in config.dumps(config.load(None, assignments(kind))).splitlines()
+    ]
     for key, info in _keys().items():
         name = key.partition(".")[2]
         assert info.description

@@ -33,7 +33,7 @@ def test_free_bending() -> None:
     """The work of the pressure on two meshes' paths is a Taylor sum: halving the readings' distance
     changes it little; the angle is that of this code on this mesh, 55.8° at 100 kPa."""
     example = load("free_bending")
-    result = example.bend("experiment.step_kPa=50")
+    result = example.bend({"experiment.step_kPa": 50})
     assert result.column("angle_deg")[-1] == pytest.approx(55.79, abs=0.02)
     # ∫ p dV of a nearly linear V(p) is ½ p ΔV
     volume = result.column("cavity_volume_mm3")
@@ -52,7 +52,7 @@ def test_blocked_force() -> None:
 def test_finger_from_step(tmp_path: Path) -> None:
     """The cavity's volume is that of the drawing; the tube bends towards the paper."""
     example = load("finger_from_step")
-    found = example.main(tmp_path, "experiment.max_pressure_kPa=10", "experiment.step_kPa=10")
+    found = example.main(tmp_path, {"experiment.max_pressure_kPa": 10, "experiment.step_kPa": 10})
     assert found.cavity_mm3 == pytest.approx(example.CAVITY_mm3, rel=2e-3)
     assert found.angle_deg > 2
 
@@ -129,7 +129,7 @@ def test_predicted_actuator() -> None:
 def test_grasp() -> None:
     """What the fingers bear is the weight, and friction could bear more."""
     example = load("grasp")
-    found = example.main("gripper.lift_mm=3", "gripper.settle_s=0.2")
+    found = example.main({"gripper.lift_mm": 3, "gripper.settle_s": 0.2})
     assert found.outcome == "picked up"
     assert found.borne_N == pytest.approx(example.WEIGHT_N, rel=0.02)
     assert 0.5 * found.normal_N > example.WEIGHT_N

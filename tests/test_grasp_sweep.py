@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from dolfingrip.sections.tables import assignments
 from benchmarks import grasp_sweep
 from benchmarks.grasp_sweep import FOOD, PRESSURE
 from dolfingrip import config as configuration
@@ -42,7 +43,7 @@ def answered(points: list[Any], out: Path, shared: configuration.Config) -> None
 
 
 def test_the_sweep_has_twenty_grasps_and_a_picture(tmp_path: Path) -> None:
-    shared = configuration.load(None, [], grasp_sweep.OURS)
+    shared = configuration.load(None, assignments([]), assignments(grasp_sweep.OURS))
     points = grasp_sweep.points()
     assert len(points) == 20
     out = tmp_path / "sweep"

@@ -22,6 +22,7 @@ from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.report.table import of_columns
 from dolfingrip.sections import protocol_file
+from dolfingrip.sections.tables import assignments
 
 ROOT = Path(__file__).resolve().parents[1]
 COMMAND = typer.main.get_command(app)
@@ -98,7 +99,10 @@ def test_commands_run_as_copied(page: Path) -> None:
 
 def test_brackets_of_a_warning_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     """``[film.NAME]`` is a table of a configuration, but markup to rich."""
-    bending, settings = EXPERIMENTS["bending"], config.load(None, ["finger.kind=pneunet"])
+    bending, settings = (
+        EXPERIMENTS["bending"],
+        config.load(None, assignments(["finger.kind=pneunet"])),
+    )
     commands.warn(bending, settings, console())
     told = capsys.readouterr().out
     (note,) = bending.notes(settings)

@@ -10,13 +10,14 @@ from test_config import REFUSED
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.parameter import check_assignment, every, named
+from dolfingrip.parameter import check, every, named
+from dolfingrip.sections.tables import assignments
 
 
 def _said(assignment: str) -> str:
     """What is said against an assignment; nothing where it passes."""
     try:
-        check_assignment(assignment)
+        check(assignments([assignment]))
     except ConfigError as error:
         return str(error)
     return ""
@@ -30,7 +31,7 @@ def test_a_number_is_refused_with_the_configuration_s_words() -> None:
         if not said:
             continue
         with pytest.raises(ConfigError) as refused:
-            config.load(None, [assignment])
+            config.load(None, assignments([assignment]))
         assert said in (f"--set {refused.value}", str(refused.value))
         assert words in said
         checked += 1
@@ -44,7 +45,7 @@ def test_a_number_is_refused_with_the_configuration_s_words() -> None:
      "solver.element=P1", "solver.time_limit_s=600", "extensions.prony.g=[0.2]"],
 )  # fmt: skip
 def test_what_is_allowed_passes(assignment: str) -> None:
-    check_assignment(assignment)
+    check(assignments([assignment]))
 
 
 def test_a_value_has_no_keys() -> None:
@@ -58,7 +59,7 @@ def test_a_value_has_no_keys() -> None:
 
 def test_a_key_finds_the_parameter_that_derivatives_are_taken_to() -> None:
     """The same unit, bounds, prior and way of entering; the scale may be another value's."""
-    at = config.load(None, [f"extensions.{effect.name()}={{}}" for effect in EFFECTS])
+    at = config.load(None, assignments([f"extensions.{effect.name()}={{}}" for effect in EFFECTS]))
     found = [parameter for parameter in every(at) if "[" not in parameter.key]
     assert len(found) > 40
     for parameter in found:

@@ -12,6 +12,7 @@ from dolfingrip import config
 from dolfingrip.cli import progress
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.jobs.run import Standing
+from dolfingrip.sections.tables import assignments
 
 
 def times(*values: float) -> Iterator[float]:
@@ -124,7 +125,9 @@ LOADING_S, WAIT_S, LIFT_S = (6.3, 7.8, 8.4, 11.8), 1.3, (14.2, 8.4, 7.3, 7.7, 8.
 @pytest.mark.parametrize("compiled_s", [0.0, 40.0])
 def test_a_grasp_foretells_its_time(compiled_s: float) -> None:
     """Forms are compiled on the way to the second reading, which once made 96 s nine minutes."""
-    asked = config.load(None, ["experiment.max_pressure_kPa=100", "experiment.step_kPa=25"])
+    asked = config.load(
+        None, assignments(["experiment.max_pressure_kPa=100", "experiment.step_kPa=25"])
+    )
     grasp = EXPERIMENTS["grasp"]
     efforts = grasp.efforts(grasp.settings(asked))
     took = [LOADING_S[0] + compiled_s, *LOADING_S[1:], WAIT_S, *LIFT_S, 3.0]

@@ -8,6 +8,9 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from dolfingrip.config import Change
+from dolfingrip.extensions.index import effect
+
 SEEN: Final = 6.0
 """Standard deviations from which on something is hidden."""
 FAR: Final = (3.0, 5.0)
@@ -67,15 +70,13 @@ def truncated(rng: np.random.Generator, box: np.ndarray, width: float) -> np.nda
             return np.asarray(zeta)
 
 
-def stiffened(causes: Sequence[str], modulus: float) -> list[str]:
-    """Overrides of causes with moduli that follow the material's factor."""
-    found = []
-    for each in causes:
-        key, _, text = each.partition("=")
-        if key.endswith("_MPa"):
-            value = modulus * float(text.strip("[]"))
-            text = f"[{value!r}]" if text.startswith("[") else repr(value)
-        found.append(f"{key}={text}")
+def stiffened(causes: Change, modulus: float) -> Change:
+    """Return the change to causes whose moduli follow the material's factor."""
+    found = {}
+    for key, value in causes.items():
+        _, name, number = key.split(".")
+        by = modulus if effect(name).is_modulus(number) else 1.0
+        found[key] = [by * each for each in value] if isinstance(value, list) else by * value
     return found
 
 

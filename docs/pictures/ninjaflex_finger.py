@@ -22,6 +22,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.outcome import DiagnosisFile, Fit
 from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
+from dolfingrip.sections.tables import assignments
 
 PICTURE = Path(__file__).resolve().parents[1] / "ninjaflex_finger.png"
 EXPERIMENTS = {"bending": "angle_deg", "blocked_force": "force_N"}
@@ -46,7 +47,10 @@ def fitted(fit: Fit) -> Config:
     values = {parameter.key: parameter.value for parameter in fit.parameters}
     lists = ("extensions.prony.g", "extensions.prony.tau_s")
     return configuration.load(
-        None, [f"{key}={[value] if key in lists else value}" for key, value in values.items()]
+        None,
+        assignments(
+            [f"{key}={[value] if key in lists else value}" for key, value in values.items()]
+        ),
     )
 
 

@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 from dolfingrip import config
 from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
+from dolfingrip.sections.tables import assignments
 
 HERE = Path(__file__).resolve().parent
 PICTURE = HERE.parent / "thin_bellows.png"
@@ -22,7 +23,7 @@ EXAMPLE = HERE.parents[1] / "examples" / "thin_bellows.toml"
 
 def bend(*overrides: str) -> Result:
     """The example, with other settings."""
-    settings = config.load(EXAMPLE, overrides)
+    settings = config.load(EXAMPLE, assignments(overrides))
 
     def tell(row: dict[str, float]) -> None:
         print(f"{row['cavity_volume_mm3']:8.0f} mm³ {row['pressure_kPa']:7.2f} kPa", flush=True)

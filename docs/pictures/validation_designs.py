@@ -15,6 +15,7 @@ from dolfingrip import config
 from dolfingrip.cli.reproduce_command import PAPER
 from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
+from dolfingrip.sections.tables import assignments
 
 HERE = Path(__file__).resolve().parent
 PICTURE = HERE.parent / "validation_designs.png"
@@ -36,7 +37,7 @@ def designs() -> dict[str, tuple[float, float]]:
 def blocked(xi: tuple[float, float]) -> Result:
     """Blocked force of one design of the paper's finger."""
     overrides = ["experiment.step_kPa=12.5", f"morph.xi1={xi[0]}", f"morph.xi2={xi[1]}"]
-    return run("blocked_force", config.load(FINGER, overrides))
+    return run("blocked_force", config.load(FINGER, assignments(overrides)))
 
 
 def draw(found: dict[str, Result], path: Path) -> None:

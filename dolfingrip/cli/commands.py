@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import cast, get_args
@@ -81,7 +81,7 @@ def synthetic_measurement(
     config: Config,
     truth: Config,
     nuisances: Sequence[str],
-    noise: Sequence[str],
+    noise: Mapping[str, float],
     seed: int,
     out: Path,
     console: Console,
@@ -93,7 +93,7 @@ def synthetic_measurement(
         config: set-up that the data set tells about itself.
         truth: set-up that is simulated.
         nuisances: effects whose values are drawn from their priors.
-        noise: standard deviations of noise, ``COLUMN=VALUE``.
+        noise: standard deviations by column, which replace the usual ones.
         seed: seed of the nuisances' draws and of the noise.
         out: folder for the data set.
         console: where the output is printed.
@@ -101,7 +101,6 @@ def synthetic_measurement(
     Raises:
         ConfigError: one line naming the option, its value and what is allowed.
     """
-    channels = synthetic.noise_from(noise)
     check_writable(out)
     with _bar("Synthetic measurement", [find(kind) for kind in kinds], config, console) as (
         advance,
@@ -112,7 +111,7 @@ def synthetic_measurement(
             config,
             hidden=truth,
             nuisances=nuisances,
-            noise=channels,
+            noise={**synthetic.NOISE, **noise},
             seed=seed,
             progress=advance,
             tell=tell,

@@ -7,8 +7,15 @@ from typing import Annotated
 
 import typer
 
-from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.options import (
+    ConfigFile,
+    Out,
+    Overrides,
+    check_writable,
+    console,
+    loaded,
+    one_process,
+)
 from dolfingrip.cli.simulations import (
     Effects,
     StoreFolder,
@@ -43,7 +50,7 @@ def diagnose(
     from dolfingrip.diagnosis import diagnose as work
     from dolfingrip.diagnosis.results import write
 
-    resolved = configuration.load(config, overrides or ())
+    resolved = loaded(config, overrides)
     check_writable(out)
     screen = console()
     names = effect_names(effects)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from dolfingrip import config as configuration
 from dolfingrip.cli.options import (
     ConfigFile,
     Gradients,
@@ -18,6 +17,7 @@ from dolfingrip.cli.options import (
     check_writable,
     console,
     gradient_keys,
+    loaded,
     one_process,
 )
 from dolfingrip.cli.simulations import resumable
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-DEFAULTS = (
-    "experiment.max_pressure_kPa=300",
-    "experiment.step_kPa=100",
-    "solver.max_step_kPa=100",
-)
+DEFAULTS = {
+    "experiment.max_pressure_kPa": 300.0,
+    "experiment.step_kPa": 100.0,
+    "solver.max_step_kPa": 100.0,
+}
 """The paper reads the blocked force at 300 kPa; long load steps cost least."""
 
 OUT = Path("out/doe")
@@ -94,7 +94,7 @@ def doe(
     from dolfingrip.design.campaign import objective as ours
     from dolfingrip.jobs.cluster import Where
 
-    resolved = configuration.load(config, overrides or (), DEFAULTS)
+    resolved = loaded(config, overrides, DEFAULTS)
     varied = [space.parse(text) for text in parameter or space.PAPER]
     keys = _keys(gradients, parameters, objective, resolved)
     if fields and objective is not None:

@@ -18,11 +18,13 @@ from dolfingrip.cli.options import (
     Out,
     Overrides,
     Parameters,
+    change,
     checked_numbers,
     console,
     gradient_keys,
+    loaded,
 )
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.experiments.description import PRESSURE_OPTION, Option
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
@@ -89,12 +91,12 @@ def synthetic_measurement(
     """Write a synthetic measurement with hidden effects, nuisances and noise."""
     kinds = _measured(experiments)
     from dolfingrip.cli.commands import synthetic_measurement
+    from dolfingrip.experiments.synthetic import check_noise
 
-    for folder, posed in _poses(find(kinds[0]), config, overrides, out, protocol, specimen):
-        truth = posed.overridden(hide or ())
-        synthetic_measurement(
-            kinds, posed, truth, nuisance or (), noise or (), seed, folder, console()
-        )
+    check_noise(noises := change(noise, "--noise"))
+    for folder, posed in _poses(find(kinds[0]), config, change(overrides), out, protocol, specimen):
+        truth = changed(posed, change(hide, "--hide"))
+        synthetic_measurement(kinds, posed, truth, nuisance or (), noises, seed, folder, console())
 
 
 def demo(
@@ -106,7 +108,7 @@ def demo(
     """Run both experiments on the reference finger and a small design loop, write a report."""
     from dolfingrip.cli.commands import run_demo
 
-    resolved = configuration.load(config, overrides or ())
+    resolved = loaded(config, overrides)
     results = run_demo(resolved, out, console())
     if loop and MPI.COMM_WORLD.size > 1:
         console().print("no design loop under mpirun: it starts processes of its own")
@@ -153,8 +155,8 @@ def _command(experiment: Experiment) -> Callable[..., None]:
                 f"{PRESSURE_OPTION.flag} {pressure:g}: allowed: without --protocol, which has its "
                 "own pressures"
             )
-        assignments = [*(overrides or ()), *_assignments(experiment, given)]
-        poses = _poses(experiment, config, assignments, out, protocol, specimen)
+        asked_for = {**change(overrides), **_settings(experiment, given)}
+        poses = _poses(experiment, config, asked_for, out, protocol, specimen)
         asked = experiment.with_options(given)
         keys = gradient_keys(gradients, parameters)
         settings = [(folder, experiment.settings(resolved)) for folder, resolved in poses]
@@ -217,13 +219,13 @@ def _annotation(option: Option) -> Any:
     return Annotated[kind, typer.Option(option.flag, help=option.help)]
 
 
-def _assignments(experiment: Experiment, given: Mapping[str, Any]) -> list[str]:
-    """Assignments, like those of ``--set``, that the experiment's own options ask for."""
-    return [
-        f"{option.key}={given[option.name]}"
+def _settings(experiment: Experiment, given: Mapping[str, Any]) -> Change:
+    """Return the change of the configuration that the experiment's own options ask for."""
+    return {
+        option.key: given[option.name]
         for option in experiment.options
         if option.key and given[option.name] is not None
-    ]
+    }
 
 
 def _measured(text: str) -> list[str]:
@@ -246,21 +248,21 @@ def _measured(text: str) -> list[str]:
 def _poses(
     experiment: Experiment,
     config: Path | None,
-    overrides: list[str] | None,
+    overrides: Change,
     out: Path,
     protocol: Path | None,
     specimen: str | None,
 ) -> list[tuple[Path, Config]]:
     """Folder and configuration of each set-up that the protocol asks for."""
-    assignments = overrides or []
     if protocol is None:
         if specimen is not None:
             raise ConfigError(f"--specimen {specimen}: allowed: with --protocol FILE.csv")
-        return [(out, configuration.load(config, assignments))]
+        return [(out, configuration.load(config, overrides))]
     table, poses = protocol_file.read(protocol, experiment.name, experiment.control.name, specimen)
     settings = [
-        (out / pose.name, configuration.load(config, [*assignments, *pose.set])) for pose in poses
-    ] or [(out, configuration.load(config, assignments))]
+        (out / pose.name, configuration.load(config, {**overrides, **change(pose.set)}))
+        for pose in poses
+    ] or [(out, configuration.load(config, overrides))]
     return [(folder, resolved.changed(protocol=table)) for folder, resolved in settings]
 
 

@@ -12,9 +12,17 @@ from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import FORCE
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.options import (
+    ConfigFile,
+    Out,
+    Overrides,
+    change,
+    check_writable,
+    console,
+    one_process,
+)
 from dolfingrip.cli.simulations import resumable
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config
 from dolfingrip.sections import tables
 
 if TYPE_CHECKING:
@@ -59,7 +67,7 @@ def optimise(
 
     model = network.load(surrogate)
     campaign = model.facts.get("campaign") or {}
-    base = _base(campaign, config, overrides or []) if resolve else None
+    base = _base(campaign, config, change(overrides)) if resolve else None
     settings = Settings(population, generations, crossover, mutation, seed)
     check_writable(out)
     screen = console()
@@ -100,7 +108,7 @@ def optimise(
         raise typer.Exit(1)
 
 
-def _base(campaign: dict[str, Any], file: Path | None, overrides: Sequence[str]) -> Config:
+def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Config:
     """The configuration that a design's inputs are set in."""
     from dolfingrip.cli.doe_commands import DEFAULTS
 
@@ -108,8 +116,7 @@ def _base(campaign: dict[str, Any], file: Path | None, overrides: Sequence[str])
         return configuration.load(file, overrides, DEFAULTS)
     # the tables of other kinds of geometry are absent
     data = {section: dict(keys) for section, keys in campaign["base"].items() if keys is not None}
-    for assignment in overrides:
-        tables.override(data, assignment)
+    tables.put(data, overrides)
     return configuration.from_dict(data)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +12,8 @@ import typer
 from mpi4py import MPI
 from rich.console import Console
 
+from dolfingrip.config import NO_CHANGE, Change, Config, load
+from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 
 INTERRUPTED = 130
@@ -28,11 +31,24 @@ def checked_numbers(option: typer.CallbackParam, assignments: list[str] | None) 
     Raises:
         ConfigError: one line naming the option, the key, the value and the allowed range.
     """
-    from dolfingrip.parameter import check_assignment
+    from dolfingrip.parameter import check
 
-    for assignment in assignments or ():
-        check_assignment(assignment, f"--{option.opts[0].lstrip('-')}")
+    name = f"--{option.opts[0].lstrip('-')}"
+    check(change(assignments, name), name)
     return assignments
+
+
+def change(assignments: Iterable[str] | None, option: str = "--set") -> dict[str, Any]:
+    """Return the change of the configuration that an option's ``KEY=VALUE`` texts ask for.
+
+    Args:
+        assignments: as typed; None where the option was not given.
+        option: that messages name.
+
+    Raises:
+        ConfigError: one line naming the option, where one is not an assignment.
+    """
+    return tables.assignments(assignments or (), option)
 
 
 Overrides = Annotated[
@@ -56,6 +72,22 @@ Parameters = Annotated[
     ),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for results.")]
+
+
+def loaded(
+    file: Path | None, overrides: Iterable[str] | None, defaults: Change = NO_CHANGE
+) -> Config:
+    """Return the configuration that ``--config`` and ``--set`` ask for.
+
+    Args:
+        file: TOML file, or a run.json; None: the reference finger.
+        overrides: as typed.
+        defaults: values that the command has in place of the reference finger's.
+
+    Raises:
+        ConfigError: one line naming the key, its value and the allowed range.
+    """
+    return load(file, change(overrides), defaults)
 
 
 def console() -> Console:

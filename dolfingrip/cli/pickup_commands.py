@@ -14,7 +14,15 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.options import (
+    ConfigFile,
+    Out,
+    Overrides,
+    change,
+    check_writable,
+    console,
+    one_process,
+)
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.policy import SEARCH
@@ -132,9 +140,9 @@ def _base(
         "gripper.preset": preset,
         "food.friction": friction,
     }
-    options = [f"{key}={value}" for key, value in given.items() if value is not None]
-    lift = [f"gripper.lift_mm={SEARCH.lift_mm:g}"]
-    loaded = configuration.load(config, [*(overrides or ()), *options], lift)
+    options = {key: value for key, value in given.items() if value is not None}
+    asked = {**change(overrides), **options}
+    loaded = configuration.load(config, asked, {"gripper.lift_mm": SEARCH.lift_mm})
     find("grasp").settings(loaded)
     return loaded
 

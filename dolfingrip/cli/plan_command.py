@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.options import (
+    ConfigFile,
+    Out,
+    Overrides,
+    change,
+    check_writable,
+    console,
+    loaded,
+    one_process,
+)
 from dolfingrip.cli.simulations import (
     Effects,
     StoreFolder,
@@ -86,14 +94,14 @@ def plan_experiment(
     from dolfingrip.diagnosis.plan import outcome
     from dolfingrip.diagnosis.plan import plan as work
     from dolfingrip.diagnosis.tried import check_effects
-    from dolfingrip.experiments.synthetic import assigned_noise
+    from dolfingrip.experiments.synthetic import check_noise
 
-    resolved = configuration.load(config, overrides or ())
+    resolved = loaded(config, overrides)
     check_writable(out)
     screen = console()
     names = effect_names(effects)
     check_effects(names)
-    told = assigned_noise(noise or ())
+    check_noise(told := change(noise, "--noise"))
     kept = store or out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         settings = work.Settings(
@@ -101,7 +109,7 @@ def plan_experiment(
                 lambda text: screen.print(text, soft_wrap=True),
                 show,
             )  # fmt: skip
-        found = work.plan(rig, resolved, settings, changes or (), told)
+        found = work.plan(rig, resolved, settings, change(changes, "--with"), told)
     found.write(out / "plan.json")
     text = outcome.text(found)
     whole.write(out / "plan.md", text)

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from dolfingrip import config as configuration
 from dolfingrip.channels import CHORD_ANGLE, PRESSURE
-from dolfingrip.cli.options import Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.options import Out, Overrides, check_writable, console, loaded, one_process
 from dolfingrip.config import ConfigError
 from dolfingrip.files import whole
 
@@ -38,7 +37,7 @@ def predict(
 
     asked = _pressures(pressures)
     fits = posterior.read(source)
-    config = configuration.load(source, overrides or ())
+    config = loaded(source, overrides)
     config = config.changed(experiment={"max_pressure_kPa": 1.15 * max(asked)})
     check_writable(out)
     screen = console()

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip.channels import FORCE
-from dolfingrip.config import Config, ConfigError, felt, from_dict
+from dolfingrip.config import Config, ConfigError, changed, felt, from_dict
 from dolfingrip.diagnosis.outcome import DesignChange, Downstream
 from dolfingrip.diagnosis.policy import PAGE
 from dolfingrip.jobs.job import Data, Job, content_key
@@ -43,14 +43,14 @@ def compare(folder: Path, config: Config, extended: Config, out: Path, pool: Poo
     parameters: list[str] = facts["parameters"]
     base = from_dict(facts["base"])
     if all(name.startswith("morph.") for name in parameters):  # else base itself is the original
-        base = base.overridden([f"{name}=0" for name in parameters])
+        base = changed(base, dict.fromkeys(parameters, 0.0))
     within = [row for row in rows if _outputs(row)[COG] <= LARGEST_COG_mm]
     if not within:
         raise ConfigError(f"{folder}: no design with a COG offset up to {LARGEST_COG_mm:g} mm")
     leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[: PAGE.designs]
     designs = [from_dict(row["arguments"]["config"]) for row in leading]
-    changed = [_extended(each, config, extended) for each in (base, *designs)]
-    after = _forces([_job(leading[0], each) for each in changed], out / "extended", pool)
+    others = [_extended(each, config, extended) for each in (base, *designs)]
+    after = _forces([_job(leading[0], each) for each in others], out / "extended", pool)
     before = _forces([_job(leading[0], base)], out / "configured", pool)
     first, original = before[0], after[0]
     if first is None or original is None:
@@ -87,7 +87,7 @@ def _extended(base: Config, config: Config, own: Config) -> Config:
     own_effects = own.extensions.model_dump(mode="json", exclude_none=True)
     known = config.extensions.model_dump(mode="json", exclude_none=True)
     effects = {name: table for name, table in own_effects.items() if known.get(name) != table}
-    return base.overridden(scaled(base, factor)).changed(extensions=effects)
+    return changed(base, scaled(base, factor)).changed(extensions=effects)
 
 
 def _outputs(row: Data) -> dict[str, float]:
@@ -99,8 +99,8 @@ def _outputs(row: Data) -> dict[str, float]:
 def _job(row: Data, config: Config) -> Job:
     """A campaign's job, of another configuration."""
     plain = config.model_dump(mode="json")
-    changed = {"config": plain, "quantities": [COG, FORCE.name], "gradients": None}
-    arguments = {**row["arguments"], **changed}
+    own = {"config": plain, "quantities": [COG, FORCE.name], "gradients": None}
+    arguments = {**row["arguments"], **own}
     content = {"function": row["function"], **arguments, "config": felt(config)}
     return Job(content_key(content), row["function"], arguments)
 

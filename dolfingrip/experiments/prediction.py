@@ -19,7 +19,7 @@ import pandas as pd
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import CAVITY_VOLUME, PRESSURE
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.sections.posterior import Posterior
@@ -144,8 +144,7 @@ def simulated(
     """
     found = []
     for i, fit in enumerate(posterior.fit):
-        changes = [f"{key}={json.dumps(value)}" for key, value in fit.set.items()]
-        own = config.overridden(changes)
+        own = changed(config, fit.set)
         first = next(j for j, other in enumerate(posterior.fit) if other.set == fit.set)
         folder = out / f"fit-{first + 1}"
         if not is_simulated(folder, own):

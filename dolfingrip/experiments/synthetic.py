@@ -57,29 +57,22 @@ class Measurement:
     failures: list[Failure]
 
 
-def noise_from(assignments: Iterable[str]) -> dict[str, float]:
-    """Noise by column: that of :data:`NOISE`, unless ``column=value`` assigns another."""
-    return {**NOISE, **assigned_noise(assignments)}
+def check_noise(noise: Mapping[str, Any], option: str = "--noise") -> None:
+    """Check standard deviations by column.
 
-
-def assigned_noise(assignments: Iterable[str]) -> dict[str, float]:
-    """Noise by column that ``column=value`` assigns.
+    Args:
+        noise: values by column.
+        option: option of the command that asks.
 
     Raises:
         ConfigError: one line naming the column, the value and what is allowed.
     """
-    found: dict[str, float] = {}
-    for assignment in assignments:
-        name, _, text = assignment.partition("=")
+    for name, std in noise.items():
         if name not in NOISE:
-            raise ConfigError(f"--noise {assignment}: allowed: {', '.join(NOISE)}")
-        try:
-            found[name] = float(text)
-        except ValueError:
-            found[name] = math.nan
-        if not 0 <= found[name] < math.inf:
-            raise ConfigError(f"--noise {assignment}: allowed: a number from 0 on")
-    return found
+            raise ConfigError(f"{option} {name} = {std}: allowed: {', '.join(NOISE)}")
+        number = isinstance(std, int | float) and not isinstance(std, bool)
+        if not number or not 0 <= std < math.inf:
+            raise ConfigError(f"{option} {name} = {std}: allowed: a number from 0 on")
 
 
 def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Config:

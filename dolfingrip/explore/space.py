@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip import config as configuration
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.design.campaign.plan import FIELDS
 from dolfingrip.design.campaign.space import Varied, parse
 from dolfingrip.design.surrogate import surrogate as surrogates
 from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.explore.policy import POLICY
+from dolfingrip.parameter import named
 from dolfingrip.report.design import LABELS
 from dolfingrip.report.page import front
 from dolfingrip.report.page.sources import Source, read_json
@@ -69,7 +70,7 @@ def of_results(
     found: Sequence[Source],
     designs: Mapping[Path, Sequence[Mapping[str, Any]]],
     file: Path | None,
-    overrides: Sequence[str],
+    overrides: Change,
     parameters: Sequence[str],
 ) -> Space:
     """The space of a design loop, of runs, or of a configuration.
@@ -78,7 +79,7 @@ def of_results(
         found: folders with results.
         designs: the designs of each campaign among them.
         file: configuration in place of that of the results.
-        overrides: assignments ``KEY=VALUE`` on top of it.
+        overrides: values by key on top of it.
         parameters: ``KEY=LOW:HIGH`` of each slider; none: those of the results.
 
     Raises:
@@ -91,10 +92,9 @@ def of_results(
     loop = front.Loop(trained, folders["optimise"][0] if folders["optimise"] else None, rows)
     surrogate = surrogates.load(trained) if trained else None
     base = None if file is not None else front.base_of(loop) or _of_runs(folders["run"])
-    base = configuration.load(file, overrides) if base is None else base.overridden(overrides)
-    asked = [text.partition("=")[0].strip() for text in overrides]
+    base = configuration.load(file, overrides) if base is None else changed(base, overrides)
     shapes = folders["run"] or any((folder / FIELDS).is_dir() for folder in folders["doe"])
-    if "experiment.step_kPa" not in asked and not shapes:  # else their steps are kept
+    if "experiment.step_kPa" not in overrides and not shapes:  # else their steps are kept
         largest = base.experiment.max_pressure_kPa
         step = min(base.experiment.step_kPa, largest / POLICY.steps)
         base = base.changed(experiment={"step_kPa": step})
@@ -137,7 +137,9 @@ def _ranges(
                 low, high = ranges.get(name, (value, value))
                 ranges[name] = min(low, value), max(high, value)
     found = [
-        parse(f"{n}={low:.12g}:{high:.12g}") for n, (low, high) in ranges.items() if low < high
+        Varied(named(key, "--parameter"), low, high, None)
+        for key, (low, high) in ranges.items()
+        if low < high
     ]
     if found:
         return found

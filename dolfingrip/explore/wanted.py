@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from dolfingrip.config import Config, ConfigError, felt
+from dolfingrip.config import Config, ConfigError, changed, felt
 from dolfingrip.experiments.index import find
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
@@ -60,9 +60,7 @@ def read(space: Space, message: Mapping[str, Any]) -> Wanted:
             raise ConfigError(f"{each.key} = {value:g}: allowed: {each.low:g} to {each.high:g}")
         inputs[each.key] = float(round(value)) if each.parameter.integer else value
     whole = {each.key for each in space.varied if each.parameter.integer}
-    config = space.base.overridden(
-        [f"{k}={int(v) if k in whole else repr(v)}" for k, v in inputs.items()]
-    )
+    config = changed(space.base, {k: int(v) if k in whole else v for k, v in inputs.items()})
     if view == "grasp":
         config = _grasping(config, message)
     return Wanted(view, inputs, config)

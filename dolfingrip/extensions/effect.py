@@ -229,6 +229,11 @@ class Effect(Section):
         return Entry.POSE if of_plate else Entry.CONSTANT
 
     @classmethod
+    def is_modulus(cls, key: str) -> bool:
+        """Return whether a number is a modulus."""
+        return key.endswith("_MPa")
+
+    @classmethod
     def remembers(cls) -> bool:
         """Whether a state with it depends on earlier states, which an adjoint does not follow."""
         return cls.kind == "dissipative" or cls.has("outlet_kPa")

@@ -2,19 +2,18 @@
 
 from dolfingrip.parameter.bounds import bounds_of
 from dolfingrip.parameter.moduli import moduli, scaled
-from dolfingrip.parameter.parameter import Parameter, put
-from dolfingrip.parameter.search import check_assignment, every, find, named
+from dolfingrip.parameter.parameter import Parameter
+from dolfingrip.parameter.search import check, every, find, named
 from dolfingrip.sections.section import Entry
 
 __all__ = [
     "Entry",
     "Parameter",
     "bounds_of",
-    "check_assignment",
+    "check",
     "every",
     "find",
     "moduli",
     "named",
-    "put",
     "scaled",
 ]

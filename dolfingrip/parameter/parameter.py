@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from dolfingrip.config import Config, ConfigError, checked
+from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.extensions.effect import Prior
-from dolfingrip.sections import errors
+from dolfingrip.sections import errors, tables
 from dolfingrip.sections.section import Entry, Section
 
 STEP: Final = 1e-4
@@ -52,7 +51,17 @@ class Parameter:
     @property
     def entry(self) -> Entry:
         """How it enters; a choice of the model has no derivative, but a difference of two runs."""
-        return self.section.entry_of(self.key.rpartition(".")[2].partition("[")[0])
+        return self.section.entry_of(self._name)
+
+    @property
+    def is_modulus(self) -> bool:
+        """Whether it is in proportion to the stiffness of the material."""
+        return self.section.is_modulus(self._name)
+
+    @property
+    def _name(self) -> str:
+        """Name in its section, without the number of an entry."""
+        return self.key.rpartition(".")[2].partition("[")[0]
 
     def check(self, value: float, option: str) -> None:
         """Raise if ``value`` is out of the parameter's range.
@@ -77,7 +86,7 @@ class Parameter:
         if section == "material" and self.key.endswith(".nu"):  # the key may be absent
             return config.material.of(region).poisson
         value: Any = config
-        for part in _parts(self.key):
+        for part in tables.parts(self.key):
             value = value[part] if isinstance(part, int) else getattr(value, part)
         return float(value)
 
@@ -87,7 +96,7 @@ class Parameter:
         Raises:
             ConfigError: one line naming the key, the value and the allowed range.
         """
-        return put(config, {self.key: value})
+        return changed(config, {self.key: value})
 
     def stencil(self, config: Config, step: float) -> Sequence[tuple[int, float]]:
         """Places (in steps) and weights (for a step of 1) of a difference of second order.
@@ -115,25 +124,3 @@ class Parameter:
             for place, weight in self.stencil(config, step)
         ]
         return sum(terms[1:], start=terms[0])
-
-
-def put(config: Config, values: Mapping[str, float]) -> Config:
-    """``config`` with other values of some parameters, by key.
-
-    Raises:
-        ConfigError: one line naming the key, the value and the allowed range.
-    """
-    data = config.model_dump(exclude_none=True)
-    for key, value in values.items():
-        *sections, last = _parts(key)
-        place: Any = data
-        for part in sections:
-            if isinstance(place[part], tuple):
-                place[part] = list(place[part])
-            place = place[part]
-        place[last] = value
-    return checked(type(config), data)
-
-
-def _parts(key: str) -> list[str | int]:
-    return [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", key)]

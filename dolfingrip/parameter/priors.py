@@ -21,7 +21,7 @@ def scaled_priors(effect: type[Effect], shear_MPa: float) -> dict[str, Prior]:
     factor = shear_MPa / PRINTED_MPa
     return {
         key: replace(prior, mean=factor * prior.mean, spread=factor * prior.spread)
-        if key.endswith("_MPa")
+        if effect.is_modulus(key)
         else prior
         for key, prior in effect.priors().items()
     }

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from dolfingrip.config import Config, ConfigError, Film, Material
+from dolfingrip.config import Change, Config, ConfigError, Film, Material
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter.bounds import bounds, of_entries, of_floats
 from dolfingrip.parameter.parameter import Parameter
 from dolfingrip.parameter.priors import scaled_priors
-from dolfingrip.sections import errors, tables
+from dolfingrip.sections import errors
 from dolfingrip.sections.errors import bare
 from dolfingrip.sections.section import Entry, Section
 from dolfingrip.sections.units import unit
@@ -61,18 +61,22 @@ def named(key: str, option: str = "--set") -> Parameter:
     return Parameter(key, unit(name), scale, prior, low, high, section, kind is int, info)
 
 
-def check_assignment(assignment: str, option: str = "--set") -> None:
-    """Check the number that ``section.key=value`` assigns to a parameter.
+def check(change: Change, option: str = "--set") -> None:
+    """Check the numbers of a change as parameters.
 
     Texts, lists and tables are not checked here; the configuration checks them.
+
+    Args:
+        change: values by key.
+        option: option of the command that asks.
 
     Raises:
         ConfigError: one line naming the option, the key, the value and the allowed range.
     """
-    key, value = tables.assigned(assignment, option)
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if number and bare(_field(key, option).annotation) in (int, float):
-        named(key, option).check(value, option)
+    for key, value in change.items():
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if number and bare(_field(key, option).annotation) in (int, float):
+            named(key, option).check(value, option)
 
 
 def _field(key: str, option: str) -> Any:
@@ -118,8 +122,6 @@ def _of_table(config: Config, table: Section, path: str) -> Iterator[Parameter]:
     priors = scaled_priors(effect, config.material.shear_MPa) if effect else {}
     for key, info in type(table).model_fields.items():
         if table.entry_of(key) is Entry.CHOICE and effect is None:
-            continue
-        if isinstance(table, Material) and key in table.foreign:
             continue
         value = getattr(table, key)
         if not table.movable(key):

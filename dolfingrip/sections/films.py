@@ -79,6 +79,11 @@ class Film(Section):
             raise outside("Et_N_per_mm", self.Et_N_per_mm, "of a layer; allowed: above 0 N/mm")
         return self
 
+    @classmethod
+    def is_modulus(cls, key: str) -> bool:
+        """Return whether a number is a stiffness."""
+        return key in ("Et_N_per_mm", "fibre_Et_N_per_mm")
+
     @property
     def regions(self) -> tuple[tuple[str, str], ...]:
         """Key and value of each region that is named; "" is the whole finger."""

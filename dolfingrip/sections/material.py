@@ -42,6 +42,15 @@ class Material(LawKeys):
     bulk_MPa: float | None = Field(None, gt=0, description="bulk modulus, instead of nu")
     density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
 
+    @classmethod
+    def is_modulus(cls, key: str) -> bool:
+        """Return whether a number is a modulus of a law, or the bulk modulus."""
+        return key == "bulk_MPa" or any(key in law.moduli for law in LAWS.values())
+
+    def movable(self, key: str) -> bool:
+        """Return whether the law has this key."""
+        return key not in self.foreign
+
     @property
     def chosen(self) -> MaterialLaw:
         """The law, with its keys."""

@@ -77,7 +77,7 @@ class Section(BaseModel):
         """
         raise ConfigError(
             f"{name} = {value}: a configuration does not change; allowed: a changed copy, "
-            'config.overridden(["section.key=value"])'
+            'config.changed(config, {"section.key": value})'
         )
 
     @classmethod
@@ -89,6 +89,11 @@ class Section(BaseModel):
     def entry_of(cls, key: str) -> Entry:
         """Return how a number of the section enters a simulation."""
         return cls.entry
+
+    @classmethod
+    def is_modulus(cls, key: str) -> bool:
+        """Return whether a number is in proportion to the stiffness of the material."""
+        return False
 
     @property
     def inner(self) -> Mapping[str, Section]:

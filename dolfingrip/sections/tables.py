@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -36,19 +37,66 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
         return key.strip(), float(text) if SHORT_NUMBER.fullmatch(text) else text
 
 
-def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> None:
-    """Apply one ``section.key=value`` to ``data``; the value is read as TOML.
+def assignments(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
+    """Read ``section.key=value`` texts of the command line, or of a TOML file.
 
-    Without ``replace`` a value that is in ``data`` already stays.
+    Args:
+        texts: in the order in which they apply; of one key the last one counts.
+        option: that messages name.
+
+    Returns:
+        Values by key.
+
+    Raises:
+        ConfigError: one line naming the option, if one is not an assignment.
     """
-    key, value = assigned(assignment)
-    *sections, name = key.split(".")
-    for section in sections:
-        data = data.setdefault(section, {})
-        if not isinstance(data, dict):
-            raise ConfigError(f"--set {assignment}: {section} is a value, not a section")
-    if replace or name not in data:
-        data[name] = value
+    found: dict[str, Any] = {}
+    for text in texts:
+        key, value = assigned(text, option)
+        found.pop(key, None)
+        found[key] = value
+    return found
+
+
+def parts(key: str) -> list[str | int]:
+    """Return the names in a key, and the numbers of entries.
+
+    Args:
+        key: names with points between them; an entry of a list is numbered from 0 in brackets.
+
+    >>> parts("extensions.prony.g[0]")
+    ['extensions', 'prony', 'g', 0]
+    """
+    found = re.findall(r"[^.\[\]]+|\[\d+\]", key)
+    return [int(part[1:-1]) if part.startswith("[") else part for part in found]
+
+
+def put(data: dict[str, Any], change: Mapping[str, Any], *, replace: bool = True) -> None:
+    """Set values of nested tables.
+
+    Args:
+        data: tables; those that are absent are added.
+        change: values by key (``section.name``); entries of a list are numbered from 0 in brackets.
+        replace: whether values that are there already are replaced.
+
+    Raises:
+        ConfigError: one line, if a key goes on beyond a value, or a list has no such entry.
+    """
+    for key, value in change.items():
+        *sections, name = parts(key)
+        place: Any = data
+        for section in sections:
+            if isinstance(place, dict):
+                place.setdefault(section, {})
+            if isinstance(place[section], tuple):
+                place[section] = list(place[section])
+            place = place[section]
+            if not isinstance(place, dict | list):
+                raise ConfigError(f"{key}: {section} is a value, not a section")
+        if isinstance(place, list) and name not in range(len(place)):
+            raise ConfigError(f"{key}: no such entry; allowed: 0 to {len(place) - 1}")
+        if replace or name not in place:
+            place[name] = value
 
 
 def read(file: Path) -> dict[str, Any]:
@@ -84,7 +132,7 @@ def anchor(data: dict[str, Any], folder: Path) -> None:
     """Make the paths of the mesh's and the food's files absolute, so that they are found later."""
     for name in ("mesh", "food"):
         section = data.get(name)
-        if isinstance(section, dict) and isinstance(section.get("file"), str):
+        if isinstance(section, dict) and isinstance(section.get("file"), str | Path):
             section["file"] = str((folder / section["file"]).resolve())
 
 

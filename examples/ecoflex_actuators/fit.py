@@ -11,7 +11,6 @@ one specimen predicts the other. Writes ``fits.csv``, ``predicted.csv`` and ``ex
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -184,7 +183,7 @@ def write(
         if each.weight >= LEAST * best.weight
         for name in CHAMBERS
     )
-    config = base.overridden([f"{key}={json.dumps(value)}" for key, value in best.set.items()])
+    config = configuration.changed(base, best.set)
     found = left.model_copy(update={"fit": own, "specimen": SPECIMEN})
     text = appended(configuration.dumps(config), found)
     (HERE / "extended.toml").write_text(text, encoding="utf-8")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +11,7 @@ import pandas as pd
 from laws import Hypothesis, changes
 from scipy.interpolate import PchipInterpolator
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, changed
 from dolfingrip.experiments import run
 from dolfingrip.experiments.prediction import Curve, is_simulated
 
@@ -33,8 +32,7 @@ def measured(specimen: str) -> tuple[np.ndarray, np.ndarray]:
 
 def simulated(base: Config, tried: Hypothesis, modulus_MPa: float, specimen: str) -> pd.DataFrame:
     """A free bending, from its folder where it is simulated."""
-    values = changes(tried, modulus_MPa).items()
-    own = base.overridden([f"{key}={json.dumps(value)}" for key, value in values]).changed(
+    own = changed(base, changes(tried, modulus_MPa)).changed(
         cast={"chambers": CHAMBERS[specimen]},
         experiment={"max_volume_ratio": MOST_GROWTH[specimen]},
     )

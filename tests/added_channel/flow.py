@@ -18,7 +18,7 @@ from support.delivered import Delivered
 from support.here import Here
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.config import Config, ConfigError, load
+from dolfingrip.config import Config, ConfigError, changed, load
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.diagnose import Settings, judged
@@ -30,6 +30,7 @@ from dolfingrip.experiments.index import find
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.report import diagnosis as pictures
 from dolfingrip.report.table import tabulate
+from dolfingrip.sections.tables import assignments
 
 NAME = "narrowing_mm"
 ONCE = ("coupon.step_strain=0.0125",)
@@ -46,7 +47,7 @@ def header(file: Path) -> list[str]:
 def of_an_experiment(folder: Path) -> Result:
     """Its values, their derivatives, the column of ``result.csv`` and of the printed table."""
     coupon = find("coupon")
-    result = run(coupon, load(None, ONCE), out=folder, gradients=["material.nu"])
+    result = run(coupon, load(None, assignments(ONCE)), out=folder, gradients=["material.nu"])
     narrowed_mm = result.column(NAME)
     expected = -WIDTH_MM * result.column("transverse_strain")
     np.testing.assert_allclose(narrowed_mm, expected, rtol=1e-9, atol=1e-12)
@@ -67,8 +68,8 @@ def of_an_experiment(folder: Path) -> Result:
 
 def of_data(folder: Path, result: Result) -> Path:
     """Its noise in a synthetic measurement, which is read again; what is refused of it."""
-    assert synthetic.NOISE[NAME] == synthetic.noise_from([])[NAME] == 0.006
-    truth = result.config.overridden([HIDDEN])
+    assert synthetic.NOISE[NAME] == 0.006
+    truth = changed(result.config, assignments([HIDDEN]))
     made = synthetic.measure(["coupon"], result.config, hidden=truth, seed=5)
     for row in made.rows:  # what tells the same is not measured
         del row["transverse_strain"]

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.app import app
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import starts
 from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Simulations
@@ -33,7 +33,6 @@ from dolfingrip.design.gradient.trial import Trial
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
-from dolfingrip.parameter import put
 
 # -- bad input -----------------------------------------------------------------------------------
 
@@ -143,7 +142,7 @@ def test_the_worst_scenario_counts(tmp_path: Path) -> None:
     problem, trials, best, _ = descended(written(tmp_path, FORCE + TWO + both), Invented())
     assert len(problem.conditions) == 3
     config = problem.nominal.config(problem.variables, best.values.tolist())
-    moved = [put(config, {"morph.xi1": best.values[0] + by}) for by in (0.0, 0.1, -0.1)]
+    moved = [changed(config, {"morph.xi1": best.values[0] + by}) for by in (0.0, 0.1, -0.1)]
     assert best.objective == pytest.approx(min(map(Invented.force_N, moved)), rel=1e-9)
     assert best.objective > trials[0].objective
 

@@ -10,10 +10,12 @@ from mpi4py import MPI
 from support.small import SHORT
 
 from dolfingrip import config as configuration
+from dolfingrip.config import changed
 from dolfingrip.experiments.derivatives.answers import Answer as Reading
 from dolfingrip.experiments.derivatives.answers import Ended, Place, answers
-from dolfingrip.parameter import find, put
+from dolfingrip.parameter import find
 from dolfingrip.sections.form import Form
+from dolfingrip.sections.tables import assignments
 
 KEYS = ("finger.wall_mm", "morph.xi1", "form.offsets_mm")
 ASKED = {
@@ -32,7 +34,8 @@ ROUGH = {"peak_stretch": 0.2}
 def test_questions_against_differences(experiment: str) -> None:
     """Along one direction of a dimension, ξ1 and all numbers of a free form together."""
     base = configuration.load(
-        None, [*SHORT, "solver.rtol=1e-12", "finger.gap_mm=0.3", "experiment.step_kPa=25"]
+        None,
+        assignments([*SHORT, "solver.rtol=1e-12", "finger.gap_mm=0.3", "experiment.step_kPa=25"]),
     )
     made_for = base.geometry
     count = Form(along=3, offsets_mm=()).count(made_for.solid())
@@ -44,7 +47,7 @@ def test_questions_against_differences(experiment: str) -> None:
     places, columns = ASKED[experiment]
 
     def at(step: float, wanted: Sequence[str] = ()) -> list[Reading]:
-        moved = put(base, dict(zip(keys, (values + step * along).tolist(), strict=True)))
+        moved = changed(base, dict(zip(keys, (values + step * along).tolist(), strict=True)))
         return answers(experiment, moved, places, columns, wanted, MPI.COMM_SELF, made_for)
 
     # a place is found to 1e-9 of the pressure, which is 1e-4 of a difference over 2e-3
@@ -63,6 +66,6 @@ def test_questions_against_differences(experiment: str) -> None:
 
 
 def test_a_place_that_is_not_reached() -> None:
-    config = configuration.load(None, SHORT)
+    config = configuration.load(None, assignments(SHORT))
     with pytest.raises(Ended, match=r"force_N = 99 is not reached up to 50 kPa; it is \d"):
         answers("blocked_force", config, [Place("force_N", 99.0)], ["angle_deg"], (), MPI.COMM_SELF)

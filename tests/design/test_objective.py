@@ -19,6 +19,7 @@ from dolfingrip.jobs.work import compute
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import centroid
 from dolfingrip.parameter import find
+from dolfingrip.sections.tables import assignments
 
 QUANTITIES = ("cog_offset_mm", "force_N")
 
@@ -48,7 +49,7 @@ def outcome_of(answer: Answer) -> Outcome:
 def test_the_reference_finger_s_optima_have_the_paper_s_offsets(limit_mm: float) -> None:
     """On any mesh, as the centroid of boxes is exact; 0.01 mm moves an optimum by 0.003 in ξ."""
     xi1, xi2, _ = PAPER[limit_mm]
-    config = load(None, ["mesh.size_mm=10", "morph.d_mm=9.5"])
+    config = load(None, assignments(["mesh.size_mm=10", "morph.d_mm=9.5"]))
     found, _ = cog_offset_mm(config.changed(morph={"xi1": xi1, "xi2": xi2}))
     assert found == pytest.approx(limit_mm, abs=0.015)
 

@@ -13,20 +13,23 @@ from support.small import short
 from dolfingrip.cli import small_loop
 from dolfingrip.config import load
 from dolfingrip.design.campaign.campaign import read
+from dolfingrip.sections.tables import assignments
 
 DESIGNS = ("morph.xi1=0:0.6:4", "morph.xi2=-0.4:0:3")
 SETTINGS = short("experiment.max_pressure_kPa=25")
 
 
 def test_settings_are_coarser_never_finer() -> None:
-    coarse = small_loop.settings(load(None, ["mesh.edge_size_mm=2", "finger.wall_mm=1.8"]))
+    coarse = small_loop.settings(
+        load(None, assignments(["mesh.edge_size_mm=2", "finger.wall_mm=1.8"]))
+    )
     assert (coarse.mesh.size_mm, coarse.mesh.edge_size_mm) == (
         small_loop.POLICY.size_mm,
         small_loop.POLICY.size_mm,
     )
     assert coarse.finger.wall_mm == 1.8
     assert coarse.experiment.step_kPa == coarse.experiment.max_pressure_kPa == 250
-    assert small_loop.settings(load(None, ["mesh.size_mm=14"])).mesh.size_mm == 14
+    assert small_loop.settings(load(None, assignments(["mesh.size_mm=14"]))).mesh.size_mm == 14
 
 
 @pytest.mark.usefixtures("threads")

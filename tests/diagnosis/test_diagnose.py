@@ -130,7 +130,7 @@ def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
 def test_an_extension_that_is_not_allowed_is_a_warning(
     ninjaflex: CouponDiagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(CouponDiagnosis, "overrides", lambda self, fit: ("material.mu_MPa=-1",))
+    monkeypatch.setattr(CouponDiagnosis, "overrides", lambda self, fit: {"material.mu_MPa": -1})
     found = replace(ninjaflex, warnings=[])
     write(found, [COUPONS], tmp_path)
     result = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json")

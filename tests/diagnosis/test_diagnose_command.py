@@ -14,12 +14,13 @@ from support.here import Here
 from support.invented_coupon import TOLD, made
 from support.measured_files import written
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
+from dolfingrip.sections.tables import assignments
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
 
@@ -58,7 +59,9 @@ def test_a_second_run_goes_on(tmp_path: Path) -> None:
     """It gives what one run does, and asks for the same simulations in the same order."""
     # with a raster that is turned a coupon has no closed form
     raster = ("k_MPa=0.1", "raster_deg=5.0")
-    config = Config().overridden([f"extensions.print_anisotropy.{each}" for each in raster])
+    config = changed(
+        Config(), assignments([f"extensions.print_anisotropy.{each}" for each in raster])
+    )
     measurement, _ = selected(read([COUPONS], config), config)
     settings = Settings(effects=("mooney_rivlin", "yeoh"))
     first = Dying(tmp_path, lives=[1, 1])

@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 from support.invented_force import PATH
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
+from dolfingrip.sections.tables import assignments
 
 TESTS = Path(__file__).parents[1]
 POINTS = [(0.1, 0.0), (-0.2, 0.0), (0.2, 0.1), (0.15, 0.5), (0.9, 0.0)]
@@ -31,7 +32,7 @@ def test_the_optimum_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     keys = ("morph.xi1", "morph.xi2")
     where = Where(workers=1)
     campaign.run(Plan(base, keys, designs(*POINTS), objective=PATH), tmp_path / "doe", where)
-    softening = Config().overridden(("extensions.mooney_rivlin.C01_MPa=1.0",))
+    softening = changed(Config(), assignments(("extensions.mooney_rivlin.C01_MPa=1.0",)))
     with Pool(where) as pool:
         found = compare(tmp_path / "doe", Config(), softening, tmp_path / "after", pool)
     assert [each.inputs["morph.xi1"] for each in found.designs] == [0.15, 0.2, 0.1, -0.2]

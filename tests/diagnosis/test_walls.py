@@ -72,10 +72,10 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
 def with_walls(measurement: Measurement, store: Path, walls: float, factor: float = 1.0):
     """Readings, simulated at other walls and moduli."""
     config = finger()
-    overrides = (
-        f"finger.wall_mm={config.finger.wall_mm * walls!r}",
-        *modulus.overrides(config, factor),
-    )
+    overrides = {
+        "finger.wall_mm": config.finger.wall_mm * walls,
+        **modulus.overrides(config, factor),
+    }
     return simulate(measurement, config, [Case(overrides)], Here(store))[0].readings
 
 

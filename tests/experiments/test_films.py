@@ -24,6 +24,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.parameter import every
+from dolfingrip.sections.tables import assignments
 
 PAPER = (
     "finger.kind=pneunet", "pneunet.chambers=2", "pneunet.paper_mm=0.02", "material.mu_MPa=0.06",
@@ -35,7 +36,9 @@ PAPER = (
 
 
 def bent(*overrides: str) -> Result:
-    result = run("bending", config.load(None, [*PAPER, *overrides]), comm=MPI.COMM_SELF)
+    result = run(
+        "bending", config.load(None, assignments([*PAPER, *overrides])), comm=MPI.COMM_SELF
+    )
     assert result.failure is None, result.failure
     return result
 
@@ -85,7 +88,7 @@ def test_a_membrane_is_a_thin_layer_over_open_chambers() -> None:
             "experiment.step_kPa=5", "solver.max_step_kPa=5", "camera.chord=back edges",
             "mesh.size_mm=4", "mesh.edge_size_mm=1",
         )  # fmt: skip
-        result = run("bending", config.load(None, mouth), comm=MPI.COMM_SELF)
+        result = run("bending", config.load(None, assignments(mouth)), comm=MPI.COMM_SELF)
         assert result.failure is None
         angle.append(result.column("chord_angle_deg")[2:])
         iterations.append(sum(result.column("iterations")))
@@ -102,11 +105,11 @@ def test_a_cast_block_bears_pressures_near_its_modulus() -> None:
         "contact.self_contact=false", "experiment.max_pressure_kPa=20", "experiment.step_kPa=10",
         "solver.max_step_kPa=5",
     )  # fmt: skip
-    result = run("bending", config.load(None, silicone), comm=MPI.COMM_SELF)
+    result = run("bending", config.load(None, assignments(silicone)), comm=MPI.COMM_SELF)
     assert result.failure is None
     assert sum(result.column("iterations")) < 25
-    assert config.load(None, silicone).integration == "selective"
-    assert config.load(None, []).integration == "reduced"
+    assert config.load(None, assignments(silicone)).integration == "selective"
+    assert config.load(None, assignments([])).integration == "reduced"
 
 
 def test_a_block_with_a_layer_of_film_hangs() -> None:
@@ -120,7 +123,7 @@ def test_a_block_with_a_layer_of_film_hangs() -> None:
             "mesh.size_mm=4", "mesh.edge_size_mm=1", "gravity.acceleration_m_s2=9.81",
             "gravity.direction=[1,0,0]",
         )  # fmt: skip
-        settings = config.load(None, hung)
+        settings = config.load(None, assignments(hung))
         finger = build(settings, load_domain(settings, MPI.COMM_SELF), plate=False)
         assert go_to_rest(finger, Newton(finger.model, settings.solver)) is None
         u = finger.model.u
@@ -153,7 +156,9 @@ def weight_N(domain: Domain) -> float:
 @filmed
 def test_parts_of_a_gripper_weigh_what_their_materials_do(film: tuple[str, ...]) -> None:
     """By volume and density of each part."""
-    made = build_gripper(config.load(None, [*PAPER, *HEAVY_BASE, *film]), MPI.COMM_SELF)
+    made = build_gripper(
+        config.load(None, assignments([*PAPER, *HEAVY_BASE, *film])), MPI.COMM_SELF
+    )
     (weight,) = (term for term in made.model.terms if isinstance(term, DeadWeight))
     owned = made.model.u.x.array.shape[0]
     # a rise by 1 mm in the world; fingers hang, so the reference points down
@@ -166,7 +171,7 @@ def test_parts_of_a_gripper_weigh_what_their_materials_do(film: tuple[str, ...])
 @filmed
 def test_a_clamp_bears_the_weight_of_all_parts(film: tuple[str, ...]) -> None:
     hung = ("gravity.acceleration_m_s2=9.81", "gravity.direction=[0,0,1]")
-    settings = config.load(None, [*PAPER, *HEAVY_BASE, *film, *hung])
+    settings = config.load(None, assignments([*PAPER, *HEAVY_BASE, *film, *hung]))
     finger = build(settings, load_domain(settings, MPI.COMM_SELF), plate=False)
     assert go_to_rest(finger, Newton(finger.model, settings.solver)) is None
     domain = finger.model.domain
@@ -187,7 +192,7 @@ def test_a_region_may_have_another_law() -> None:
         "material.base.law=ogden", "material.base.ogden_mu_MPa=[0.08]",
         "material.base.ogden_alpha=[2.0]", "film.sheet.Et_N_per_mm=1.0",
     )  # fmt: skip
-    settings = config.load(None, [*PAPER, *ogden])
+    settings = config.load(None, assignments([*PAPER, *ogden]))
     made = build(settings, load_domain(settings, MPI.COMM_SELF), plate=False)
     asked = constant_values(settings, made.parameters)
     assert {"material.base.ogden_mu_MPa", "material.base.ogden_alpha"} < set(made.parameters)
@@ -218,7 +223,7 @@ def test_derivatives_by_films_and_regions() -> None:
         "film.sheet.fibre_Et_N_per_mm=[2.0]", "film.sheet.fibre_deg=[0.0]",
         "experiment.max_pressure_kPa=0.5", "solver.rtol=1e-10",
     )  # fmt: skip
-    settings = config.load(None, [*PAPER, *base])
+    settings = config.load(None, assignments([*PAPER, *base]))
     result = run("bending", settings, comm=MPI.COMM_SELF, gradients=list(keys))
     found = {
         row["parameter"]: row["derivative"]
@@ -239,7 +244,7 @@ def test_derivatives_by_films_and_regions() -> None:
 
 
 @pytest.mark.parametrize(
-    ("assignments", "said"),
+    ("settings", "said"),
     [
         (["material.film.mu_MPa=30"], 'material.film = "film": no such region; allowed: body, '),
         (["material.mu_Mpa=3"], "material.mu_Mpa: unknown key; did you mean material.mu_MPa? "),
@@ -261,15 +266,17 @@ def test_derivatives_by_films_and_regions() -> None:
         (["film.sheet.between=['body', 'paper']"], "film.sheet: the two regions have no face in "),
     ],
 )
-def test_bad_films_are_one_clear_line(assignments: list[str], said: str) -> None:
+def test_bad_films_are_one_clear_line(settings: list[str], said: str) -> None:
     with pytest.raises(ConfigError) as error:
-        load_domain(config.load(None, [*PAPER, *assignments]), MPI.COMM_SELF)
+        load_domain(config.load(None, assignments([*PAPER, *settings])), MPI.COMM_SELF)
     assert str(error.value).startswith(said)
     assert "\n" not in str(error.value)
 
 
 def test_configuration_of_regions_survives_a_round_trip(tmp_path: Path) -> None:
-    made = config.load(None, [*PAPER, "material.base.nu=0.4", "film.sheet.fibre_deg=[]"])
+    made = config.load(
+        None, assignments([*PAPER, "material.base.nu=0.4", "film.sheet.fibre_deg=[]"])
+    )
     printed = tmp_path / "printed.toml"
     printed.write_text(config.dumps(made), encoding="utf-8")
     assert config.load(printed) == made
@@ -278,7 +285,7 @@ def test_configuration_of_regions_survives_a_round_trip(tmp_path: Path) -> None:
 
 def test_a_finger_of_one_material_has_no_parts() -> None:
     """So its forms are those of a plain mesh."""
-    domain = load_domain(config.load(None, ["mesh.size_mm=10"]), MPI.COMM_SELF)
+    domain = load_domain(config.load(None, assignments(["mesh.size_mm=10"])), MPI.COMM_SELF)
     assert domain.parts == {}
     assert domain.sheets == {}
 
@@ -289,7 +296,7 @@ def test_a_clamp_that_moves_wants_a_closed_cavity() -> None:
         "finger.kind=cast", "cast.chambers=1", "mesh.size_mm=20", "mesh.edge_size_mm=20",
         "contact.self_contact=false", "extensions.clamp_compliance={}",
     )  # fmt: skip
-    opened = config.load(None, cast)
+    opened = config.load(None, assignments(cast))
     with pytest.raises(ConfigError, match=r"^extensions: a clamp that moves; allowed: "):
         build(opened, load_domain(opened, MPI.COMM_SELF), plate=False)
 
@@ -307,7 +314,9 @@ def test_selective_integration_does_not_lock() -> None:
     )  # fmt: skip
 
     def angle(*more: str) -> float:
-        result = run("bending", config.load(None, [*silicone, *more]), comm=MPI.COMM_SELF)
+        result = run(
+            "bending", config.load(None, assignments([*silicone, *more])), comm=MPI.COMM_SELF
+        )
         assert result.failure is None
         return float(result.column("angle_deg")[-1])
 

@@ -24,6 +24,7 @@ from dolfingrip.mechanics.model.element import displacement_element, pressure_fi
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.parameter import every
 from dolfingrip.sections.laws.polynomial import POWERS
+from dolfingrip.sections.tables import assignments
 
 OGDEN = (
     "material.law=ogden",
@@ -66,7 +67,7 @@ def closed_form(material: config.Material, stretches: np.ndarray) -> float:
 @LAWS
 def test_incompressible_bar(law: tuple[str, ...]) -> None:
     pull = (*bars.INCOMPRESSIBLE, "coupon.max_strain=1.5", "coupon.step_strain=0.25", *law)
-    material = config.load(None, law).material
+    material = config.load(None, assignments(law)).material
     stretch, found = bars.stress(bars.pull(*pull))
     expected = [closed_form(material, np.array([each, *2 * [each**-0.5]])) for each in stretch]
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)
@@ -84,7 +85,7 @@ def test_elements_in_planar_and_equibiaxial_tension(law: tuple[str, ...], elemen
     At constant volume the displacement element has no pressure: its free direction then carries
     −P₃, which is taken off as a pressure. The mixed one has p, which frees that direction.
     """
-    settings = config.load(None, [*law, "material.nu=0.4999"])
+    settings = config.load(None, assignments([*law, "material.nu=0.4999"]))
     kind = mesh.CellType.hexahedron if element == "S2" else mesh.CellType.tetrahedron
     cube = mesh.create_unit_cube(MPI.COMM_SELF, 1, 1, 1, kind)
     u = fem.Function(fem.functionspace(cube, displacement_element(element)))
@@ -112,7 +113,8 @@ def test_elements_in_planar_and_equibiaxial_tension(law: tuple[str, ...], elemen
 def test_derivatives_of_the_coupon_by_all_parameters(law: tuple[str, ...]) -> None:
     """Forward sensitivities against central differences of runs, whose curvature leaves 1e-5."""
     at = config.load(
-        None, [*law, "coupon.max_strain=0.6", "coupon.step_strain=0.3", "solver.rtol=1e-12"]
+        None,
+        assignments([*law, "coupon.max_strain=0.6", "coupon.step_strain=0.3", "solver.rtol=1e-12"]),
     )
     parameters = [each for each in every(at) if each.key.startswith("material.")]
     keys = [each.key for each in parameters]
@@ -143,7 +145,7 @@ def test_the_tangent_is_the_stress_derivative() -> None:
     """Taylor remainders of the residual at an irregular strain, where no two stretches agree."""
     from support import taylor
 
-    settings = config.load(None, OGDEN)
+    settings = config.load(None, assignments(OGDEN))
     cube = mesh.create_unit_cube(MPI.COMM_SELF, 1, 1, 1, mesh.CellType.hexahedron)
     u = fem.Function(fem.functionspace(cube, displacement_element("S2")))
     base = BaseMaterial.on(cube, settings.material)
@@ -188,14 +190,14 @@ REFUSED = {
 @pytest.mark.parametrize("overrides", REFUSED, ids=lambda overrides: overrides[-1])
 def test_bad_laws_are_one_line(overrides: tuple[str, ...]) -> None:
     with pytest.raises(ConfigError) as caught:
-        config.load(None, overrides)
+        config.load(None, assignments(overrides))
     assert REFUSED[overrides] in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_a_law_reads_back_equal(tmp_path: Path) -> None:
     for law in (OGDEN, POLYNOMIAL):
-        resolved: Config = config.load(None, law)
+        resolved: Config = config.load(None, assignments(law))
         printed = tmp_path / "printed.toml"
         printed.write_text(config.dumps(resolved), encoding="utf-8")
         assert config.load(printed) == resolved

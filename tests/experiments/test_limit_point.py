@@ -9,6 +9,7 @@ from support.example import EXAMPLES
 from dolfingrip import config
 from dolfingrip.experiments import run
 from dolfingrip.mechanics.path.failure import FailureKind
+from dolfingrip.sections.tables import assignments
 
 EXAMPLE = EXAMPLES / "thin_bellows.toml"
 COARSE = ("mesh.size_mm=14",)
@@ -23,7 +24,7 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     a parabola through the three highest has it, and pressure control stops within its smallest
     step of that.
     """
-    inflated = run("bending", config.load(EXAMPLE, [*COARSE, *READINGS]))
+    inflated = run("bending", config.load(EXAMPLE, assignments([*COARSE, *READINGS])))
     assert inflated.failure is None
     pressure = inflated.column("pressure_kPa")
     top = int(pressure.argmax())
@@ -34,7 +35,7 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     a, b, c = np.polyfit([-1, 0, 1], pressure[top - 1 : top + 2], 2)
     greatest = c - b**2 / (4 * a)
 
-    settings = config.load(EXAMPLE, [*COARSE, *LONG, "experiment.control=pressure"])
+    settings = config.load(EXAMPLE, assignments([*COARSE, *LONG, "experiment.control=pressure"]))
     stopped = run("bending", settings)
     assert stopped.failure is not None
     assert stopped.failure.kind is FailureKind.LIMIT_POINT
@@ -59,7 +60,8 @@ def test_pressure_control_goes_on_by_volume() -> None:
     """With control = "auto" the pressure rises in steps, turns and falls, in one run."""
     asked = ("experiment.control=auto", "experiment.max_pressure_kPa=300")
     result = run(
-        "bending", config.load(EXAMPLE, [*COARSE, *READINGS, *asked, "experiment.step_kPa=75"])
+        "bending",
+        config.load(EXAMPLE, assignments([*COARSE, *READINGS, *asked, "experiment.step_kPa=75"])),
     )
     assert result.failure is None, result.failure
     pressure, volume = result.column("pressure_kPa"), result.column("cavity_volume_mm3")
@@ -75,7 +77,7 @@ def test_pressure_control_goes_on_by_volume() -> None:
 def test_a_volume_that_cannot_be_reached_is_a_classified_failure() -> None:
     """Newton's method with one iteration reaches neither a pressure nor a volume."""
     hopeless = ("experiment.control=auto", "solver.max_iterations=1", "solver.min_step_kPa=5")
-    result = run("bending", config.load(EXAMPLE, [*COARSE, *READINGS, *hopeless]))
+    result = run("bending", config.load(EXAMPLE, assignments([*COARSE, *READINGS, *hopeless])))
     assert result.failure is not None
     assert result.failure.kind in (FailureKind.ITERATION_LIMIT, FailureKind.LIMIT_POINT)
     assert "cavity_volume_mm3" in result.failure.last_good

@@ -6,6 +6,7 @@ import pytest
 
 from dolfingrip import config
 from dolfingrip.experiments.notes import notes
+from dolfingrip.sections.tables import assignments
 
 
 @pytest.mark.parametrize(
@@ -30,6 +31,6 @@ from dolfingrip.experiments.notes import notes
 )
 def test_notes(overrides: list[str], said: list[str]) -> None:
     """One line for each doubt, none about the element that suits the material."""
-    found = notes(config.load(None, overrides))
+    found = notes(config.load(None, assignments(overrides)))
     assert len(found) == len(said)
     assert all(part in line for part, line in zip(said, found, strict=True))

@@ -12,10 +12,11 @@ from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli.app import app
-from dolfingrip.config import ConfigError
+from dolfingrip.config import ConfigError, changed
 from dolfingrip.experiments.prediction import Curve, further, predict
 from dolfingrip.sections import posterior
 from dolfingrip.sections.posterior import Fit, Posterior
+from dolfingrip.sections.tables import assignments
 
 STRAIGHT = Curve(np.array([0.0, 10.0, 20.0]), np.array([0.0, 10.0, 20.0]))
 
@@ -87,7 +88,7 @@ def test_the_example_is_read() -> None:
     assert left.shares.sum() == pytest.approx(1.0)
     base = config.load(file)
     laws = {
-        base.overridden([f"{k}={json.dumps(v)}" for k, v in each.set.items()]).material
+        changed(base, assignments([f"{k}={json.dumps(v)}" for k, v in each.set.items()])).material
         for each in left.fit
     }
     assert (len(left.fit), len(laws)) == (4, 2)

@@ -21,6 +21,7 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.meshes import files
+from dolfingrip.sections.tables import assignments
 
 X, Y = COLUMNS = [each.name for each in push.Push.columns]
 EVEN = ("mesh.size_mm=4.2", "mesh.edge_size_mm=4.2")
@@ -48,7 +49,7 @@ def controlled(finger: FingerModel) -> FingerModel:
 def test_a_bar_is_timoshenkos_cantilever() -> None:
     """1/k = L³/(3EI) + 6L/(5GA), of a bar that is wider than thick (Timoshenko)."""
     sides, length = (3.0, 4.5), 60.0
-    settings = config.load(None, [*STRICT, "material.nu=0.05"])
+    settings = config.load(None, assignments([*STRICT, "material.nu=0.05"]))
     bar = bodies.box((2, 3, 24), (*sides, length))
     ends = {"clamp": bodies.plane(2, 0.0), "tip": bodies.plane(2, length)}
     finger = controlled(

@@ -15,6 +15,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import Result, run
+from dolfingrip.sections.tables import assignments
 
 ELEMENTS = 1398
 FIGURES: dict[tuple[str, float], dict[str, float]] = {
@@ -46,7 +47,9 @@ MOST = {"bending": (13, 6), "blocked_force": (34, 18)}
 def result(request: pytest.FixtureRequest) -> Result:
     highest, step = STEPS[request.param]
     settings = config.load(
-        overrides=[f"experiment.max_pressure_kPa={highest}", f"experiment.step_kPa={step}"]
+        overrides=assignments(
+            [f"experiment.max_pressure_kPa={highest}", f"experiment.step_kPa={step}"]
+        )
     )
     return run(request.param, settings, comm=MPI.COMM_SELF)
 

@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import run
+from dolfingrip.sections.tables import assignments
 
 SHORT = (
     "finger.kind=round_bellows", "round_bellows.convolutions=2", "material.mu_MPa=10",
@@ -19,7 +20,7 @@ def test_thin_walls_take_few_iterations() -> None:
 
     With steps of constant length, each of 10 kPa took 34 iterations or more with walls so thin.
     """
-    result = run("bending", config.load(None, SHORT), comm=MPI.COMM_SELF)
+    result = run("bending", config.load(None, assignments(SHORT)), comm=MPI.COMM_SELF)
     assert result.failure is None
     angle, iterations = result.column("angle_deg"), result.column("iterations")
     print(angle, iterations, result.column("tip_z_mm"), result.facts["mesh"])

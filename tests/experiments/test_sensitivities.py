@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import small
+from dolfingrip.sections.tables import assignments
 
 from benchmarks import sensitivities
 from dolfingrip import config
@@ -33,7 +34,7 @@ ELASTIC, LASTING = 1e-5, 1e-3
 
 def settings(*overrides: str) -> Config:
     """A short finger, solved to rounding."""
-    return config.load(None, [*sensitivities.SHORT, *overrides])
+    return config.load(None, assignments([*sensitivities.SHORT, *overrides]))
 
 
 def direction(parameters: list[Parameter], *, forwards: bool = False) -> dict[Parameter, float]:
@@ -123,7 +124,7 @@ def test_every_effect_registers_its_numbers() -> None:
     from dolfingrip.extensions.index import EFFECTS
 
     on = [f"extensions.{effect.name()}={{}}" for effect in EFFECTS]
-    found = every(config.load(None, on))
+    found = every(config.load(None, assignments(on)))
     keys = [parameter.key for parameter in found]
     assert len(keys) == len(set(keys))
     for effect in EFFECTS:
@@ -159,7 +160,7 @@ def test_what_has_no_derivative_says_so(
     keys: list[str], overrides: tuple[str, ...], said: str
 ) -> None:
     with pytest.raises(ConfigError, match=said):
-        chosen(config.load(None, overrides), keys)
+        chosen(config.load(None, assignments(overrides)), keys)
 
 
 @pytest.mark.parametrize("on", [(), ("extensions.coarse_mesh.factor=1.5",)], ids=["off", "on"])

@@ -13,11 +13,12 @@ from mpi4py import MPI
 from support.command import run_command
 
 from dolfingrip import config
-from dolfingrip.config import ConfigError
+from dolfingrip.config import ConfigError, changed
 from dolfingrip.experiments import synthetic
 from dolfingrip.experiments.synthetic import Measurement
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import NAMES
+from dolfingrip.sections.tables import assignments
 
 COUPON = ("coupon.max_strain=0.4", "coupon.step_strain=0.002")
 SELF = MPI.COMM_SELF
@@ -25,8 +26,8 @@ SELF = MPI.COMM_SELF
 
 def pulled(seed: int = 3, **more: object) -> Measurement:
     """A coupon's measurement: 201 readings in a second."""
-    told = config.load(None, COUPON)
-    truth = told.overridden(["material.mu_MPa=2.0"])
+    told = config.load(None, assignments(COUPON))
+    truth = changed(told, assignments(["material.mu_MPa=2.0"]))
     return synthetic.measure(["coupon"], told, hidden=truth, seed=seed, comm=SELF, **more)
 
 
@@ -36,7 +37,7 @@ def column(measurement: Measurement, name: str) -> np.ndarray:
 
 def test_noise_has_the_spread_that_is_asked_for() -> None:
     """Of 201 readings to 20 %, four standard errors of a standard deviation."""
-    noise = synthetic.noise_from(["force_N=0.1", "displacement_mm=0"])
+    noise = {**synthetic.NOISE, "force_N": 0.1, "displacement_mm": 0.0}
     silent = dict.fromkeys(noise, 0.0)
     noisy, clean = (pulled(noise=spread) for spread in (noise, silent))
     error = column(noisy, "force_N") - column(clean, "force_N")
@@ -109,9 +110,9 @@ def test_the_command(tmp_path: Path) -> None:
 
 
 def test_bad_input_is_said_in_one_line() -> None:
-    with pytest.raises(ConfigError, match=r"--noise force=1: allowed: pressure_kPa, angle_deg"):
-        synthetic.noise_from(["force=1"])
-    with pytest.raises(ConfigError, match=r"--noise force_N=-1: allowed: a number from 0 on"):
-        synthetic.noise_from(["force_N=-1"])
+    with pytest.raises(ConfigError, match=r"--noise force = 1: allowed: pressure_kPa, angle_deg"):
+        synthetic.check_noise({"force": 1})
+    with pytest.raises(ConfigError, match=r"--noise force_N = -1: allowed: a number from 0 on"):
+        synthetic.check_noise({"force_N": -1})
     with pytest.raises(ConfigError, match=r"--nuisance gravity: no effect; allowed: bulk_modulus"):
         synthetic.drawn(config.Config(), ["gravity"], np.random.default_rng(1))

@@ -20,6 +20,7 @@ from dolfingrip.explore.library import Library, weights
 from dolfingrip.explore.wanted import Wanted
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.report.page import sources
+from dolfingrip.sections.tables import assignments
 
 
 @seed(1)
@@ -38,7 +39,7 @@ def test_weights_reproduce_what_is_known(parameters: int, count: int, draw: int)
 
 
 def test_the_files_of_a_measurement(tmp_path: Path) -> None:
-    design = config.load(None, ["finger.wall_mm=1.8", "morph.xi1=0.3"])
+    design = config.load(None, assignments(["finger.wall_mm=1.8", "morph.xi1=0.3"]))
     answers = {
         "experiments": ["bending", "blocked_force"], "rate_kPa_per_s": 10, "gap_mm": 1.5,
         "angle_deg": 0.3, "force_N": None, "gauge_length_mm": "",

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from support import bars
 
 from dolfingrip import config
+from dolfingrip.sections.tables import assignments
 
 MU = 2.93
 PULL = (*bars.INCOMPRESSIBLE, "coupon.max_strain=1.0", "coupon.step_strain=0.25")
@@ -149,7 +150,7 @@ def test_a_bar_narrows_until_its_sides_bear_no_stress(poisson: float, more_MPa: 
     effect = (f"extensions.bulk_modulus.more_MPa={more_MPa}",) if more_MPa else ()
     settings = (f"material.nu={poisson}", "solver.atol_N=1e-7", *effect)
     result = bars.pull("coupon.max_strain=0.5", "coupon.step_strain=0.1", *settings)
-    lame = config.load(None, settings).material.lmbda_MPa + more_MPa
+    lame = config.load(None, assignments(settings)).material.lmbda_MPa + more_MPa
     expected = [
         np.sqrt(brentq(lambda a, at=at: MU * (a - 1) + lame * np.log(at * a), 0.2, 1.5)) - 1
         for at in 1 + result.column("nominal_strain")

@@ -11,13 +11,14 @@ from dolfingrip import config
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_offset import PressureOffset
+from dolfingrip.sections.tables import assignments
 
 ROW = {"time_s": 30.0, "angle_deg": 40.0, "chord_angle_deg": 21.0, "force_N": 2.0}
 
 
 def shown(*overrides: str) -> dict[str, float]:
     """The row as the instruments display it."""
-    settings = config.load(None, [f"extensions.{override}" for override in overrides])
+    settings = config.load(None, assignments([f"extensions.{override}" for override in overrides]))
     return displayed(settings, ROW)
 
 

@@ -10,6 +10,7 @@ from support import bars
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
+from dolfingrip.sections.tables import assignments
 
 R, M, BETA = 1.7, 0.3, 0.15
 MULLINS = tuple(
@@ -62,4 +63,4 @@ def test_softening_has_a_limit() -> None:
     """1/r above 1 would turn the stress around."""
     allowed = r"extensions.mullins.inverse_r = 1.1: allowed: at least 0 and at most 1"
     with pytest.raises(ConfigError, match=allowed):
-        config.load(None, ["extensions.mullins.inverse_r=1.1"])
+        config.load(None, assignments(["extensions.mullins.inverse_r=1.1"]))

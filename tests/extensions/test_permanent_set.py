@@ -11,6 +11,7 @@ from dolfingrip import config
 from dolfingrip.experiments.rigs.bar import CouponModel, build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.sections.tables import assignments
 
 SEED = 17
 MU = config.Material().mu_MPa
@@ -64,7 +65,7 @@ def test_dissipation_is_never_negative() -> None:
     """q with the old A is never below q with the new one, at any time of an irregular protocol."""
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
-    settings = config.load(None, on())
+    settings = config.load(None, assignments(on()))
     bar = build(settings, MPI.COMM_SELF)
     path = LoadPath(Newton(bar.model, settings.solver), {"displacement_mm": 100.0})
     before = bar.history.values()["permanent_set.A"].reshape(-1, 3, 3)

@@ -14,6 +14,7 @@ from dolfingrip.config import Solver
 from dolfingrip.experiments.rigs.bar import build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.sections.tables import assignments
 
 SEED = 11
 G, TAU = 0.3, 10.0
@@ -86,7 +87,7 @@ def test_dissipation_is_never_negative() -> None:
     """At all times of an irregular protocol, and in sum over a closed cycle."""
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
-    settings = config.load(None, TWO)
+    settings = config.load(None, assignments(TWO))
     bar = build(settings, MPI.COMM_SELF)
     path = LoadPath(Newton(bar.model, settings.solver), {"displacement_mm": 3.0})
     found = []
@@ -118,7 +119,7 @@ def test_a_step_taken_back_leaves_no_trace() -> None:
 
     Solves leave less than the states may differ by: factors of a step taken back serve later ones.
     """
-    settings = config.load(None, (*TWO, "solver.rtol=1e-12", "solver.atol_N=1e-12"))
+    settings = config.load(None, assignments((*TWO, "solver.rtol=1e-12", "solver.atol_N=1e-12")))
     ends = []
     for answers, parts in ((["not so far"], [1.0]), ([], [0.5, 1.0])):
         bar = build(settings, MPI.COMM_SELF)
@@ -138,7 +139,7 @@ def test_a_step_taken_back_leaves_no_trace() -> None:
 
 
 def test_a_restored_state_goes_the_same_way_again() -> None:
-    settings = config.load(None, TWO)
+    settings = config.load(None, assignments(TWO))
     bar = build(settings, MPI.COMM_SELF)
     path = LoadPath(Newton(bar.model, Solver(rtol=1e-12)), {"displacement_mm": 5.0})
     path.advance({"displacement_mm": 5.0, "time_s": 1.0})

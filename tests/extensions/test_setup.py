@@ -13,6 +13,7 @@ from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.extensions.clamp_compliance import ClampCompliance
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.sections.tables import assignments
 
 ONE_STEP = (
     "contact.self_contact=false",
@@ -74,12 +75,14 @@ def test_sag_of_a_cantilever() -> None:
     length, side, acceleration = 60.0, 3.0, 0.02
     settings = config.load(
         None,
-        [
-            "contact.self_contact=false",
-            "material.nu=0.05",
-            f"extensions.gravity_pitch.acceleration_m_s2={acceleration}",
-            "extensions.gravity_pitch.pitch_deg=90",
-        ],
+        assignments(
+            [
+                "contact.self_contact=false",
+                "material.nu=0.05",
+                f"extensions.gravity_pitch.acceleration_m_s2={acceleration}",
+                "extensions.gravity_pitch.pitch_deg=90",
+            ]
+        ),
     )
     bar = bodies.box((2, 2, 24), (side, side, length))
     ends = {"clamp": bodies.plane(2, 0.0), "tip": bodies.plane(2, length)}
@@ -114,7 +117,7 @@ def test_what_becomes_of_the_configuration(
     changes: str, section: str, key: str, expected: float | str
 ) -> None:
     base = ("plate.gap_mm=1", "plate.tilt_deg=4")
-    found = config.load(None, [*base, f"extensions.{changes}"]).adapted()
+    found = config.load(None, assignments([*base, f"extensions.{changes}"])).adapted()
     assert getattr(getattr(found, section), key) == (
         expected if isinstance(expected, str) else pytest.approx(expected)
     )
@@ -122,8 +125,10 @@ def test_what_becomes_of_the_configuration(
 
 def test_tetrahedra_that_lock_do_not_take_over_how_hexahedra_are_graded() -> None:
     graded = ("mesh.edge_size_mm=7", "extensions.locking={}")
-    assert config.load(None, graded).adapted().mesh.edge_size_mm is None
-    kept = config.load(None, ("solver.element=P2", "mesh.edge_size_mm=1", *graded[1:])).adapted()
+    assert config.load(None, assignments(graded)).adapted().mesh.edge_size_mm is None
+    kept = config.load(
+        None, assignments(("solver.element=P2", "mesh.edge_size_mm=1", *graded[1:]))
+    ).adapted()
     assert kept.mesh.edge_size_mm == 1
 
 
@@ -133,7 +138,7 @@ def test_what_cannot_be_adapted_says_so() -> None:
         ("base_layer_offset.offset_mm=9.5", r"finger.base_layer_mm = 13.0: leaves no room"),
     ):
         with pytest.raises(ConfigError, match=said):
-            config.load(None, [f"extensions.{change}"]).adapted()
+            config.load(None, assignments([f"extensions.{change}"])).adapted()
 
 
 @pytest.mark.parametrize("name", ["mullins", "bulk_modulus"])

@@ -17,6 +17,7 @@ from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_gain import PressureGain
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.model.model import Control
+from dolfingrip.sections.tables import assignments
 
 
 @pytest.mark.parametrize("steps", [1, 7, 100])
@@ -69,7 +70,9 @@ def test_moduli_gain_and_force_gain_cancel_exactly() -> None:
     """Without gravity: moduli × c, pressure × c, force × 1/c change no angle and no force."""
     c = 1.3
     common = (*trial.STRICT, "experiment.step_kPa=25", "extensions.prony.tau_s=[3]")
-    base = config.load(None, [*trial.small.SHORT, *common, "extensions.mooney_rivlin.C01_MPa=1"])
+    base = config.load(
+        None, assignments([*trial.small.SHORT, *common, "extensions.mooney_rivlin.C01_MPa=1"])
+    )
     scaled = base.changed(
         material={"mu_MPa": c * base.material.mu_MPa},
         contact={"stiffness_MPa": c * base.contact.stiffness_MPa},

@@ -8,6 +8,7 @@ from support import bars
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
+from dolfingrip.sections.tables import assignments
 
 PULL = ("coupon.max_strain=1.0", "coupon.step_strain=0.5", "solver.atol_N=1e-7")
 LITTLE = 1e-6
@@ -44,6 +45,6 @@ def test_unequal_lists_are_one_line() -> None:
     with pytest.raises(
         ConfigError, match=r"extensions\.ogden_terms\.alpha = \[-3\.0\]: allowed: as "
     ):
-        config.load(None, ["extensions.ogden_terms.mu_MPa=[1, 2]"])
+        config.load(None, assignments(["extensions.ogden_terms.mu_MPa=[1, 2]"]))
     with pytest.raises(ConfigError, match=r"allowed: each from 0\.05 to 10"):
-        config.load(None, ["extensions.ogden_terms.alpha=[0]"])
+        config.load(None, assignments(["extensions.ogden_terms.alpha=[0]"]))

@@ -19,6 +19,7 @@ from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.mechanics.readings.reading import NotDifferentiable, Reading
 from dolfingrip.mechanics.readings.tip import TipDisplacement
+from dolfingrip.sections.tables import assignments
 
 SEED = 11
 COLUMNS = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm", "cavity_volume_mm3", "force_N")
@@ -136,7 +137,7 @@ def test_readings_count_from_rest_and_keep_their_derivatives(finger: FingerModel
 
 def test_tension() -> None:
     """The bar's force and width by a displacement of its nodes."""
-    settings = config.load(None, ["coupon.grip=clamped", "coupon.gauge_length_mm=6"])
+    settings = config.load(None, assignments(["coupon.grip=clamped", "coupon.gauge_length_mm=6"]))
     rig = bar_rig.BarRig.built(settings, MPI.COMM_SELF, Profile())
     path = LoadPath(rig.newton, rig.longest())
     stop = Stop(1.5, 0.6, "loading")

@@ -7,13 +7,14 @@ import pytest
 from scipy.spatial import cKDTree
 from support.small import short
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import placed, solid, straight, unplaced
 from dolfingrip.meshes.measures import moment_gradients, moments, scaled_jacobians
 from dolfingrip.meshes.walls import facing
 from dolfingrip.parameter import Entry, every
 from dolfingrip.sections.form import Form
+from dolfingrip.sections.tables import assignments
 
 SEED = 12
 
@@ -64,7 +65,7 @@ def test_cells_stay_good_and_are_those_of_the_dimensions_they_were_made_for() ->
     config = bent(0.4)
     mesh = solid(config)
     assert scaled_jacobians(mesh).min() > 0.9
-    thinner = config.overridden(["finger.wall_mm=1.2"])
+    thinner = changed(config, assignments(["finger.wall_mm=1.2"]))
     assert len(solid(thinner, config.geometry).points) == len(mesh.points)
 
 

@@ -23,6 +23,7 @@ from dolfingrip.parameter import every
 from dolfingrip.sections.geometry.cast import Cast
 from dolfingrip.sections.geometry.pneunet import Pneunet
 from dolfingrip.sections.geometry.round_bellows import RoundBellows
+from dolfingrip.sections.tables import assignments
 
 PAIR = ("cavity", "cavity_2")
 SMALL = Mesh(size_mm=20, edge_size_mm=20)
@@ -123,7 +124,7 @@ def test_another_number_of_chambers_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("assignments", "said"),
+    ("settings", "said"),
     [
         (["finger.kind=kast"], 'finger.kind = "kast": allowed: bellows, cast, pneunet'),
         (["cast.wall_mm=3"], 'finger.kind = bellows: allowed: "cast" with a table [cast]'),
@@ -165,9 +166,9 @@ def test_another_number_of_chambers_is_refused() -> None:
         ),
     ],
 )
-def test_bad_geometry_is_one_clear_line(assignments: list[str], said: str) -> None:
+def test_bad_geometry_is_one_clear_line(settings: list[str], said: str) -> None:
     with pytest.raises(ConfigError) as error:
-        solid(config.load(overrides=assignments))
+        solid(config.load(overrides=assignments(settings)))
     assert str(error.value).startswith(said)
     assert "\n" not in str(error.value)
 
@@ -189,11 +190,11 @@ def test_regions_are_written_and_read(suffix: str, order: int, tmp_path: Path) -
 def test_a_file_whose_regions_are_not_those_asked_for(tmp_path: Path) -> None:
     file = tmp_path / "cast.msh"
     files.write(file, structured_mesh(Cast(chambers=2), SMALL))
-    asked = config.load(None, [f"mesh.file='{file}'", "material.silk.mu_MPa=3"])
+    asked = config.load(None, assignments([f"mesh.file='{file}'", "material.silk.mu_MPa=3"]))
     said = 'material.silk = "silk": no such region; allowed: body, film'
     with pytest.raises(MeshError, match=re.escape(said)):
         load_domain(asked, MPI.COMM_SELF)
-    found = config.load(None, [f"mesh.file='{file}'", "material.film.mu_MPa=3"])
+    found = config.load(None, assignments([f"mesh.file='{file}'", "material.film.mu_MPa=3"]))
     assert set(load_domain(found, MPI.COMM_SELF).parts) == {"film", "rest"}
 
 
@@ -225,5 +226,5 @@ def test_round_bellows_are_cylinders_in_closed_form() -> None:
 )
 def test_bad_round_bellows_are_one_clear_line(overrides: tuple[str, ...], said: str) -> None:
     with pytest.raises(ConfigError) as error:
-        config.load(None, ["finger.kind=round_bellows", *overrides])
+        config.load(None, assignments(["finger.kind=round_bellows", *overrides]))
     assert str(error.value).startswith(said)

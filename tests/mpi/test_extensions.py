@@ -13,6 +13,7 @@ from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.extensions.mooney_rivlin import MooneyRivlin
 from dolfingrip.extensions.plate_friction import PlateFriction
+from dolfingrip.sections.tables import assignments
 
 WORLD = MPI.COMM_WORLD
 CYCLES = (
@@ -66,9 +67,9 @@ def test_bellows_and_a_plate_that_rub() -> None:
 def test_a_coupon_that_relaxes(grip: str) -> None:
     settings = config.load(
         None,
-        [*trial.STRICT, "extensions.prony.tau_s=[2]", "experiment.unload=true",
+        assignments([*trial.STRICT, "extensions.prony.tau_s=[2]", "experiment.unload=true",
          "experiment.hold_s=5", "coupon.gauge_length_mm=9", "coupon.step_strain=0.25",
-         f"coupon.grip={grip}"],
+         f"coupon.grip={grip}"]),
     )  # fmt: skip
     result = run("coupon", settings, comm=WORLD)
     names = ("force_N", "nominal_stress_MPa", "transverse_strain")

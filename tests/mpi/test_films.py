@@ -7,6 +7,7 @@ from support import stored
 
 from dolfingrip import config
 from dolfingrip.experiments import run
+from dolfingrip.sections.tables import assignments
 
 PNEUNET = (
     "finger.kind=pneunet", "pneunet.chambers=2", "pneunet.tube=true", "material.mu_MPa=0.06",
@@ -19,7 +20,7 @@ PNEUNET = (
 
 
 def test_readings_do_not_depend_on_the_ranks() -> None:
-    settings = config.load(None, PNEUNET)
+    settings = config.load(None, assignments(PNEUNET))
     result = run("bending", settings, comm=MPI.COMM_WORLD)
     assert result.failure is None
     columns = ("angle_deg", "chord_angle_deg", "tip_x_mm", "cavity_volume_mm3")

@@ -28,6 +28,7 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh
+from dolfingrip.sections.tables import assignments
 
 WORLD = MPI.COMM_WORLD
 READINGS = (
@@ -164,7 +165,7 @@ def test_ranks_without_skin_take_part() -> None:
 )
 def test_a_mesh_that_fails_on_rank_0_fails_on_all(override: str, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
-        run("bending", config.load(None, [override]), comm=WORLD)
+        run("bending", config.load(None, assignments([override])), comm=WORLD)
     assert WORLD.allreduce(1) == WORLD.size  # all are here, none waits
 
 
@@ -215,7 +216,9 @@ def test_half_finger_from_a_file_refuses_sideways_loads(shared: Path) -> None:
     on_root(WORLD, write)
     across = config.load(
         None,
-        [f"mesh.file={file}", "gravity.acceleration_m_s2=9.81", "gravity.direction=[0, 1, 0]"],
+        assignments(
+            [f"mesh.file={file}", "gravity.acceleration_m_s2=9.81", "gravity.direction=[0, 1, 0]"]
+        ),
     )
     with pytest.raises(ConfigError, match=r"gravity.direction .*: allowed: no y-part"):
         run("bending", across, comm=WORLD)

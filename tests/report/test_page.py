@@ -18,6 +18,7 @@ from dolfingrip import config
 from dolfingrip.report.page import build, front, html, sources
 from dolfingrip.report.page.content import Axis, Front, FrontPoint
 from dolfingrip.report.page.design_shape import unloaded_shape
+from dolfingrip.sections.tables import assignments
 
 HOSTILE = "</script><script>window.stolen = 1</script>"
 COARSE = (
@@ -40,7 +41,7 @@ def write_run(folder: Path) -> None:
     synthetic_run.write_run(folder, 1, cell="hexahedron")
     facts = {
         "experiment": "bending", "complete": True, "command": ["bend", HOSTILE],
-        "config": config.load(None, COARSE).model_dump(mode="json", exclude_none=True),
+        "config": config.load(None, assignments(COARSE)).model_dump(mode="json", exclude_none=True),
         "mesh": {"elements": 120, "half": True}, "wall_s": 1.0, "ranks": 1,
         "versions": {"dolfingrip": "0"},
     }  # fmt: skip
@@ -71,7 +72,7 @@ def two_designs() -> Front:
     """A front of two designs with a shape each."""
     models, points = [], []
     for number, xi in enumerate((0.0, 0.3)):
-        shape = unloaded_shape(config.load(None, [*COARSE, f"morph.xi2={xi}"]))
+        shape = unloaded_shape(config.load(None, assignments([*COARSE, f"morph.xi2={xi}"])))
         models.append(shape.packed())
         group = "chosen" if number else "design"
         rows = [("ξ₂", f"{xi}"), ("Blocked force (N), surrogate", "3.00 ± 0.12")]

@@ -21,6 +21,7 @@ from dolfingrip.meshes.measures import jacobians
 from dolfingrip.report import printable
 from dolfingrip.sections.form import Form
 from dolfingrip.sections.geometry.boxes import BoxSolid
+from dolfingrip.sections.tables import assignments
 
 SHORT = ("finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8")
 DESIGNS = {
@@ -42,7 +43,7 @@ def whole_mm3(design: Config) -> float:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_closed_and_of_the_right_volume(tmp_path: Path, name: str) -> None:
-    design = config.load(None, DESIGNS[name])
+    design = config.load(None, assignments(DESIGNS[name]))
     expected = whole_mm3(design)
     stl, step = tmp_path / "design.stl", tmp_path / "design.step"
     assert printable.write(design, stl) == pytest.approx(expected, rel=1e-9)
@@ -61,7 +62,7 @@ def test_closed_and_of_the_right_volume(tmp_path: Path, name: str) -> None:
 def test_a_mesh_file_has_no_step(tmp_path: Path) -> None:
     from dolfingrip.meshes import files
 
-    design = config.load(None, [*SHORT, "mesh.order=1"])
+    design = config.load(None, assignments([*SHORT, "mesh.order=1"]))
     files.write(tmp_path / "finger.msh", solid(design))
     design = design.changed(mesh={"file": tmp_path / "finger.msh"})
     with pytest.raises(ConfigError, match=r"\.step: a mesh file has no boxes; allowed: \.stl"):
@@ -71,11 +72,11 @@ def test_a_mesh_file_has_no_step(tmp_path: Path) -> None:
 
 def test_a_free_form_has_no_step(tmp_path: Path) -> None:
     """Also where its offsets are 0, so that the volume is that of the boxes."""
-    design = config.load(None, SHORT)
+    design = config.load(None, assignments(SHORT))
     solid_of = design.geometry.solid()
     assert isinstance(solid_of, BoxSolid)
     count = Form(offsets_mm=()).count(solid_of)
-    bent = config.load(None, [*SHORT, f"form.offsets_mm={[0.0] * count}"])
+    bent = config.load(None, assignments([*SHORT, f"form.offsets_mm={[0.0] * count}"]))
     with pytest.raises(ConfigError, match=r"\.step: \[form\] bends this design's faces.*\.stl"):
         printable.write(bent, tmp_path / "a.step")
 

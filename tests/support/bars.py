@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import Result, run
+from dolfingrip.sections.tables import assignments
 
 INCOMPRESSIBLE = ("material.nu=0.49999", "solver.atol_N=1e-7")
 """Errors of the closed forms of order μ/K = 2e-5."""
@@ -16,7 +17,7 @@ INCOMPRESSIBLE = ("material.nu=0.49999", "solver.atol_N=1e-7")
 
 def pull(*overrides: str) -> Result:
     """The result of pulling the bar with ``overrides``."""
-    result = run("coupon", config.load(None, overrides), comm=MPI.COMM_SELF)
+    result = run("coupon", config.load(None, assignments(overrides)), comm=MPI.COMM_SELF)
     assert result.failure is None, result.failure.sentence()
     return result
 

@@ -10,6 +10,7 @@ from support.measured_files import written
 
 from dolfingrip.config import load
 from dolfingrip.experiments import run
+from dolfingrip.sections.tables import assignments
 
 TOLD = """experiment = "coupon"
 gauge_length_mm = 33.0
@@ -41,7 +42,9 @@ def made(
 
     With ``width`` a camera sees how far it narrows, with ``WIDTH_NOISE``.
     """
-    config = load(None, ["experiment.unload=true", "coupon.step_strain=0.02", *overrides])
+    config = load(
+        None, assignments(["experiment.unload=true", "coupon.step_strain=0.02", *overrides])
+    )
     curve = run("coupon", config)
     names = ["time_s", "displacement_mm", "force_N"]
     time_s, travel_mm, force_N = (curve.column(name) for name in names)

@@ -13,6 +13,7 @@ from dolfingrip import config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.sections.tables import assignments
 
 COARSE = ("mesh.size_mm=6", "mesh.edge_size_mm=6")
 SHORT = (
@@ -28,12 +29,12 @@ SELF = MPI.COMM_SELF
 
 def coarse(*overrides: str) -> config.Config:
     """The reference finger, coarsely meshed."""
-    return config.load(None, [*COARSE, *overrides])
+    return config.load(None, assignments([*COARSE, *overrides]))
 
 
 def short(*overrides: str) -> config.Config:
     """A short finger of two bellows, coarsely meshed."""
-    return config.load(None, [*SHORT, *overrides])
+    return config.load(None, assignments([*SHORT, *overrides]))
 
 
 def model(settings: config.Config, *, plate: bool, comm: MPI.Comm = MPI.COMM_SELF) -> FingerModel:

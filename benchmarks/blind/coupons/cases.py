@@ -119,16 +119,16 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
         truth = replace(truth, discrepancy=level)
     for _ in range(1000):
         names = names_of(effects, hidden, rng)
-        zeta, sigma, overrides = [], [], []
+        zeta, sigma, overrides = [], [], {}
         for name in names:
             box = bench.plain.causes[name].box()
             own = truncated(rng, box, 2.0 if wide else 1.0)
             there = bench.plain.case.predicted((name,), np.r_[0.0, own])
             sigma.append(bench.sigma(there - bench.plain.case.base))
-            overrides += bench.plain.causes[name].overrides(own)
+            overrides |= bench.plain.causes[name].overrides(own)
             zeta += own.tolist()
         if kind == "prior" or min(sigma, default=SEEN) >= SEEN:
-            truth = replace(truth, causes=tuple(overrides))
+            truth = replace(truth, causes=overrides)
             break
     if kind in ("outsider", "with_outsider"):
         truth, left = _with_outsider(bench, truth, rng, alone=kind == "outsider")

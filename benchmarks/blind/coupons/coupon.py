@@ -11,8 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from benchmarks.blind.case import stiffened
-from dolfingrip import config as configuration
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.policy import DATA
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.parameter import scaled
@@ -87,14 +86,14 @@ class Truth:
     """What is hidden.
 
     Attributes:
-        causes: effects of the catalogue as overrides, moduli at the configured stiffness.
+        causes: values of effects of the catalogue by key, moduli at the configured stiffness.
         outsider: name, and strength by the ordinary one; none where empty.
         modulus, area, gauge: true by told.
         slack_mm: of all coupons.
         quiet: no noise, no scatter of specimens.
     """
 
-    causes: tuple[str, ...] = ()
+    causes: Change = field(default_factory=dict)
     outsider: tuple[str, float] = ("", 0.0)
     modulus: float = 1.0
     area: float = 1.0
@@ -198,19 +197,15 @@ OUTSIDERS: Final[Mapping[str, tuple[Outsider, bool]]] = {
 def configured() -> Config:
     """The model that is diagnosed, on these coupons."""
     side = AREA_mm2**0.5
-    return configuration.load(
-        None,
-        [f"coupon.gauge_length_mm={GAUGE_mm}", f"coupon.width_mm={side}",
-         f"coupon.thickness_mm={side}"],
-    )  # fmt: skip
+    coupon = {"gauge_length_mm": GAUGE_mm, "width_mm": side, "thickness_mm": side}
+    return Config().changed(coupon=coupon)
 
 
 def measured(protocol: Protocol, truth: Truth, rng: np.random.Generator) -> list[np.ndarray]:
     """Forces (N) of each specimen, at the rows that are read."""
     base = configured()
-    config = base.overridden(
-        [*scaled(base, truth.modulus), *stiffened(truth.causes, truth.modulus)]
-    )
+    change = {**scaled(base, truth.modulus), **stiffened(truth.causes, truth.modulus)}
+    config = changed(base, change)
     bar = UniaxialTension(config)
     act, on_travel = OUTSIDERS.get(truth.outsider[0], (None, False))
     # the same deviation of the material's law for all, as a discrepancy of the model

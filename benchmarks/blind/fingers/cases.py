@@ -123,7 +123,7 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
             own = truncated(rng, np.clip(cause.box(), -REACH, REACH), 2.0 if wide else 1.0)
             overrides = cause.overrides(own)
             sigma.append(bench.sigma(Truth(overrides)))
-            truth = replace(truth, causes=(*truth.causes, *overrides))
+            truth = replace(truth, causes={**truth.causes, **overrides})
             zeta += own.tolist()
             if sigma[-1] < SEEN:
                 break

@@ -16,10 +16,11 @@ from benchmarks.blind.case import stiffened
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.simulation.job import Job
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.parameter import scaled
+from dolfingrip.sections.tables import assignments
 
 SETTINGS: Final = (
     "contact.barrier_mm=0.15",
@@ -76,7 +77,7 @@ class Protocol:
 
     def analysed(self) -> Config:
         """The model that is diagnosed."""
-        return configuration.load(None, list(self.finger))
+        return configuration.load(None, assignments(list(self.finger)))
 
     def std(self, column: str) -> float:
         """Of a channel's noise, in its unit."""
@@ -88,13 +89,13 @@ class Truth:
     """What is hidden.
 
     Attributes:
-        causes: effects of the catalogue as overrides, moduli at the configured stiffness.
+        causes: values of effects of the catalogue by key, moduli at the configured stiffness.
         outsider: name, and strength by the ordinary one; none where empty.
         modulus: true by told.
         far: standard deviations from what was told, by the catalogue's name of a nuisance.
     """
 
-    causes: tuple[str, ...] = ()
+    causes: Change = field(default_factory=dict)
     outsider: tuple[str, float] = ("", 0.0)
     modulus: float = 1.0
     far: dict[str, float] = field(default_factory=dict)
@@ -164,21 +165,21 @@ finger. ``rich``: with two more cycles, the second ten times as slow, a wait, ti
 def configured(protocol: Protocol, truth: Truth) -> Config:
     """The generator's configuration with all that is hidden but what an outsider displays."""
     told = [*protocol.finger, *SETTINGS, *protocol.mesh, f"plate.gap_mm={protocol.gap_mm}"]
-    base = configuration.load(None, told)
+    base = configuration.load(None, assignments(told))
     far = truth.far
     gap_mm = base.plate.gap_mm + protocol.gap_std_mm * far.get("plate_gap", 0.0)
     wall_mm = base.finger.wall_mm * (1 + WALL * far.get("wall_offset", 0.0))
     change = OUTSIDERS[truth.outsider[0]].overrides if truth.outsider[0] else None
-    return base.overridden([
-        *scaled(base, truth.modulus),
-        f"finger.wall_mm={wall_mm!r}",
-        f"plate.gap_mm={max(gap_mm, 0.0)!r}",
-        f"extensions.pressure_gain.gain={1 + GAIN * far.get('pressure_gain', 0.0)!r}",
-        "extensions.pressure_offset.offset_kPa="
-        f"{protocol.offset_std_kPa * far.get('pressure_offset', 0.0)!r}",
-        *(change(base, truth.outsider[1]) if change else ()),
-        *stiffened(truth.causes, truth.modulus),
-    ])  # fmt: skip
+    offset_kPa = protocol.offset_std_kPa * far.get("pressure_offset", 0.0)
+    return changed(base, {
+        **scaled(base, truth.modulus),
+        "finger.wall_mm": wall_mm,
+        "plate.gap_mm": max(gap_mm, 0.0),
+        "extensions.pressure_gain.gain": 1 + GAIN * far.get("pressure_gain", 0.0),
+        "extensions.pressure_offset.offset_kPa": offset_kPa,
+        **(change(base, truth.outsider[1]) if change else {}),
+        **stiffened(truth.causes, truth.modulus),
+    })  # fmt: skip
 
 
 def jobs(protocol: Protocol, truth: Truth) -> list[Job]:

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config
 
 Rows = pd.DataFrame
 """``pressure_kPa`` of a test, in the order of time."""
@@ -32,7 +32,7 @@ class Outsider:
 
     pressure: Callable[[Rows, float], np.ndarray] | None = None
     displayed: Callable[[Rows, Columns, float], Columns] | None = None
-    overrides: Callable[[Config, float], tuple[str, ...]] | None = None
+    overrides: Callable[[Config, float], Change] | None = None
 
 
 def _backlash(rows: Rows, strength: float) -> np.ndarray:
@@ -77,18 +77,18 @@ def _slip(rows: Rows, true: Columns, strength: float) -> Columns:
     return {"angle_deg": true["angle_deg"] - 2.0 * strength * passed}
 
 
-def _deep_clamp(config: Config, strength: float) -> tuple[str, ...]:
+def _deep_clamp(config: Config, strength: float) -> Change:
     """The clamp holds 2 mm more of the base block."""
     finger, by_mm = config.finger, 2.0 * strength
-    return (
-        f"finger.length_mm={finger.length_mm - by_mm!r}",
-        f"finger.base_block_mm={finger.base_block_mm - by_mm!r}",
-    )
+    return {
+        "finger.length_mm": finger.length_mm - by_mm,
+        "finger.base_block_mm": finger.base_block_mm - by_mm,
+    }
 
 
-def _narrow_channel(config: Config, strength: float) -> tuple[str, ...]:
+def _narrow_channel(config: Config, strength: float) -> Change:
     """The air channel is 0.5 mm lower than drawn, as its roof sagged in printing."""
-    return (f"finger.channel_mm={config.finger.channel_mm - 0.5 * strength!r}",)
+    return {"finger.channel_mm": config.finger.channel_mm - 0.5 * strength}
 
 
 OUTSIDERS: Final[Mapping[str, Outsider]] = {

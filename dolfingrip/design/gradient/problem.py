@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, changed
 from dolfingrip.design.gradient.file import Front, Method
 from dolfingrip.design.gradient.quantity import Quantity
-from dolfingrip.parameter import Parameter, find, put
+from dolfingrip.parameter import Parameter, find
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +80,10 @@ class Condition:
             ConfigError: one line, where there is no such finger.
         """
         given = dict(zip((each.key for each in variables), values, strict=True))
-        config = put(self.base, given)
+        config = changed(self.base, given)
         if self.change:
             now = {each.key: each.value(config) for each in find(config, list(self.change))}
-            config = put(config, {key: now[key] + self.change[key] for key in now})
+            config = changed(config, {key: now[key] + self.change[key] for key in now})
         return config
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip import config as configuration
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.design.gradient import free_form
 from dolfingrip.design.gradient.file import File, Front, Limit, Objective, Scenario
 from dolfingrip.design.gradient.problem import Condition, Held, Problem, Variable
@@ -20,19 +20,20 @@ NO_NUMBERS = (Entry.CHOICE, Entry.INSTRUMENT, Entry.SUPPLY)
 """Kinds of parameters that a finger has no gradient by."""
 
 
-def read(file: Path, overrides: Sequence[str] = ()) -> Problem:
+def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
     """The problem in a design file.
 
     Args:
         file: TOML.
-        overrides: ``section.key=value`` strings for the finger's configuration.
+        overrides: values of the finger's configuration by key.
 
     Raises:
         ConfigError: one line about bad input.
     """
     data = tables.whole(file, "FILE")
     asked = checked(File, data)
-    base = configuration.load(_beside(file, asked.config), [*asked.set, *overrides])
+    given = {**tables.assignments(asked.set, "set"), **overrides}
+    base = configuration.load(_beside(file, asked.config), given)
     if base.experiment.control != "pressure":
         raise ConfigError(
             f'experiment.control = "{base.experiment.control}": allowed: "pressure" for a design'
@@ -48,7 +49,7 @@ def read(file: Path, overrides: Sequence[str] = ()) -> Problem:
     variables = tuple(_variables(base, asked, grasp=objective.experiment == GRASP))
     conditions = [Condition("nominal", base)]
     for number, scenario in enumerate(asked.scenarios, 1):
-        conditions.append(_condition(file, asked, base, overrides, number, scenario))
+        conditions.append(_condition(file, asked, base, given, number, scenario))
     if asked.front is not None:
         _check_front(asked.front, limits)
     if objective.experiment == GRASP:
@@ -205,7 +206,7 @@ def _condition(
     file: Path,
     asked: File,
     base: Config,
-    overrides: Sequence[str],
+    given: Change,
     number: int,
     scenario: Scenario,
 ) -> Condition:
@@ -215,7 +216,9 @@ def _condition(
         ConfigError: one line, where it has not the finger's free form or parameters.
     """
     other = _beside(file, scenario.config or asked.config)
-    found = configuration.load(other, [*asked.set, *overrides, *scenario.set])
+    found = configuration.load(
+        other, {**given, **tables.assignments(scenario.set, "scenarios.set")}
+    )
     _without_memory(found)
     if base.form is not None:
         found = found.changed(form=base.form.model_dump())

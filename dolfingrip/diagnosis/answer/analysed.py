@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -60,15 +60,14 @@ class Analysed[S: Simulation](ABC):
         """Of all moduli, by those configured."""
         return float(self.case.factor(fit.zeta[0]))
 
-    def at(self, fit: Fit, factor: float) -> list[str]:
-        """The causes of a fit as with ``--set``, their moduli times a factor."""
+    def at(self, fit: Fit, factor: float) -> dict[str, Any]:
+        """Return the change to the causes of a fit, their moduli times a factor."""
         places = self.case.places(fit.subset)
-        return [
-            each
-            for name in fit.subset
-            if name in self.causes
-            for each in self.causes[name].overrides(fit.zeta[places[name]], factor)
-        ]
+        found: dict[str, Any] = {}
+        for name in fit.subset:
+            if name in self.causes:
+                found |= self.causes[name].overrides(fit.zeta[places[name]], factor)
+        return found
 
     @abstractmethod
     def exact(self, fit: Fit) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.additions.next_experiment import Then
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysed import Analysed
@@ -101,7 +101,7 @@ class Diagnosis(ABC):
         for name, places in case.places(fit.subset).items():
             cause = told.causes.get(name) or told.far[name]
             for number, place in zip(cause.numbers, places, strict=True):
-                scale = c if name in told.causes and number.key.endswith("_MPa") else 1.0
+                scale = c if name in told.causes and number.modulus else 1.0
                 values.append((number.key, number.at(every[:, place]) * scale))
         return [_estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
@@ -152,8 +152,8 @@ class Diagnosis(ABC):
         """What to do next where no cause is tied with another."""
 
     @abstractmethod
-    def overrides(self, fit: Fit) -> tuple[str, ...]:
-        """What makes the configuration the fitted one, as with ``--set``."""
+    def overrides(self, fit: Fit) -> Change:
+        """Return the change that makes the configuration the fitted one."""
 
     def share(self, change: np.ndarray) -> float:
         """A change of the readings, (n,), by what the model as configured misses, both rms."""
@@ -165,7 +165,7 @@ class Diagnosis(ABC):
     @property
     def extended(self) -> Config:
         """The configuration at the answer's numbers."""
-        return self.config.overridden(self.overrides(self.decision.best))
+        return changed(self.config, self.overrides(self.decision.best))
 
 
 def left(analysed: Analysed[Any], fit: Fit) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.extensions.effect import Effect, Prior
@@ -28,6 +28,7 @@ class UnknownNumber:
         bounds: of the number itself.
         amplitude: whether the effect vanishes at a value of it.
         listed: whether the configuration has a list with this one entry.
+        modulus: whether it is in proportion to the stiffness of the material.
     """
 
     key: str
@@ -37,14 +38,15 @@ class UnknownNumber:
     bounds: tuple[float, float]
     amplitude: bool
     listed: bool
+    modulus: bool = False
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
         return np.clip(np.vectorize(self.prior.at, otypes=[float])(zeta), *self.bounds)
 
-    def override(self, value: float) -> str:
-        """As with ``--set``."""
-        return f"{self.key}=[{value!r}]" if self.listed else f"{self.key}={value!r}"
+    def change(self, value: float) -> Change:
+        """Return the change of the configuration that gives it a value."""
+        return {self.key: [value] if self.listed else value}
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,25 +56,20 @@ class Cause:
     Attributes:
         name: of the effect.
         numbers: those that are fitted, amplitudes first.
-        held: overrides of its other numbers.
+        held: its other numbers, and their values.
     """
 
     name: str
     numbers: tuple[UnknownNumber, ...]
-    held: tuple[str, ...]
+    held: tuple[tuple[UnknownNumber, float], ...]
 
-    def overrides(self, zeta: Sequence[float] | np.ndarray, factor: float = 1.0) -> tuple[str, ...]:
-        """The effect at ζ, as with ``--set``, its moduli times a factor."""
-        found = []
-        for number, z in zip(self.numbers, zeta, strict=True):
-            value = float(number.at(z))
-            found.append(number.override(value * factor if number.key.endswith("_MPa") else value))
-        for held in self.held:
-            key, _, text = held.partition("=")
-            if key.endswith("_MPa") and "[" not in text:
-                text = repr(float(text) * factor)
-            found.append(f"{key}={text}")
-        return tuple(found)
+    def overrides(self, zeta: Sequence[float] | np.ndarray, factor: float = 1.0) -> Change:
+        """Return the change that switches the effect on at ζ, its moduli times a factor."""
+        fitted = [(n, float(n.at(z))) for n, z in zip(self.numbers, zeta, strict=True)]
+        found: dict[str, Any] = {}
+        for number, value in (*fitted, *self.held):
+            found |= number.change(value * factor if number.modulus else value)
+        return found
 
     def box(self) -> np.ndarray:
         """Ranges of ζ, (numbers, 2)."""
@@ -105,14 +102,15 @@ def cause(each: type[Effect], config: Config) -> Cause:
     numbers = tuple(
         _number(each, key, priors[key], amplitude=key in amplitudes) for key in [*amplitudes, *free]
     )
-    held = []
-    for key in shapes:
-        if key not in free:
-            value = priors[key].at(0.0) if key in each.alike else priors[key].mean
-            listed = _listed(each, key)
-            told = f"[{value!r}]" if listed else repr(value)
-            held.append(f"extensions.{each.name()}.{key}={told}")
-    return Cause(each.name(), numbers, tuple(held))
+    held = tuple(
+        (
+            _number(each, key, priors[key], amplitude=False),
+            priors[key].at(0.0) if key in each.alike else priors[key].mean,
+        )
+        for key in shapes
+        if key not in free
+    )
+    return Cause(each.name(), numbers, held)
 
 
 def _listed(each: type[Effect], key: str) -> bool:
@@ -129,4 +127,6 @@ def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> U
     if np.isfinite(high):
         most = min(most, prior.zeta(high))
     name = f"extensions.{each.name()}.{key}"
-    return UnknownNumber(name, prior, least, most, (low, high), amplitude, _listed(each, key))
+    return UnknownNumber(
+        name, prior, least, most, (low, high), amplitude, _listed(each, key), each.is_modulus(key)
+    )

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.next_experiment import Then
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.additions.worth import Tied
@@ -109,6 +109,6 @@ class CouponDiagnosis(Diagnosis):
         listed = self.analysed.measurement.listed()
         return len(listed.groupby(["cycle", "branch"])) == 1
 
-    def overrides(self, fit: Fit) -> tuple[str, ...]:
+    def overrides(self, fit: Fit) -> Change:
         factor = self.analysed.factor(fit)
-        return (*scaled(self.config, factor), *self.analysed.at(fit, factor))
+        return {**scaled(self.config, factor), **self.analysed.at(fit, factor)}

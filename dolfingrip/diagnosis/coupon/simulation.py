@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
-from dolfingrip.config import Config
+from dolfingrip.config import NO_CHANGE, Change, Config, changed
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
@@ -55,12 +55,12 @@ class CouponSimulation:
         self._true: dict[int, dict[str, np.ndarray]] = {}
 
     def base(
-        self, overrides: Sequence[str] = (), *, moved: Mapping[str, float] | None = None
+        self, overrides: Change = NO_CHANGE, *, moved: Mapping[str, float] | None = None
     ) -> np.ndarray:
         """(n,) readings as configured, with these overrides.
 
         Args:
-            overrides: as with ``--set``.
+            overrides: values by key.
             moved: by how much numbers differ from those of each test's set-up, by key.
         """
         solved = self._solved(overrides, {}, moved or {})
@@ -68,7 +68,7 @@ class CouponSimulation:
 
     def slopes(self) -> np.ndarray:
         """(n,) derivative of the readings by the travel, for each mm."""
-        solved = self._solved((), {})
+        solved = self._solved({}, {})
         found = np.full(len(self.measurement.listed()), np.nan)
         for group, values in solved:
             for name, at in self.measurement.places(group.tests).items():
@@ -107,7 +107,7 @@ class CouponSimulation:
         on = self._overrides(causes, zeta[0])
         ours = {number.key for cause in energies for number in cause.numbers}
         parameters = {key: values for key, values in shaped.items() if key in ours}
-        solved = self._solved(on if energies else (), parameters)
+        solved = self._solved(on if energies else {}, parameters)
         if len(energies) == len(causes):
             return self._displayed(on, solved) - self.base()
         shown = []
@@ -120,20 +120,20 @@ class CouponSimulation:
         return np.vstack(shown) - self.base()
 
     @staticmethod
-    def _overrides(causes: Sequence[Cause], zeta: np.ndarray) -> tuple[str, ...]:
-        found: list[str] = []
+    def _overrides(causes: Sequence[Cause], zeta: np.ndarray) -> Change:
+        found: dict[str, Any] = {}
         at = 0
         for cause in causes:
             d = len(cause.numbers)
-            found += cause.overrides(zeta[at : at + d])
+            found |= cause.overrides(zeta[at : at + d])
             at += d
-        return tuple(found)
+        return found
 
     def _solved(
         self,
-        overrides: Sequence[str],
+        overrides: Change,
         parameters: Mapping[str, np.ndarray],
-        moved: Mapping[str, float] = MappingProxyType({}),
+        moved: Mapping[str, float] = NO_CHANGE,
     ) -> list[tuple[SimulationGroup, dict[str, np.ndarray]]]:
         """True readings at each group's stops, (places, stops) by column."""
         found = []
@@ -142,10 +142,9 @@ class CouponSimulation:
             if as_it_is and number in self._true:
                 found.append((group, self._true[number]))
                 continue
-            config = group.config.overridden(overrides)
-            config = config.overridden(
-                [f"{key}={named(key).value(config) + change!r}" for key, change in moved.items()]
-            ).adapted()
+            config = changed(group.config, overrides)
+            places = {key: named(key).value(config) + by for key, by in moved.items()}
+            config = changed(config, places).adapted()
             coupon, route = config.coupon, group.in_time
             gauge = coupon.gauge_length_mm
             pulled = UniaxialTension(config).pull(
@@ -165,14 +164,14 @@ class CouponSimulation:
 
     def _displayed(
         self,
-        overrides: Sequence[str],
+        overrides: Change,
         solved: Sequence[tuple[SimulationGroup, dict[str, np.ndarray]]],
     ) -> np.ndarray:
         """(places, n) what the instruments show."""
         places = max(len(next(iter(values.values()))) for _, values in solved)
         found = np.full((places, len(self.measurement.listed())), np.nan)
         for group, values in solved:
-            config = group.config.overridden(overrides)
+            config = changed(group.config, overrides)
             route: Route = group.in_time
             time_s = np.array(route.time_s)
             shown = displayed(config, {**values, TIME.name: time_s})  # type: ignore[dict-item]

@@ -15,10 +15,10 @@ how it would be controlled and read:
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -63,7 +63,7 @@ class RigProtocol(Section):
 def read(
     file: Path | None,
     config: Config,
-    changes: Iterable[str] = (),
+    changes: Mapping[str, Any] = MappingProxyType({}),
     noise: Mapping[str, float] | None = None,
 ) -> tuple[Measurement, tuple[str, ...]]:
     """The measurement that a rig would make, with readings of 0, and the additions it can make.
@@ -71,14 +71,14 @@ def read(
     Args:
         file: TOML file; None: the paper's protocol.
         config: configuration that its set-up is a difference from.
-        changes: assignments ``KEY=VALUE`` in its table ``[protocol]``.
+        changes: values by key of its table ``[protocol]``.
         noise: standard deviations by column, which replace those of the file.
 
     Raises:
         ConfigError: one line naming the file or key, the value and what is allowed.
     """
     told = SetupFile(file, also=("protocol",)) if file else None
-    data = (told.table("protocol") if told else {}) | _changes(changes)
+    data = (told.table("protocol") if told else {}) | dict(changes)
     protocol = checked(RigProtocol, data)
     for kind in protocol.can_vary:
         if kind not in KINDS:
@@ -92,19 +92,6 @@ def read(
     tables = [_rows(test, protocol, config) for test in tests]
     warnings = told.warnings if told else []
     return Measurement(pd.concat(tables, ignore_index=True), tests, warnings), protocol.can_vary
-
-
-def _changes(changes: Iterable[str]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for change in changes:
-        key, _, text = change.partition("=")
-        try:
-            found[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            raise ConfigError(
-                f"--with {change}: allowed: KEY=VALUE of {', '.join(RigProtocol.model_fields)}"
-            ) from None
-    return found
 
 
 def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataFrame:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core.case import Case
@@ -50,14 +51,14 @@ class FingerCase(Analysed[FingerSimulation]):
         """Thickness of the walls by that configured."""
         return np.asarray(1 + self.wall_std * np.asarray(zeta))
 
-    def overrides(self, fit: Fit) -> tuple[str, ...]:
-        """The configuration at a fit's numbers, as with ``--set``."""
+    def overrides(self, fit: Fit) -> dict[str, Any]:
+        """Return the change of the configuration to a fit's numbers."""
         c = self.factor(fit)
-        found = [*self.simulation.moduli(c)]
+        found = dict(self.simulation.moduli(c))
         if self.wall_std:
             key, wall_mm = self.wall()
-            found.append(f"{key}={wall_mm * float(self.walls(fit.zeta[1]))!r}")
-        return (*found, *self.at(fit, c))
+            found[key] = wall_mm * float(self.walls(fit.zeta[1]))
+        return found | self.at(fit, c)
 
     def wall(self) -> tuple[str, float]:
         """Key and value of the walls' thickness, as configured (mm)."""
@@ -90,15 +91,15 @@ class FingerCase(Analysed[FingerSimulation]):
                 found[key] = each, std
         return found
 
-    def own_overrides(self, fit: Fit) -> tuple[str, ...]:
-        """These at a fit, as with ``--set``."""
+    def own_overrides(self, fit: Fit) -> Change:
+        """Return the change of these numbers to a fit."""
         fitted, applied = self.nuisances(fit), self.simulation.applied
         known = {each.key: each.value(applied) for each in every(applied)}
-        moved = dict(each.partition("=")[::2] for each in self.overrides(fit))
-        return tuple(
-            f"{key}={float(moved.get(key, known[key])) + std * fitted[each.name]!r}"
+        moved = known | self.overrides(fit)
+        return {
+            key: float(moved[key]) + std * fitted[each.name]
             for key, (each, std) in self.own().items()
-        )
+        }
 
     def by_own(self, fit: Fit) -> np.ndarray:
         """(n,) what these change of the readings at a fit, linear in them."""

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from dolfingrip.config import changed
 from dolfingrip.diagnosis.core.curved import Simulations
 from dolfingrip.diagnosis.core.emulator import Emulator, places, trained
 from dolfingrip.diagnosis.core.numbers import Cause
@@ -63,7 +64,7 @@ def _changed(
     c: float,
     rows: Sequence[dict[str, np.ndarray]],
 ) -> np.ndarray:
-    config = simulation.applied.overridden(cause.overrides(zeta))
+    config = changed(simulation.applied, cause.overrides(zeta))
     on: Any = getattr(config.extensions, cause.name)
     if rows:
         readings = simulation.measurement.readings
@@ -105,7 +106,7 @@ def nearly(
     zeta = places(box, POLICY.tabulated)
     changes = []
     for z in zeta:
-        config = simulation.applied.overridden(cause.overrides(z[1:]))
+        config = changed(simulation.applied, cause.overrides(z[1:]))
         viscous: Any = getattr(config.extensions, cause.name)
         c = float(factor(z[0]))
         changes.append(

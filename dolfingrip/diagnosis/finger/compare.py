@@ -99,7 +99,7 @@ def _own_numbers_verified(
         change = finger.by_own(fit)
         if np.abs(change / finger.errors.noise).max() < 1.0:
             break
-        overrides = (*finger.overrides(fit), *finger.own_overrides(fit))
+        overrides = {**finger.overrides(fit), **finger.own_overrides(fit)}
         simulation = finger.simulation
         (run,) = simulate(
             simulation.measurement, simulation.config, [Case(overrides)], simulation.workers

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from dolfingrip.config import ConfigError
+from dolfingrip.config import NO_CHANGE, Change, ConfigError
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import FingerCase
@@ -19,7 +17,7 @@ def simulated(
     finger: FingerCase,
     fit: Fit,
     measurement: Measurement,
-    mesh: Sequence[str] = (),
+    mesh: Change = NO_CHANGE,
     *,
     rig: bool = True,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -29,7 +27,7 @@ def simulated(
         finger: whose causes and moduli these are.
         fit: the hypothesis.
         measurement: whose protocols are followed.
-        mesh: overrides of the mesh.
+        mesh: changes to the mesh.
         rig: whether numbers of the rig that are far out are so here, too.
 
     Raises:
@@ -42,12 +40,12 @@ def simulated(
         for number, place in zip(finger.causes[name].numbers, places, strict=True)
         if rig or name not in FAR
     ]
-    overrides = [each for each in finger.overrides(fit) if rig or not _of_rig(each)]
+    overrides = {k: v for k, v in finger.overrides(fit).items() if rig or not _of_rig(k)}
     gradients = [f"{n.key}[0]" if n.listed else n.key for n, _ in numbers]
     every = [*gradients, *modulus_keys(finger.simulation.applied)]
     if finger.wall_std:
         every.append(finger.wall()[0])
-    wanted = Case((*mesh, *overrides), tuple(every))
+    wanted = Case({**mesh, **overrides}, tuple(every))
     (run,) = simulate(measurement, finger.simulation.config, [wanted], finger.simulation.workers)
     if not np.isfinite(run.readings).all():
         why = "; ".join(each.sentence for each in run.failures) or "no reading"
@@ -58,7 +56,7 @@ def simulated(
     by_log = by_log_modulus(measurement, run)
     for (number, place), key in zip(numbers, gradients, strict=True):
         slope = run.slopes.get(key, none)
-        if number.key.endswith("_MPa"):
+        if number.modulus:
             slope = slope * c
             by_log = by_log + slope * float(number.at(fit.zeta[place]))
         slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))

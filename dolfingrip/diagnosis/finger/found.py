@@ -8,7 +8,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.additions.next_experiment import Then
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig
@@ -106,8 +106,8 @@ class FingerDiagnosis(Diagnosis):
         classes = Config.classes()
         drawn = {name: told[name] for name in told if classes[name].role is Role.BODY}
         config = self.config.changed(**drawn) if drawn else self.config
-        return config.overridden(self.overrides(self.decision.best))
+        return changed(config, self.overrides(self.decision.best))
 
-    def overrides(self, fit: Fit) -> tuple[str, ...]:
-        """What makes the configuration the fitted one, as with ``--set``."""
-        return (*self.analysed.overrides(fit), *self.analysed.own_overrides(fit))
+    def overrides(self, fit: Fit) -> Change:
+        """Return the change that makes the configuration the fitted one."""
+        return {**self.analysed.overrides(fit), **self.analysed.own_overrides(fit)}

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dolfingrip.config import changed
 from dolfingrip.diagnosis.additions.next_experiment import Then
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.additions.worth import Tied, shows_memory
@@ -25,7 +26,7 @@ def then(finger: FingerCase, proposal: Proposal, fits: Sequence[Fit]) -> Then:
         ConfigError: one line, where a simulation does not reach all readings.
     """
     simulation = finger.simulation
-    mesh = () if proposal.known_mesh else simulation.flat
+    mesh = {} if proposal.known_mesh else simulation.flat
     # the rig's own errors are others then
     after = [
         Tied(fit.zeta, *simulated(finger, fit, proposal.measurement, mesh, rig=False))
@@ -45,7 +46,7 @@ def _covariances(finger: FingerCase, proposal: Proposal) -> tuple[np.ndarray, np
     """Of what nuisances change of an addition's readings, (m, m), and of these so far, (n, m)."""
     simulation = finger.simulation
     measurement = proposal.measurement
-    config = simulation.config.overridden(() if proposal.known_mesh else simulation.flat)
+    config = changed(simulation.config, {} if proposal.known_mesh else simulation.flat)
     case = Case(neutral_stages(config), keys(measurement, config), headroom=ROUTES.headroom)
     (base,) = simulate(measurement, config, [case], simulation.workers)
     fitted = {"modulus", *(["wall"] if finger.wall_std else [])}

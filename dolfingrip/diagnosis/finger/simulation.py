@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import MODEL, ROUTES
 from dolfingrip.diagnosis.simulation import modulus
@@ -38,7 +38,6 @@ from dolfingrip.diagnosis.simulation.simulated import (
 from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.parameter import moduli
 
-Overrides = tuple[str, ...]
 """``section.key=value``, as with ``--set``."""
 
 
@@ -50,7 +49,7 @@ class FingerSimulation:
         measurement: whose readings the base simulation reaches.
         config: as configured.
         workers: where simulations are computed and kept.
-        flat: overrides of the mesh that causes are simulated on.
+        flat: changes to the mesh that causes are simulated on.
         centre: factor of all moduli that all is simulated at.
         base: on the graded mesh, with derivatives by nuisances, and with headroom.
         nuisances: what else the readings change by.
@@ -69,7 +68,7 @@ class FingerSimulation:
     measurement: Measurement
     config: Config
     workers: Workers
-    flat: Overrides
+    flat: Change
     centre: float
     base: Simulated
     nuisances: Sequence[Nuisance]
@@ -102,9 +101,9 @@ class FingerSimulation:
         """As the first test was set up; its material is that of all."""
         return self.measurement.tests[0].setup.applied(self.config)
 
-    def moduli(self, factor: float) -> tuple[str, ...]:
-        """Overrides that make all moduli ``factor`` times as large as configured."""
-        return () if factor == 1.0 else modulus.overrides(self.applied, factor)
+    def moduli(self, factor: float) -> Change:
+        """Return the change that makes all moduli ``factor`` times as large as configured."""
+        return {} if factor == 1.0 else modulus.overrides(self.applied, factor)
 
     def with_walls(self, walls: float) -> FingerSimulation:
         """With the base simulation at other walls, too.
@@ -226,7 +225,7 @@ def rough_simulation(
     measurement: Measurement,
     config: Config,
     workers: Workers,
-    flat: Overrides,
+    flat: Change,
     centre: float,
     headroom: float = ROUTES.headroom,
 ) -> FingerSimulation:
@@ -238,7 +237,7 @@ def rough_simulation(
         measurement: whose protocols and set-ups are followed.
         config: the model that is diagnosed.
         workers: where simulations are computed and kept.
-        flat: overrides of the mesh.
+        flat: changes to the mesh.
         centre: factor of all moduli.
         headroom: pressure that simulations go on to, by the highest of the readings.
 
@@ -246,7 +245,7 @@ def rough_simulation(
         ConfigError: one line: a set-up that cannot be built, no workers, or a store in use.
     """
     moved = _moved(measurement, config, centre)
-    case = Case((*flat, *moved), headroom=headroom)
+    case = Case({**flat, **moved}, headroom=headroom)
     (plain,) = simulate(measurement, config, [case], workers)
     none = np.zeros((len(plain.readings), 0))
     weighed = Case(flat, headroom=headroom)
@@ -277,8 +276,8 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     graded, plain = simulate(
         measurement, config,
         [
-            Case((*stages, *moved), keys(measurement, config), headroom=headroom),
-            Case((*flat, *moved), headroom=headroom),
+            Case({**stages, **moved}, keys(measurement, config), headroom=headroom),
+            Case({**flat, **moved}, headroom=headroom),
         ],
         workers,
     )  # fmt: skip
@@ -307,10 +306,10 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     return replace(found, configured=readings)
 
 
-def _moved(measurement: Measurement, config: Config, centre: float) -> Overrides:
-    """Overrides that make all moduli ``centre`` times as large as configured."""
+def _moved(measurement: Measurement, config: Config, centre: float) -> Change:
+    """Return the change that makes all moduli ``centre`` times as large as configured."""
     applied = measurement.tests[0].setup.applied(config)
-    return () if centre == 1.0 else modulus.overrides(applied, centre)
+    return {} if centre == 1.0 else modulus.overrides(applied, centre)
 
 
 def _nodes(
@@ -319,7 +318,7 @@ def _nodes(
     """Simulations about some moduli, by the factor of all moduli."""
     nodes = [centre * c for c in MODEL.weighing]
     cases = [
-        replace(case, overrides=(*case.overrides, *_moved(measurement, config, c))) for c in nodes
+        replace(case, overrides={**case.overrides, **_moved(measurement, config, c)}) for c in nodes
     ]
     return dict(zip(nodes, simulate(measurement, config, cases, workers), strict=True))
 

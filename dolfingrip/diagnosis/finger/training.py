@@ -195,15 +195,15 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
     for z in zeta:
         c = simulation.centre if scales else float(factor(z[0]))
         own = z if scales else z[1:]
-        overrides = (*flat, *simulation.moduli(c), *cause.overrides(own, c))
+        overrides = {**flat, **simulation.moduli(c), **cause.overrides(own, c)}
         gradients = [_gradient(number.key, listed=number.listed) for number in cause.numbers]
         if not scales:
             gradients += modulus_keys(simulation.applied)
         tilt_deg = 0.0
         if _turns(simulation, cause):
-            overrides, experiments = (*flat, *simulation.moduli(c)), FINGERS
+            overrides, experiments = {**flat, **simulation.moduli(c)}, FINGERS
             gradients, tilt_deg = gradients[1:], float(cause.numbers[0].at(own[0]))
-        elsewhere = (*flat, *simulation.moduli(simulation.centre))
+        elsewhere = {**flat, **simulation.moduli(simulation.centre)}
         cases.append(
             Case(
                 overrides, tuple(gradients), headroom=simulation.headroom, only_in=experiments,
@@ -279,7 +279,7 @@ def _assembled(
             y = simulation.at(run, by)
             first: list[np.ndarray] = []
             for key, number, rate in zip(keys, numbers, rates, strict=True):
-                per = rate * (beside if number.key.endswith("_MPa") else 1.0)
+                per = rate * (beside if number.modulus else 1.0)
                 slope = simulation.at(run, by, key) * per
                 first.append(slope if key in known else np.full(len(slope), np.nan))
             plain = simulation.plain_at(c)
@@ -287,7 +287,7 @@ def _assembled(
                 step = 1e-3
                 by_log = by_log_modulus(simulation.measurement, run)
                 for key, number, zi in zip(keys, numbers, own, strict=True):
-                    if number.key.endswith("_MPa"):
+                    if number.modulus:
                         value = float(number.at(zi)) * whole
                         by_log = by_log + simulation.at(run, 1.0, key) * value
                 first = [by_log, *first]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from types import MappingProxyType
+from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
@@ -50,7 +51,7 @@ def plan(
     file: Path | None,
     config: Config,
     settings: Settings,
-    changes: Sequence[str] = (),
+    changes: Mapping[str, Any] = MappingProxyType({}),
     noise: Mapping[str, float] | None = None,
 ) -> Plan:
     """What a rig could find out.
@@ -59,7 +60,7 @@ def plan(
         file: TOML of the rig, see :mod:`dolfingrip.diagnosis.data.rig`; the paper's where None.
         config: the model.
         settings: how it is made.
-        changes: ``KEY=VALUE`` of the rig's protocol.
+        changes: values of the rig's protocol by key.
         noise: standard deviations by column, in place of the rig's.
 
     Raises:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dolfingrip import parameter
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup
 
@@ -39,10 +39,10 @@ def scale_all(runs: Sequence[SimulatedGroup]) -> bool:
     return all(scales(run.config) for run in runs)
 
 
-def overrides(config: Config, factor: float) -> tuple[str, ...]:
-    """What makes all moduli of ``config`` ``factor`` times as large, as with ``--set``."""
-    return (
-        *parameter.scaled(config, factor),
-        f"contact.stiffness_MPa={config.contact.stiffness_MPa * factor!r}",
-        f"plate.stiffness_MPa={config.plate.stiffness_MPa * factor!r}",
-    )
+def overrides(config: Config, factor: float) -> Change:
+    """Return the change that makes all moduli of ``config`` ``factor`` times as large."""
+    return {
+        **parameter.scaled(config, factor),
+        "contact.stiffness_MPa": config.contact.stiffness_MPa * factor,
+        "plate.stiffness_MPa": config.plate.stiffness_MPa * factor,
+    }

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.simulation.simulated import Simulated
@@ -53,17 +53,17 @@ class Nuisance:
     change: np.ndarray
 
 
-def neutral_stages(config: Config) -> tuple[str, ...]:
-    """Overrides that make gain and offset of the regulator parameters, at values without effect.
+def neutral_stages(config: Config) -> Change:
+    """Return the change that makes the regulator's gain and offset parameters, without effect.
 
     An effect that is on already stays as it is.
     """
-    found = []
+    found = {}
     if getattr(config.extensions, "pressure_gain") is None:  # noqa: B009
-        found.append(f"{GAIN}=1.0")
+        found[GAIN] = 1.0
     if getattr(config.extensions, "pressure_offset") is None:  # noqa: B009
-        found.append(f"{OFFSET}=0.0")
-    return tuple(found)
+        found[OFFSET] = 0.0
+    return found
 
 
 def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """All readings of a measurement, simulated, for each of several cases.
 
-cases = [Case(), Case(("extensions.prony.g=[0.2]",)), Case(gradients=("material.mu_MPa",))]
+cases = [Case(), Case({"extensions.prony.g": [0.2]}), Case(gradients=("material.mu_MPa",))]
 base, prony, slopes = simulate(measurement, config, cases, Workers(folder, Where(workers=2)))
 prony.readings - base.readings     # (n,), aligned with measurement.listed()
 slopes.slope("material.mu_MPa")    # (n,)
@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
@@ -30,7 +30,7 @@ class Case:
     """What is changed for one simulation of all tests.
 
     Attributes:
-        overrides: ``section.key=value`` as with ``--set``, applied after the set-up of each test.
+        overrides: values by key, which take precedence over the set-up of each test.
         gradients: keys of parameters that readings are derived by; those that an experiment does
             not have are left out there.
         headroom: pressure to go on to where the model has no memory, by the highest of the rows,
@@ -42,18 +42,18 @@ class Case:
             hangs, from the direction that each test has.
     """
 
-    overrides: tuple[str, ...] = ()
+    overrides: Change = field(default_factory=dict)
     gradients: tuple[str, ...] = ()
     headroom: float = 1.0
     only_in: frozenset[str] | None = None
-    elsewhere: tuple[str, ...] = ()
+    elsewhere: Change = field(default_factory=dict)
     tilt_deg: float = 0.0
     derived_elsewhere: bool = True
 
     def of(self, group: SimulationGroup) -> Config:
         """The configuration that a group is simulated with, without its protocol."""
         felt = self.only_in is None or group.experiment in self.only_in
-        config = group.config.overridden(self.overrides if felt else self.elsewhere)
+        config = changed(group.config, self.overrides if felt else self.elsewhere)
         if not (felt and self.tilt_deg and config.gravity.acceleration_m_s2):
             return config
         x, y, z = config.gravity.direction

@@ -66,7 +66,7 @@ def simulate_walls(
     usual = (1 - MODEL.walls_by, 1 + MODEL.walls_by)
     cases = [
         replace(
-            base.case, overrides=(*stages, f"{key}={wall_mm * by!r}"), gradients=(),
+            base.case, overrides={**stages, key: wall_mm * by}, gradients=(),
             only_in=fingers, elsewhere=stages,
         )
         for by in (*usual, *further)

@@ -8,6 +8,7 @@ import pytest
 from dolfingrip.config import Config, load
 from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+from dolfingrip.sections.tables import assignments
 
 WAY = ["experiment.unload=true", "coupon.step_strain=0.1", "coupon.max_strain=0.4"]
 EFFECTS = [
@@ -18,7 +19,7 @@ YIELDS = ["permanent_set.g=0.2"]
 
 
 def configured(effects: list[str]) -> Config:
-    return load(None, [*WAY, *(f"extensions.{each}" for each in effects)])
+    return load(None, assignments([*WAY, *(f"extensions.{each}" for each in effects)]))
 
 
 @pytest.mark.parametrize("effects", EFFECTS, ids=lambda each: each[0].partition(".")[0])
@@ -39,7 +40,9 @@ def test_yielding_agrees_with_the_bar_to_its_load_steps() -> None:
     """Both end each step by backward Euler; they differ less the finer the steps are."""
     errors = []
     for step in (0.1, 0.05):
-        config = load(None, [*WAY, f"coupon.step_strain={step}", f"extensions.{YIELDS[0]}"])
+        config = load(
+            None, assignments([*WAY, f"coupon.step_strain={step}", f"extensions.{YIELDS[0]}"])
+        )
         curve = run("coupon", config)
         strain = curve.column("displacement_mm") / config.coupon.gauge_length_mm
         told = UniaxialTension(config).pull({}, list(strain), list(curve.column("time_s")), step)

@@ -12,6 +12,7 @@ from support.measured_files import CSV, TOML, written
 from dolfingrip.config import Config, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.experiments import synthetic
+from dolfingrip.sections.tables import assignments
 
 
 def test_readings_and_set_ups(tmp_path: Path) -> None:
@@ -106,7 +107,7 @@ def test_a_chord_between_other_points_is_doubted(tmp_path: Path) -> None:
 def test_a_specimen_may_have_a_geometry_and_a_camera_of_its_own() -> None:
     found = read([EXAMPLES / "ecoflex_actuators/bending.csv"])
     assert found.warnings == []
-    config = load(None, ["finger.kind=cast"])
+    config = load(None, assignments(["finger.kind=cast"]))
     made = {test.specimen: test.setup.applied(config) for test in found.tests}
     assert {name: each.cast.chambers for name, each in made.items() if each.cast} == {
         "c5-w7": 5,
@@ -116,7 +117,7 @@ def test_a_specimen_may_have_a_geometry_and_a_camera_of_its_own() -> None:
 
 
 def test_a_synthetic_coupon_is_read_as_it_was_written(tmp_path: Path) -> None:
-    told = load(None, ["coupon.max_strain=0.1", "coupon.gauge_length_mm=20"])
+    told = load(None, assignments(["coupon.max_strain=0.1", "coupon.gauge_length_mm=20"]))
     made = synthetic.measure(["coupon"], told, seed=4)
     synthetic.write(made, tmp_path)
     found = read([tmp_path / "measured.csv"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.reference_measurement import reference_measurement
+from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
@@ -158,5 +159,7 @@ def test_the_whole_catalogue_is_tried_but_the_mesh() -> None:
     assert set(found) == {n for n in tried(None) if effect(n).kind != "numerical"}
     assert "coarse_mesh" not in found
     for each in found.values():
-        on = Config().overridden(each.overrides(np.zeros(len(each.numbers)))).extensions.active()
+        on = configuration.changed(
+            Config(), each.overrides(np.zeros(len(each.numbers)))
+        ).extensions.active()
         assert [other.name() for other in on] == [each.name]

@@ -71,10 +71,10 @@ def test_nothing_at_hand(tmp_path: Path) -> None:
     ("options", "complaint"),
     [
         (["--with", "cycles=0"], "cycles = 0: allowed: at least 1"),
-        (["--with", "tip=maybe"], "--with tip=maybe: allowed: KEY=VALUE"),
+        (["--with", "tip=maybe"], 'tip = "maybe": allowed: true, false'),
         (["--with", 'can_vary=["luck"]'], "can_vary = luck: allowed: unloading, cycles"),
         (["--with", "colour=1"], "colour: unknown key"),
-        (["--noise", "force_N=-1"], "--noise force_N=-1: allowed"),
+        (["--noise", "force_N=-1"], "--noise force_N = -1: allowed"),
         (["--effects", "magic"], "--effects magic: allowed"),
         (["nowhere.toml"], "nowhere.toml: no such file"),
     ],
@@ -93,7 +93,7 @@ def test_bad_input_is_one_line(
 
 def test_a_rig_asks_for_what_is_shipped() -> None:
     """The paper's, its unloading and its cycles have the controls of the reference simulations."""
-    for changes, count, unload in (((), 1, False), (("cycles=3",), 3, True)):
+    for changes, count, unload in (({}, 1, False), ({"cycles": 3}, 3, True)):
         measurement, _ = rig.read(None, Config(), changes)
         reference = reference_measurement(count, unload=unload)
         columns = ["time_s", "pressure_kPa", "cycle", "branch", "experiment"]

@@ -13,7 +13,7 @@ from support.here import Here, simulated
 from support.measured_files import written
 
 from dolfingrip import config as configuration
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
@@ -22,6 +22,7 @@ from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.sections.tables import assignments
 
 TOLD = """experiment = "bending"
 max_pressure_kPa = 8
@@ -41,12 +42,12 @@ FILM = "film.silk.Et_N_per_mm"
 def block() -> Config:
     return configuration.load(
         None,
-        [
+        assignments([
             "finger.kind=cast", "cast.chambers=1", "contact.self_contact=false",
             "mesh.size_mm=7", "mesh.edge_size_mm=2", "material.law=ogden",
             "material.ogden_mu_MPa=[0.015, 0.005]", "material.ogden_alpha=[2.0, -2.0]",
             "film.silk.model=layer", "film.silk.region=film", f"{FILM}=3.0", "solver.rtol=1e-9",
-        ],
+        ]),
     )  # fmt: skip
 
 
@@ -74,7 +75,7 @@ def base(simulation: FingerSimulation) -> Simulated:
     return simulation.base
 
 
-def with_all(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
+def with_all(measurement: Measurement, store: Path, overrides: Change) -> Simulated:
     return simulate(measurement, block(), [Case(overrides)], Here(store))[0]
 
 
@@ -89,7 +90,7 @@ def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store
     pressure = measurement.listed()["control"].to_numpy()
     exactly = -0.2 * pressure * base.by_control
     np.testing.assert_allclose(columns["modulus"], exactly, atol=0.02 * np.abs(exactly).max())
-    ends = [with_all(measurement, store, f"{FILM}={3 + way}").readings for way in (0.05, -0.05)]
+    ends = [with_all(measurement, store, {FILM: 3 + way}).readings for way in (0.05, -0.05)]
     np.testing.assert_allclose(columns[FILM], 5 * (ends[0] - ends[1]), rtol=1e-3)
     walls = 0.05 * np.where(measurement.listed()["specimen"] == "A", 7.0, 6.0)
     np.testing.assert_allclose(columns["wall"], walls * base.slope("cast.wall_mm"))
@@ -101,8 +102,9 @@ def test_moduli_scale_exactly(
 ) -> None:
     """Against simulations with the moduli of all terms and of the film changed."""
     changes = modulus.overrides(simulation.base.runs[0].config, 1.25)
-    assert {"material.ogden_mu_MPa=[0.01875, 0.00625]", f"{FILM}=3.75"} <= set(changes)
-    there = with_all(measurement, store, *changes).readings
+    assert changes["material.ogden_mu_MPa"] == [0.01875, 0.00625]
+    assert changes[FILM] == 3.75
+    there = with_all(measurement, store, changes).readings
     np.testing.assert_allclose(simulation.at(simulation.base, 1.25), there, rtol=2e-3)
 
 
@@ -133,7 +135,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], ends)
-    (run,) = simulate(ended, ends, [Case((), headroom=ROUTES.headroom)], Here(store))
+    (run,) = simulate(ended, ends, [Case(headroom=ROUTES.headroom)], Here(store))
     (said,) = not_reached(ended, ended, run.readings, run.failures)
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "

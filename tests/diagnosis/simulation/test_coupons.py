@@ -11,24 +11,25 @@ import pytest
 from support.here import Here, simulated
 from support.measured_files import written
 
-from dolfingrip.config import Config, load
+from dolfingrip.config import Change, Config, changed, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.experiments import run, synthetic
+from dolfingrip.sections.tables import assignments
 
 TOLD = "gauge_length_mm = 33.0\narea_mm2 = 9.0\n[nuisance]\ncoupon_area = 0.18\n"
-SHARP = ("force_N=0", "displacement_mm=0")
+SHARP = {"force_N": 0.0, "displacement_mm": 0.0}
 HIDDEN = "extensions.mooney_rivlin.C01_MPa=1.0"
 
 
 @pytest.fixture(scope="module")
 def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     """Two coupons of Mooney and Rivlin's material, 101 rows each, to 50 % and without noise."""
-    told = load(None, ["coupon.step_strain=0.005"])
-    hidden = told.overridden([HIDDEN])
-    silent = synthetic.noise_from(SHARP)
+    told = load(None, assignments(["coupon.step_strain=0.005"]))
+    hidden = changed(told, assignments([HIDDEN]))
+    silent = {**synthetic.NOISE, **SHARP}
     made = synthetic.measure(["coupon"], told, hidden=hidden, noise=silent)
     lines = ["specimen,time_s,displacement_mm,force_N"]
     for name in "AB":
@@ -58,7 +59,7 @@ def test_readings_are_those_of_a_run_at_every_row(
     base: Simulated, measurement: Measurement
 ) -> None:
     """25 stops stand for 101 rows: the error is below the noise."""
-    every = run("coupon", load(None, ["coupon.step_strain=0.005"])).column("force_N")
+    every = run("coupon", load(None, assignments(["coupon.step_strain=0.005"]))).column("force_N")
     error = np.abs(base.readings - np.tile(every, 2)).max()
     print("error", error, "N")
     assert len(base.runs) == 1
@@ -83,7 +84,7 @@ def test_modulus_scales(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     assert simulation.scales
-    soft = simulate(measurement, Config(), [Case(("material.mu_MPa=2.344",))], Here(store))
+    soft = simulate(measurement, Config(), [Case({"material.mu_MPa": 2.344})], Here(store))
     np.testing.assert_allclose(
         simulation.at(simulation.base, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
     )
@@ -109,7 +110,7 @@ def test_stops_stand_for_all_rows_where_there_is_memory(tmp_path: Path, store: P
     lines += [f"{branch},{time_s:.4f},{u:.4f},1.0" for branch, time_s, u in way]
     told = 'experiment = "coupon"\n' + TOLD
     long = read([written(tmp_path, "\n".join(lines) + "\n", told)])
-    viscous = ("extensions.prony.g=[0.3]", "extensions.prony.tau_s=[3.0]")
+    viscous = {"extensions.prony.g": [0.3], "extensions.prony.tau_s": [3.0]}
     (found,) = simulate(long, Config(), [Case(viscous)], Here(store))
     rows = long.readings
     every = load(None, viscous).changed(
@@ -130,8 +131,8 @@ def test_stops_stand_for_all_rows_where_there_is_memory(tmp_path: Path, store: P
 def test_derivatives_through_memory(measurement: Measurement, store: Path) -> None:
     """What a fit by least squares asks for, against central differences of two simulations."""
 
-    def viscous(g: float, tau_s: float) -> tuple[str, ...]:
-        return f"extensions.prony.g=[{g}]", f"extensions.prony.tau_s=[{tau_s}]"
+    def viscous(g: float, tau_s: float) -> Change:
+        return {"extensions.prony.g": [g], "extensions.prony.tau_s": [tau_s]}
 
     ends = [(0.2, 3.0), (0.201, 3.0), (0.199, 3.0), (0.2, 3.01), (0.2, 2.99)]
     keys = ("extensions.prony.g", "extensions.prony.tau_s[0]", "finger.wall_mm")

@@ -11,7 +11,7 @@ from support import small
 from support.here import Here, simulated
 from support.measured_files import written
 
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation import elastic_curve, modulus
@@ -52,7 +52,7 @@ def base(simulation: FingerSimulation) -> Simulated:
     return simulation.base
 
 
-def one(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
+def one(measurement: Measurement, store: Path, overrides: Change) -> Simulated:
     return simulate(measurement, finger(), [Case(overrides)], Here(store))[0]
 
 
@@ -82,9 +82,7 @@ def test_modulus_scales_exactly(
     assert simulation.scales
     for factor in (0.8, 1.25):
         scaled = simulation.at(simulation.base, factor)
-        changed = one(
-            measurement, store, *modulus.overrides(simulation.base.runs[1].config, factor)
-        )
+        changed = one(measurement, store, modulus.overrides(simulation.base.runs[1].config, factor))
         for name, column, allowed in (
             ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
         ):  # fmt: skip
@@ -125,11 +123,11 @@ def test_a_line_that_lags_is_the_elastic_curve_behind_it(
     """Against simulations in time, free to all digits. Blocked, interpolation over 20 kPa leaves a
     part where the gap of 0.1 mm closes, as it does of the base readings."""
     for tau_s in (0.3, 2.0):
-        overrides = (f"extensions.line_lag.tau_s={tau_s}",)
-        line = finger().overridden(overrides).extensions.line_lag
+        overrides = {"extensions.line_lag.tau_s": tau_s}
+        line = changed(finger(), overrides).extensions.line_lag
         assert line is not None
         shape = elastic_curve.change(measurement, base, partial(elastic_curve.behind, line))
-        change = one(measurement, store, *overrides).readings - base.readings
+        change = one(measurement, store, overrides).readings - base.readings
         for experiment, name, allowed in (
             ("bending", "angle_deg", 1e-5),
             ("blocked_force", "angle_deg", 3e-2),

@@ -12,12 +12,13 @@ from dolfingrip.diagnosis.simulation.job import Job, result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.store import Store
+from dolfingrip.sections.tables import assignments
 
 PULL = {"time_s": [0.0, 1.0, 2.0], "displacement_mm": [0.0, 1.0, 2.0]}
 
 
 def coupon(*overrides: str, gradients: tuple[str, ...] = ()) -> Job:
-    return Job("coupon", load(None, overrides).changed(protocol=PULL), gradients)
+    return Job("coupon", load(None, assignments(overrides)).changed(protocol=PULL), gradients)
 
 
 def test_a_key_is_of_what_the_result_depends_on() -> None:
@@ -43,7 +44,7 @@ def test_a_fingers_key_is_of_its_geometry_films_and_camera() -> None:
     other = ("pneunet.wall_mm=1.7", "film.sheet.Et_N_per_mm=2", "material.base.mu_MPa=2",
              "camera.chord=back edges")  # fmt: skip
     made = [
-        Job("bending", load(None, [*base, *more])).key
+        Job("bending", load(None, assignments([*base, *more]))).key
         for more in ((), *((each,) for each in other))
     ]
     assert len(set(made)) == 1 + len(other)

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from support.measured_files import written
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.groups import groups, path_independent
 from dolfingrip.diagnosis.simulation.simulated import Case
 from dolfingrip.experiments.index import find
+from dolfingrip.sections.tables import assignments
 
 SEED = 9
 HEADER = "specimen,cycle,branch,time_s,pressure_kPa,angle_deg"
@@ -176,7 +177,7 @@ def test_a_settled_cycle_is_read_again(tmp_path: Path) -> None:
 )
 def test_what_has_no_clock_settles(tmp_path: Path, effects: tuple[str, ...], route: str) -> None:
     (group,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config())
-    config = Config().overridden([f"extensions.{name}={{}}" for name in effects])
+    config = changed(Config(), assignments([f"extensions.{name}={{}}" for name in effects]))
     assert group.route(config) is getattr(group, route)
 
 
@@ -198,7 +199,7 @@ def test_pulses_are_waits_apart(tmp_path: Path) -> None:
     ],
 )
 def test_memory_and_clock(override: str, independent: bool) -> None:
-    assert path_independent(Config().overridden([override])) == independent
+    assert path_independent(changed(Config(), assignments([override]))) == independent
 
 
 def test_gravity_is_tilted_from_where_each_test_has_it(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from support.here import Here, simulated
 
 from benchmarks.reference_measurement import reference_measurement
-from dolfingrip.config import Config
+from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import shipped, sources
@@ -20,6 +20,7 @@ from dolfingrip.diagnosis.simulation.meshes import coarser
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.shipped import Shipped
 from dolfingrip.jobs.cluster import Where
+from dolfingrip.sections.tables import assignments
 
 UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
 
@@ -29,7 +30,9 @@ def coupon(count: int, *overrides: str, gradients: tuple[str, ...] = ()) -> Job:
         "time_s": [float(i) for i in range(count)], "displacement_mm": UP_DOWN_mm[:count],
         "cycle": [1] * count, "branch": ["loading"] * min(count, 3) + ["unloading"] * (count - 3),
     }  # fmt: skip
-    return Job("coupon", Config().overridden(overrides).changed(protocol=protocol), gradients)
+    return Job(
+        "coupon", changed(Config(), assignments(overrides)).changed(protocol=protocol), gradients
+    )
 
 
 PRONY = ("extensions.prony.g=[0.2]",)
@@ -121,7 +124,7 @@ def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(sources, "core_digest", lambda: "changed")
     measurement = reference_measurement(1, unload=False, experiments=["bending"])
     (group,) = groups(measurement, Config())
-    config = group.config.overridden(coarser(Config())[0])
+    config = changed(group.config, coarser(Config())[0])
     job = Job("bending", config.changed(protocol=group.curve.protocol()))
     again: list[str] = []
 
