@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, Final, Self
 
 from dolfingrip.channels import Part
+from dolfingrip.extensions.effect import Adapting
 from dolfingrip.extensions.index import Extensions
 from dolfingrip.foods.food import Food
 from dolfingrip.sections import tables
@@ -74,9 +75,9 @@ class Config(Setup):
     def adapted(self) -> Self:
         """The configuration that is meshed and solved, with extensions of geometry applied."""
         done = self
-        for effect in self.extensions.active("adapt"):
+        for effect in self.extensions.active(Adapting):
             done = effect.adapt(done)
-        return done.model_copy(update={"extensions": done.extensions.without("adapt")})
+        return done.model_copy(update={"extensions": done.extensions.without(Adapting)})
 
 
 def load(

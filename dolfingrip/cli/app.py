@@ -36,7 +36,7 @@ from dolfingrip.cli import (
     study_command,
     train_command,
 )
-from dolfingrip.cli.options import INTERRUPTED, ConfigFile, Overrides, loaded
+from dolfingrip.cli.options import INTERRUPTED, ConfigFile, Overrides
 from dolfingrip.cli.pipes import unbroken_output
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.index import EXPERIMENTS
@@ -120,7 +120,7 @@ def _start(
 @app.command("config")
 def show_config(config: ConfigFile = None, overrides: Overrides = None) -> None:
     """Print the resolved configuration, each key with its meaning."""
-    resolved = loaded(config, overrides)
+    resolved = configuration.load(config, dict(overrides or ()))
     if MPI.COMM_WORLD.rank == 0:
         sys.stdout.write(configuration.dumps(resolved))
 

@@ -11,7 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from dolfingrip.cli.options import Out, Overrides, change, check_writable, console, one_process
+from dolfingrip.cli.options import Out, Overrides, check_writable, console, one_process
 from dolfingrip.cli.simulations import Workers, resumable
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def design(
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
 
-    problem = read(file, change(overrides))
+    problem = read(file, dict(overrides or ()))
     check_writable(out)
     screen = console()
     if problem.front is not None:

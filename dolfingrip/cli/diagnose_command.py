@@ -7,15 +7,8 @@ from typing import Annotated
 
 import typer
 
-from dolfingrip.cli.options import (
-    ConfigFile,
-    Out,
-    Overrides,
-    check_writable,
-    console,
-    loaded,
-    one_process,
-)
+from dolfingrip import config as configuration
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
 from dolfingrip.cli.simulations import (
     Effects,
     StoreFolder,
@@ -50,7 +43,7 @@ def diagnose(
     from dolfingrip.diagnosis import diagnose as work
     from dolfingrip.diagnosis.results import write
 
-    resolved = loaded(config, overrides)
+    resolved = configuration.load(config, dict(overrides or ()))
     check_writable(out)
     screen = console()
     names = effect_names(effects)

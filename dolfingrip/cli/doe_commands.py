@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from dolfingrip import config as configuration
 from dolfingrip.cli.options import (
     ConfigFile,
     Gradients,
@@ -17,7 +18,6 @@ from dolfingrip.cli.options import (
     check_writable,
     console,
     gradient_keys,
-    loaded,
     one_process,
 )
 from dolfingrip.cli.simulations import resumable
@@ -94,7 +94,7 @@ def doe(
     from dolfingrip.design.campaign import objective as ours
     from dolfingrip.jobs.cluster import Where
 
-    resolved = loaded(config, overrides, DEFAULTS)
+    resolved = configuration.load(config, dict(overrides or ()), DEFAULTS)
     varied = [space.parse(text) for text in parameter or space.PAPER]
     keys = _keys(gradients, parameters, objective, resolved)
     if fields and objective is not None:

@@ -18,17 +18,17 @@ from dolfingrip.cli.options import (
     Out,
     Overrides,
     Parameters,
-    change,
-    checked_numbers,
+    assigned,
+    assigned_numbers,
     console,
     gradient_keys,
-    loaded,
 )
 from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.experiments.description import PRESSURE_OPTION, Option
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.sections import protocol_file
+from dolfingrip.sections.tables import assignments
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.results.result import Result
@@ -64,12 +64,12 @@ def synthetic_measurement(
     config: ConfigFile = None,
     overrides: Overrides = None,
     hide: Annotated[
-        list[str] | None,
+        list[Any] | None,
         typer.Option(
             "--hide",
             metavar="KEY=VALUE",
             help="Like --set, but kept secret; repeatable.",
-            callback=checked_numbers,
+            callback=assigned_numbers,
         ),
     ] = None,
     nuisance: Annotated[
@@ -79,9 +79,12 @@ def synthetic_measurement(
         ),
     ] = None,
     noise: Annotated[
-        list[str] | None,
+        list[Any] | None,
         typer.Option(
-            "--noise", metavar="COLUMN=VALUE", help="Standard deviation of noise; repeatable."
+            "--noise",
+            metavar="COLUMN=VALUE",
+            help="Standard deviation of noise; repeatable.",
+            callback=assigned,
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of nuisances and noise.")] = 0,
@@ -93,9 +96,11 @@ def synthetic_measurement(
     from dolfingrip.cli.commands import synthetic_measurement
     from dolfingrip.experiments.synthetic import check_noise
 
-    check_noise(noises := change(noise, "--noise"))
-    for folder, posed in _poses(find(kinds[0]), config, change(overrides), out, protocol, specimen):
-        truth = changed(posed, change(hide, "--hide"))
+    check_noise(noises := dict(noise or ()))
+    for folder, posed in _poses(
+        find(kinds[0]), config, dict(overrides or ()), out, protocol, specimen
+    ):
+        truth = changed(posed, dict(hide or ()))
         synthetic_measurement(kinds, posed, truth, nuisance or (), noises, seed, folder, console())
 
 
@@ -108,7 +113,7 @@ def demo(
     """Run both experiments on the reference finger and a small design loop, write a report."""
     from dolfingrip.cli.commands import run_demo
 
-    resolved = loaded(config, overrides)
+    resolved = configuration.load(config, dict(overrides or ()))
     results = run_demo(resolved, out, console())
     if loop and MPI.COMM_WORLD.size > 1:
         console().print("no design loop under mpirun: it starts processes of its own")
@@ -136,7 +141,7 @@ def _command(experiment: Experiment) -> Callable[..., None]:
     def perform(
         out: Path,
         config: Path | None,
-        overrides: list[str] | None,
+        overrides: list[Any] | None,
         render: str | None = None,
         colour_by: str = "displacement",
         protocol: Path | None = None,
@@ -155,7 +160,7 @@ def _command(experiment: Experiment) -> Callable[..., None]:
                 f"{PRESSURE_OPTION.flag} {pressure:g}: allowed: without --protocol, which has its "
                 "own pressures"
             )
-        asked_for = {**change(overrides), **_settings(experiment, given)}
+        asked_for = {**dict(overrides or ()), **_settings(experiment, given)}
         poses = _poses(experiment, config, asked_for, out, protocol, specimen)
         asked = experiment.with_options(given)
         keys = gradient_keys(gradients, parameters)
@@ -260,7 +265,7 @@ def _poses(
         return [(out, configuration.load(config, overrides))]
     table, poses = protocol_file.read(protocol, experiment.name, experiment.control.name, specimen)
     settings = [
-        (out / pose.name, configuration.load(config, {**overrides, **change(pose.set)}))
+        (out / pose.name, configuration.load(config, {**overrides, **assignments(pose.set)}))
         for pose in poses
     ] or [(out, configuration.load(config, overrides))]
     return [(folder, resolved.changed(protocol=table)) for folder, resolved in settings]

@@ -9,14 +9,7 @@ from typing import Annotated
 
 import typer
 
-from dolfingrip.cli.options import (
-    ConfigFile,
-    Overrides,
-    change,
-    check_writable,
-    console,
-    one_process,
-)
+from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console, one_process
 from dolfingrip.config import ConfigError
 
 
@@ -80,7 +73,7 @@ def explore(
     designs = {each.folder: read(each.folder).rows for each in found if each.kind == "doe"}
     screen = console()
     with screen.status("reading results"):
-        designed = space.of_results(found, designs, config, change(overrides), parameter or ())
+        designed = space.of_results(found, designs, config, dict(overrides or ()), parameter or ())
         library = Library(designed)
         for each in found:
             if each.kind == "run":

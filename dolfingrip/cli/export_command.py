@@ -9,7 +9,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console, loaded
+from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
 from dolfingrip.config import ConfigError
 from dolfingrip.files import whole
 
@@ -28,7 +28,7 @@ def export(
     --config takes a TOML file, or the run.json of an earlier run. The solid is the whole finger
     without load, in mm.
     """
-    resolved = loaded(config, overrides)
+    resolved = configuration.load(config, dict(overrides or ()))
     from dolfingrip.mechanics.model.domain import on_root
     from dolfingrip.report import printable
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, loaded
+from dolfingrip import config as configuration
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
 from dolfingrip.config import Config
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def mesh(
     default), tetrahedra of 10 nodes (P2, P2-P1) or of 4 nodes (P1).
     --set mesh.order=1 asks for linear ones, mesh.order=2 for quadratic ones.
     """
-    resolved = loaded(config, overrides)
+    resolved = configuration.load(config, dict(overrides or ()))
     check_writable(out)
     from dolfingrip.experiments.rigs.undeformed import solid
     from dolfingrip.mechanics.model.domain import on_root

@@ -9,7 +9,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Overrides, change, console
+from dolfingrip.cli.options import ConfigFile, Overrides, console
 
 
 def morph(
@@ -24,7 +24,7 @@ def morph(
     overrides: Overrides = None,
 ) -> None:
     """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it."""
-    asked = {**change(overrides), "morph.xi1": xi[0], "morph.xi2": xi[1]}
+    asked = {**dict(overrides or ()), "morph.xi1": xi[0], "morph.xi2": xi[1]}
     resolved = configuration.load(config, asked)
     from dolfingrip.experiments.rigs import undeformed
     from dolfingrip.mechanics.model.domain import on_root

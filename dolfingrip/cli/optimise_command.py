@@ -12,18 +12,9 @@ from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import FORCE
-from dolfingrip.cli.options import (
-    ConfigFile,
-    Out,
-    Overrides,
-    change,
-    check_writable,
-    console,
-    one_process,
-)
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Change, Config
-from dolfingrip.sections import tables
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,7 +58,7 @@ def optimise(
 
     model = network.load(surrogate)
     campaign = model.facts.get("campaign") or {}
-    base = _base(campaign, config, change(overrides)) if resolve else None
+    base = _base(campaign, config, dict(overrides or ())) if resolve else None
     settings = Settings(population, generations, crossover, mutation, seed)
     check_writable(out)
     screen = console()
@@ -114,10 +105,7 @@ def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Con
 
     if file is not None or "base" not in campaign:
         return configuration.load(file, overrides, DEFAULTS)
-    # the tables of other kinds of geometry are absent
-    data = {section: dict(keys) for section, keys in campaign["base"].items() if keys is not None}
-    tables.put(data, overrides)
-    return configuration.from_dict(data)
+    return configuration.changed(configuration.from_dict(campaign["base"]), overrides)
 
 
 def _plot(found: Optimum, resolved: Sequence[Resolved], surrogate: Path, out: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +11,6 @@ import typer
 from mpi4py import MPI
 from rich.console import Console
 
-from dolfingrip.config import NO_CHANGE, Change, Config, load
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 
@@ -25,40 +23,44 @@ ConfigFile = Annotated[
 ]
 
 
-def checked_numbers(option: typer.CallbackParam, assignments: list[str] | None) -> Any:
-    """Check the numbers in an option's ``KEY=VALUE`` strings as parameters; return the strings.
+def assigned(option: typer.CallbackParam, texts: list[str] | None) -> Any:
+    """Return the keys and values of an option's ``KEY=VALUE`` texts.
+
+    Args:
+        option: that errors name.
+        texts: as typed; None where there are none.
+
+    Raises:
+        ConfigError: one line naming the option, where one is not an assignment.
+    """
+    return list(tables.assignments(texts or (), f"--{option.opts[0].lstrip('-')}").items())
+
+
+def assigned_numbers(option: typer.CallbackParam, texts: list[str] | None) -> Any:
+    """Return keys of the configuration and values, of which numbers are checked as parameters.
+
+    Args:
+        option: that errors name.
+        texts: as typed; None where there are none.
 
     Raises:
         ConfigError: one line naming the option, the key, the value and the allowed range.
     """
     from dolfingrip.parameter import check
 
-    name = f"--{option.opts[0].lstrip('-')}"
-    check(change(assignments, name), name)
-    return assignments
-
-
-def change(assignments: Iterable[str] | None, option: str = "--set") -> dict[str, Any]:
-    """Return the change of the configuration that an option's ``KEY=VALUE`` texts ask for.
-
-    Args:
-        assignments: as typed; None where the option was not given.
-        option: that messages name.
-
-    Raises:
-        ConfigError: one line naming the option, where one is not an assignment.
-    """
-    return tables.assignments(assignments or (), option)
+    found = assigned(option, texts)
+    check(dict(found), f"--{option.opts[0].lstrip('-')}")
+    return found
 
 
 Overrides = Annotated[
-    list[str] | None,
+    list[Any] | None,
     typer.Option(
         "--set",
         "-s",
         metavar="KEY=VALUE",
         help="e.g. finger.wall_mm=1.8; repeatable.",
-        callback=checked_numbers,
+        callback=assigned_numbers,
     ),
 ]
 Gradients = Annotated[
@@ -72,22 +74,6 @@ Parameters = Annotated[
     ),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for results.")]
-
-
-def loaded(
-    file: Path | None, overrides: Iterable[str] | None, defaults: Change = NO_CHANGE
-) -> Config:
-    """Return the configuration that ``--config`` and ``--set`` ask for.
-
-    Args:
-        file: TOML file, or a run.json; None: the reference finger.
-        overrides: as typed.
-        defaults: values that the command has in place of the reference finger's.
-
-    Raises:
-        ConfigError: one line naming the key, its value and the allowed range.
-    """
-    return load(file, change(overrides), defaults)
 
 
 def console() -> Console:

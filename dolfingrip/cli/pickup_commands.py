@@ -14,15 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import (
-    ConfigFile,
-    Out,
-    Overrides,
-    change,
-    check_writable,
-    console,
-    one_process,
-)
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.policy import SEARCH
@@ -126,7 +118,7 @@ def _check(flag: str, value: float, most: float) -> None:
 
 def _base(
     config: Path | None,
-    overrides: list[str] | None,
+    overrides: list[Any] | None,
     food: str | None,
     pose: str | None,
     preset: str | None,
@@ -141,7 +133,7 @@ def _base(
         "food.friction": friction,
     }
     options = {key: value for key, value in given.items() if value is not None}
-    asked = {**change(overrides), **options}
+    asked = {**dict(overrides or ()), **options}
     loaded = configuration.load(config, asked, {"gripper.lift_mm": SEARCH.lift_mm})
     find("grasp").settings(loaded)
     return loaded

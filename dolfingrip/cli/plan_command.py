@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from dolfingrip import config as configuration
 from dolfingrip.cli.options import (
     ConfigFile,
     Out,
     Overrides,
-    change,
+    assigned,
     check_writable,
     console,
-    loaded,
     one_process,
 )
 from dolfingrip.cli.simulations import (
@@ -74,12 +74,19 @@ def plan_experiment(
     config: ConfigFile = None,
     overrides: Overrides = None,
     changes: Annotated[
-        list[str] | None,
-        typer.Option("--with", metavar="KEY=VALUE", help="Of \\[protocol], e.g. cycles=3."),
+        list[Any] | None,
+        typer.Option(
+            "--with", metavar="KEY=VALUE", help="Of \\[protocol], e.g. cycles=3.", callback=assigned
+        ),
     ] = None,
     noise: Annotated[
-        list[str] | None,
-        typer.Option("--noise", metavar="COLUMN=STD", help="e.g. angle_deg=0.2; repeatable."),
+        list[Any] | None,
+        typer.Option(
+            "--noise",
+            metavar="COLUMN=STD",
+            help="e.g. angle_deg=0.2; repeatable.",
+            callback=assigned,
+        ),
     ] = None,
     workers: Workers = 2,
     store: StoreFolder = None,
@@ -96,12 +103,12 @@ def plan_experiment(
     from dolfingrip.diagnosis.tried import check_effects
     from dolfingrip.experiments.synthetic import check_noise
 
-    resolved = loaded(config, overrides)
+    resolved = configuration.load(config, dict(overrides or ()))
     check_writable(out)
     screen = console()
     names = effect_names(effects)
     check_effects(names)
-    check_noise(told := change(noise, "--noise"))
+    check_noise(told := dict(noise or ()))
     kept = store or out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         settings = work.Settings(
@@ -109,7 +116,7 @@ def plan_experiment(
                 lambda text: screen.print(text, soft_wrap=True),
                 show,
             )  # fmt: skip
-        found = work.plan(rig, resolved, settings, change(changes, "--with"), told)
+        found = work.plan(rig, resolved, settings, dict(changes or ()), told)
     found.write(out / "plan.json")
     text = outcome.text(found)
     whole.write(out / "plan.md", text)

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from dolfingrip import config as configuration
 from dolfingrip.channels import CHORD_ANGLE, PRESSURE
-from dolfingrip.cli.options import Out, Overrides, check_writable, console, loaded, one_process
+from dolfingrip.cli.options import Out, Overrides, check_writable, console, one_process
 from dolfingrip.config import ConfigError
 from dolfingrip.files import whole
 
@@ -37,7 +38,7 @@ def predict(
 
     asked = _pressures(pressures)
     fits = posterior.read(source)
-    config = loaded(source, overrides)
+    config = configuration.load(source, dict(overrides or ()))
     config = config.changed(experiment={"max_pressure_kPa": 1.15 * max(asked)})
     check_writable(out)
     screen = console()

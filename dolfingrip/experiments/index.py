@@ -21,9 +21,7 @@ NAMES = (
 
 def experiment(name: str) -> Experiment:
     """The experiment in the file of this name."""
-    # the class in the file is concrete; the type of its base class does not tell
-    found = only_class(f"dolfingrip.experiments.{name}", Experiment)  # type: ignore[type-abstract]
-    return found()
+    return only_class(f"dolfingrip.experiments.{name}", Experiment)()
 
 
 EXPERIMENTS: Mapping[str, Experiment] = {name: experiment(name) for name in NAMES}

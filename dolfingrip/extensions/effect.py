@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, runtime_checkable
 
 import numpy as np
 import ufl
@@ -100,12 +100,80 @@ class Flow:
     step_s: float
 
 
+@runtime_checkable
+class Adapting(Protocol):
+    """An effect on geometry, mesh or solver; it has no other hook."""
+
+    def adapt[S: Setup](self, config: S) -> S:
+        """``config`` with other geometry, mesh or solver; use ``config.changed``."""
+
+
+@runtime_checkable
+class Energetic(Protocol):
+    """An effect on the material."""
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        """The strain energy density with this effect; ``base`` is the density without it.
+
+        It adds to ``base``, scales it or replaces it. A dissipative effect returns the incremental
+        potential of a load step, which depends on ``site``'s internal variables and step.
+        """
+
+
+@runtime_checkable
+class Joining(Protocol):
+    """An effect with further terms of the potential."""
+
+    def terms(self, site: Site) -> Sequence[ufl.Form]:
+        """Additional energies of a finger (mJ of the meshed part), as forms in ``site.u``.
+
+        May also change the set-up (``site.held``, ``site.plate``), and add to
+        ``site.further`` terms that are no forms, as ``site.add_friction`` does.
+        """
+
+
+@runtime_checkable
+class Stage(Protocol):
+    """An effect between regulator and cavity."""
+
+    @classmethod
+    def name(cls) -> str:
+        """Name of its table."""
+
+    def outlet_kPa(self, flow: Flow) -> float:
+        """Pressure (kPa) at this stage's outlet, towards the cavity, as a load step ends."""
+
+
+@runtime_checkable
+class Drifting(Protocol):
+    """An effect that changes all moduli with time."""
+
+    def moduli_at(self, time_s: np.ndarray) -> np.ndarray:
+        """(times,) factor of all moduli at each time."""
+
+
+@runtime_checkable
+class Relaxing(Protocol):
+    """An effect by which moduli relax."""
+
+    def branches(self) -> tuple[Sequence[float], Sequence[float]]:
+        """Parts of the instantaneous moduli that relax, and their times (s)."""
+
+
+@runtime_checkable
+class Displaying(Protocol):
+    """An effect on what instruments show."""
+
+    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
+        """Readings, by column, that are displayed wrongly, from a row of readings so far."""
+
+
 class Effect(Section):
     """One effect: its parameters are the table's keys, each with a :class:`Prior`.
 
-    An effect overrides the hooks that it needs. The docstring of an effect tells its equation, what
-    its effect on angle and force is (Fingerprint:) and what it is confused with
-    (Confused with:).
+    An effect has the hooks that it needs, each of which is a protocol above. The docstring of an
+    effect tells its equation, what its effect on angle and force is (Fingerprint:) and what it is
+    confused with (Confused with:).
 
     Attributes:
         kind: part of the model that it belongs to.
@@ -139,33 +207,6 @@ class Effect(Section):
     alike: ClassVar[tuple[str, ...]] = ()
     lopsided: ClassVar[bool] = False
 
-    # -- before the model is built ---------------------------------------------------------------
-
-    def adapt[S: Setup](self, config: S) -> S:
-        """``config`` with other geometry, mesh or solver; use ``config.changed``.
-
-        An effect that has this hook has no other hook.
-        """
-        return config
-
-    # -- potential -------------------------------------------------------------------------------
-
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        """The strain energy density with this effect; ``base`` is the density without it.
-
-        It adds to ``base``, scales it or replaces it. A dissipative effect returns the incremental
-        potential of a load step, which depends on ``site``'s internal variables and step.
-        """
-        return base
-
-    def terms(self, site: Site) -> Sequence[ufl.Form]:
-        """Additional energies of a finger (mJ of the meshed part), as forms in ``site.u``.
-
-        May also change the set-up (``site.held``, ``site.plate``), and add to
-        ``site.further`` terms that are no forms, as ``site.add_friction`` does.
-        """
-        return ()
-
     @classmethod
     def in_numbers(cls, c: Mapping[str, Any], mu_MPa: float, invariants: Invariants) -> Jet:
         """Its strain energy at constant volume in numbers, for fits to coupons.
@@ -177,30 +218,12 @@ class Effect(Section):
         """
         raise NotImplementedError
 
-    # -- loading and measurement -----------------------------------------------------------------
-
-    def outlet_kPa(self, flow: Flow) -> float:
-        """Pressure (kPa) at this stage's outlet, towards the cavity, as a load step ends."""
-        return flow.inlet_kPa
-
-    def moduli_at(self, time_s: np.ndarray) -> np.ndarray:
-        """(times,) factor of all moduli at each time."""
-        return np.ones(len(time_s))
-
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        """Readings, by column, that are displayed wrongly, from a row of readings so far."""
-        return {}
-
     # -- as a diagnosis tries it -----------------------------------------------------------------
 
     @classmethod
     def felt_in_bending(cls, config: Setup) -> bool:
         """Return whether a finger that bends freely feels it."""
         return "finger" in cls.felt_by
-
-    def branches(self) -> tuple[Sequence[float], Sequence[float]]:
-        """Parts of the instantaneous moduli that relax, and their times (s)."""
-        return (), ()
 
     # -- what is known of it ---------------------------------------------------------------------
 
@@ -210,22 +233,17 @@ class Effect(Section):
         return cls.__module__.rpartition(".")[2]
 
     @classmethod
-    def has(cls, hook: str) -> bool:
-        """Whether the effect overrides ``hook``."""
-        return getattr(cls, hook) is not getattr(Effect, hook)
-
-    @classmethod
     def entry_of(cls, key: str) -> Entry:
         """Return how a number of the effect enters a simulation."""
         if cls.kind == "numerical":
             return Entry.CHOICE
-        if cls.has("outlet_kPa"):
+        if issubclass(cls, Stage):
             return Entry.SUPPLY
-        if cls.has("reading"):
+        if issubclass(cls, Displaying):
             return Entry.INSTRUMENT
         if cls.kind == "geometry":
             return Entry.SHAPE
-        of_plate = cls.has("adapt") and cls.felt_by == ("plate",)
+        of_plate = issubclass(cls, Adapting) and cls.felt_by == ("plate",)
         return Entry.POSE if of_plate else Entry.CONSTANT
 
     @classmethod
@@ -236,7 +254,7 @@ class Effect(Section):
     @classmethod
     def remembers(cls) -> bool:
         """Whether a state with it depends on earlier states, which an adjoint does not follow."""
-        return cls.kind == "dissipative" or cls.has("outlet_kPa")
+        return cls.kind == "dissipative" or issubclass(cls, Stage)
 
     @classmethod
     def priors(cls) -> dict[str, Prior]:

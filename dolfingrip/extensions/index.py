@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, overload
 
 import ufl
 from pydantic import Field, create_model
 
-from dolfingrip.extensions.effect import Effect, Kind, StrainEnergy
+from dolfingrip.extensions.effect import Effect, Energetic, Joining, Kind, StrainEnergy
 from dolfingrip.sections.lookup import only_class
 from dolfingrip.sections.section import Role, Section
 
@@ -54,10 +54,20 @@ class Switched(Section):
     role: ClassVar = Role.EXTENSIONS
     effects: ClassVar[tuple[type[Effect], ...]] = ()
 
-    def active(self, hook: str | None = None) -> Sequence[Any]:
-        """The effects that are on, in the index's order; those with ``hook`` only where given."""
+    @overload
+    def active(self) -> list[Effect]: ...
+
+    @overload
+    def active[E](self, kind: type[E]) -> list[E]: ...
+
+    def active(self, kind: type[Any] = Effect) -> list[Any]:
+        """Return the effects of a kind that are on, in the index's order.
+
+        Args:
+            kind: protocol of a hook that they have; all effects where none is given.
+        """
         found = (getattr(self, each.name()) for each in self.effects)
-        return [on for on in found if on is not None and (hook is None or on.has(hook))]
+        return [on for on in found if isinstance(on, kind)]
 
     @property
     def inner(self) -> Mapping[str, Section]:
@@ -66,17 +76,17 @@ class Switched(Section):
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         """``base`` with all effects on it."""
-        for effect in self.active("strain_energy"):
+        for effect in self.active(Energetic):
             base = effect.strain_energy(base, site)
         return base
 
     def terms(self, site: Site) -> list[ufl.Form]:
         """Further energies of all effects."""
-        return [term for effect in self.active("terms") for term in effect.terms(site)]
+        return [term for effect in self.active(Joining) for term in effect.terms(site)]
 
-    def without(self, hook: str) -> Self:
-        """These extensions without the effects that have ``hook``."""
-        return self.model_copy(update={on.name(): None for on in self.active(hook)})
+    def without(self, kind: type[Any]) -> Self:
+        """Return these extensions without the effects of a kind."""
+        return self.model_copy(update={on.name(): None for on in self.active(kind)})
 
 
 def table(effects: Iterable[type[Effect]]) -> type[Switched]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from dolfingrip.extensions.effect import Effect, Flow
+from dolfingrip.extensions.effect import Flow, Stage
 from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Control
 
@@ -21,10 +21,10 @@ class Supply(Memory):
 
     Args:
         cavity: the cavity's pressure.
-        stages: effects with ``outlet_kPa``, from regulator to cavity.
+        stages: effects on the pressure, from regulator to cavity.
     """
 
-    def __init__(self, cavity: Control, stages: Sequence[Effect]) -> None:
+    def __init__(self, cavity: Control, stages: Sequence[Stage]) -> None:
         self._cavity = cavity
         self.stages = stages
         self._regulator_kPa = 0.0

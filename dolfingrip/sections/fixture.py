@@ -14,6 +14,7 @@ class Plate(Section):
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = ("plate",)
+    entry: ClassVar = {"gap_mm": Entry.POSE, "tilt_deg": Entry.POSE}
 
     gap_mm: float = Field(
         0.0, ge=0, description="skin to plate, from the finger at rest: unpressurised, hanging"
@@ -23,11 +24,6 @@ class Plate(Section):
     contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
     stiffness_MPa: float = Field(0.1, gt=0, description="of the barrier")
-
-    @classmethod
-    def entry_of(cls, key: str) -> Entry:
-        """Return that gap and tilt are the plate's pose; the others are choices of the model."""
-        return Entry.POSE if key in ("gap_mm", "tilt_deg") else Entry.CHOICE
 
     @model_validator(mode="after")
     def _direction(self) -> Plate:
@@ -41,14 +37,10 @@ class Gravity(Section):
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = FINGERS
+    entry: ClassVar = {"acceleration_m_s2": Entry.CONSTANT}  # gravity_pitch changes the direction
 
     acceleration_m_s2: float = Field(0.0, ge=0, le=1000, description="9.81 switches gravity on")
     direction: Vector = Field((0.0, 0.0, 1.0), description="z is from clamp to tip")
-
-    @classmethod
-    def entry_of(cls, key: str) -> Entry:
-        """Return that the acceleration is a constant; gravity_pitch changes the direction."""
-        return Entry.CONSTANT if key == "acceleration_m_s2" else Entry.CHOICE
 
     def movable(self, key: str) -> bool:
         """Return whether gravity is on."""

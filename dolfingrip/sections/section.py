@@ -52,7 +52,8 @@ class Section(BaseModel):
     Attributes:
         role: the thing that it describes.
         felt_by: parts of rigs that feel it; an experiment on any of these depends on it.
-        entry: how its numbers enter a simulation; :meth:`entry_of` tells it of one number.
+        entry: how its numbers enter a simulation, by key where they differ; the other keys are
+            choices of the model.
         effort: keys that say how a solution is found and what that may take. No result depends on
             them.
         later: keys that are newer than stored results. They count only where they differ from these
@@ -62,7 +63,7 @@ class Section(BaseModel):
 
     role: ClassVar[Role]
     felt_by: ClassVar[tuple[Part, ...]] = EVERYWHERE
-    entry: ClassVar[Entry] = Entry.CHOICE
+    entry: ClassVar[Entry | Mapping[str, Entry]] = Entry.CHOICE
     effort: ClassVar[tuple[str, ...]] = ()
     later: ClassVar[Mapping[str, Any]] = {}
     entries: ClassVar[type[Section] | None] = None
@@ -88,7 +89,7 @@ class Section(BaseModel):
     @classmethod
     def entry_of(cls, key: str) -> Entry:
         """Return how a number of the section enters a simulation."""
-        return cls.entry
+        return cls.entry if isinstance(cls.entry, Entry) else cls.entry.get(key, Entry.CHOICE)
 
     @classmethod
     def is_modulus(cls, key: str) -> bool:

@@ -8,7 +8,7 @@ from support import trial
 
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
-from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.effect import Adapting, Displaying, Effect, Energetic, Joining, Stage
 from dolfingrip.extensions.index import EFFECTS, NAMES
 from dolfingrip.extensions.no_self_contact import NoSelfContact
 from dolfingrip.extensions.plate_friction import PlateFriction
@@ -31,7 +31,7 @@ SMOOTH = {"permanent_set": {"yield_strain": 0.005}}
 """All points yield: remainders across the kink where one begins to are of second order, but not
 evenly so."""
 
-HOOKS = ("adapt", "strain_energy", "terms", "outlet_kPa", "reading")
+HOOKS = (Adapting, Energetic, Joining, Stage, Displaying)
 
 TWO_CYCLES = (
     "contact.self_contact=false",
@@ -48,7 +48,7 @@ every = pytest.mark.parametrize("effect", EFFECTS, ids=NAMES)
 ENERGIES = [
     effect
     for effect in EFFECTS
-    if (effect.has("strain_energy") or effect.has("terms")) and effect not in NO_FORMS
+    if issubclass(effect, Energetic | Joining) and effect not in NO_FORMS
 ]
 
 
@@ -71,8 +71,10 @@ def test_says_what_it_is(effect: type[Effect]) -> None:
         assert part in text, part
     assert any(sign in text for sign in "=←+"), "no equation"
     assert effect.kind
-    assert any(effect.has(hook) for hook in HOOKS)
-    assert not (effect.has("adapt") and sum(effect.has(hook) for hook in HOOKS) > 1)
+    assert issubclass(effect, HOOKS)
+    assert not (
+        issubclass(effect, Adapting) and sum(issubclass(effect, hook) for hook in HOOKS) > 1
+    )
     numbers = {key for key, info in effect.model_fields.items() if info.annotation is not bool}
     assert numbers == set(effect.priors()), "a parameter without a prior"
     for key, prior in effect.priors().items():

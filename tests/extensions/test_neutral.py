@@ -14,7 +14,7 @@ import pytest
 import ufl
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Flow
+from dolfingrip.extensions.effect import Effect, Energetic, Flow
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.forms import neo_hookean
@@ -25,7 +25,7 @@ MU, LMBDA = 2.93, 26.37
 STEP = 1e-5
 STRAIN = [[-0.15, 0.08, 0.05], [0.08, -0.1, -0.06], [0.05, -0.06, 0.3]]
 """Green–Lagrange: the shape changes by tens of per cent, the volume by some."""
-ENERGIES = [effect for effect in EFFECTS if effect.has("strain_energy")]
+ENERGIES = [effect for effect in EFFECTS if issubclass(effect, Energetic)]
 PARAMETERS = [(effect, key) for effect in ENERGIES for key in effect.neutral]
 
 

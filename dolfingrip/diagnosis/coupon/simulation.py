@@ -15,6 +15,7 @@ from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import named
 
@@ -103,7 +104,7 @@ class CouponSimulation:
             number.key: told[number.key][:, None] if number.listed else told[number.key]
             for number in numbers
         }
-        energies = [cause for cause in causes if effect(cause.name).has("strain_energy")]
+        energies = [cause for cause in causes if issubclass(effect(cause.name), Energetic)]
         on = self._overrides(causes, zeta[0])
         ours = {number.key for cause in energies for number in cause.numbers}
         parameters = {key: values for key, values in shaped.items() if key in ours}

@@ -22,14 +22,15 @@ from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
+from dolfingrip.extensions.effect import Displaying, Drifting, Relaxing, Stage
 from dolfingrip.extensions.index import effect
 
 
 def known(simulation: FingerSimulation, cause: Cause) -> bool:
     """Whether there is a closed form; those by the elastic curve need that moduli scale it."""
     kind = effect(cause.name)
-    by_curve = kind.has("outlet_kPa") or kind.has("moduli_at")
-    return kind.has("reading") or (by_curve and simulation.scales)
+    by_curve = issubclass(kind, Stage | Drifting)
+    return issubclass(kind, Displaying) or (by_curve and simulation.scales)
 
 
 def simulations(
@@ -50,7 +51,7 @@ def simulations(
     values = []
     for node in nodes:
         c = float(factor(node))
-        rows = simulation.base_rows(c) if effect(cause.name).has("reading") else []
+        rows = simulation.base_rows(c) if issubclass(effect(cause.name), Displaying) else []
         values.append([_changed(simulation, cause, z, c, rows) for z in zeta])
     told = np.array(values)
     slopes = np.full((*told.shape[:2], len(box), told.shape[2]), np.nan)
@@ -75,7 +76,7 @@ def _changed(
             shown.append({name: displayed.get(name, told) - told for name, told in own.items()})
         return simulation.listed(shown)
     base, by = simulation.base, c / simulation.centre
-    if on.has("moduli_at"):
+    if isinstance(on, Drifting):
         return elastic_curve.drifted(simulation.measurement, base, on, by)
     behind = partial(elastic_curve.behind, on)
     return elastic_curve.change(simulation.measurement, base, behind, by)
@@ -100,7 +101,7 @@ def nearly(
     Returns:
         The law as an emulator; None where there is none.
     """
-    if not effect(cause.name).has("branches") or not simulation.scales:
+    if not issubclass(effect(cause.name), Relaxing) or not simulation.scales:
         return None
     box = np.vstack([moduli, box_of(cause)])
     zeta = places(box, POLICY.tabulated)

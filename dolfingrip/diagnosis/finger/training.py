@@ -27,6 +27,7 @@ from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simul
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
 
 FINGERS: Final = frozenset({"bending", "blocked_force"})
@@ -221,7 +222,7 @@ def _felt_in(name: str, config: Config) -> frozenset[str]:
     found = {"blocked_force"}
     if effect(name).felt_in_bending(config):
         found.add("bending")
-    if effect(name).has("strain_energy"):
+    if issubclass(effect(name), Energetic):
         found.add("coupon")
     return frozenset(found)
 

@@ -16,7 +16,7 @@ from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.extensions.effect import Effect, Flow
+from dolfingrip.extensions.effect import Drifting, Flow, Stage
 
 Load = Callable[[Route], np.ndarray]
 """(stops,) pressure on the elastic body along a way through time, in kPa."""
@@ -62,7 +62,7 @@ def change(
     return found
 
 
-def behind(stage: Effect, way: Route) -> np.ndarray:
+def behind(stage: Stage, way: Route) -> np.ndarray:
     """(stops,) pressure behind a stage of the supply along a way that begins at rest, in kPa."""
     found = []
     time_s, inlet_kPa, outlet_kPa = 0.0, 0.0, 0.0
@@ -74,7 +74,9 @@ def behind(stage: Effect, way: Route) -> np.ndarray:
     return np.array(found)
 
 
-def drifted(measurement: Measurement, base: Simulated, drift: Effect, factor: float) -> np.ndarray:
+def drifted(
+    measurement: Measurement, base: Simulated, drift: Drifting, factor: float
+) -> np.ndarray:
     """(n,) change of the readings where all moduli drift; arguments as of :func:`change`."""
 
     def soft(way: Route) -> np.ndarray:

@@ -26,10 +26,10 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import elastic_curve
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.effect import Relaxing
 
 
-def relaxed(viscous: Effect, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray:
+def relaxed(viscous: Relaxing, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray:
     """(stops,) a load from the elastic one, straight between stops, at rest before the first."""
     found = []
     branches = _Branches(viscous)
@@ -40,7 +40,7 @@ def relaxed(viscous: Effect, time_s: np.ndarray, elastic: np.ndarray) -> np.ndar
     return np.array(found)
 
 
-def elastic_load(viscous: Effect, time_s: np.ndarray, load: np.ndarray) -> np.ndarray:
+def elastic_load(viscous: Relaxing, time_s: np.ndarray, load: np.ndarray) -> np.ndarray:
     """(stops,) the elastic load that relaxes to ``load``: the inverse of :func:`relaxed`."""
     found = []
     branches = _Branches(viscous)
@@ -58,7 +58,7 @@ class _Branches:
         viscous: their parts and times.
     """
 
-    def __init__(self, viscous: Effect) -> None:
+    def __init__(self, viscous: Relaxing) -> None:
         parts, times = viscous.branches()
         g = np.array(parts)
         self._tau_s: np.ndarray = np.array(times)
@@ -91,7 +91,9 @@ class _Branches:
         return float(self._ratio @ self._stress)
 
 
-def change(measurement: Measurement, base: Simulated, viscous: Effect, factor: float) -> np.ndarray:
+def change(
+    measurement: Measurement, base: Simulated, viscous: Relaxing, factor: float
+) -> np.ndarray:
     """(n,) change of the readings by viscosity, nearly.
 
     Args:

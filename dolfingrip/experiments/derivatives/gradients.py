@@ -11,6 +11,7 @@ from dolfingrip.experiments.results.result import Row
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import solid, unplaced
+from dolfingrip.extensions.effect import Displaying
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.plate import PlateForce
 from dolfingrip.mechanics.readings.tip import FaceAngle
@@ -53,7 +54,7 @@ def by_adjoint(config: Config) -> bool:
     end only, and nothing with effects that remember earlier states or distort readings.
     """
     forgets = not any(effect.remembers() for effect in config.extensions.active())
-    distorted = config.extensions.active("reading")
+    distorted = config.extensions.active(Displaying)
     return config.experiment.control == "pressure" and forgets and not distorted
 
 

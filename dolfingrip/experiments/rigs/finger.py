@@ -19,6 +19,7 @@ from dolfingrip.experiments.rigs.films import sheets
 from dolfingrip.experiments.rigs.fixture import moving_clamp, normal_of, supply, surround
 from dolfingrip.experiments.rigs.strain_energy import strain_energies
 from dolfingrip.experiments.rigs.weight import dead_weight
+from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure
@@ -100,7 +101,7 @@ class FingerModel:
             self.plate.turn(normal_of(config.plate), config.plate.gap_mm, rest)
         regulator = self.by_pressure.controls["pressure_kPa"]
         if isinstance(regulator, Supply):
-            regulator.stages = config.extensions.active("outlet_kPa")
+            regulator.stages = config.extensions.active(Stage)
 
 
 def pressures(config: Config, site: Site) -> ufl.Form:

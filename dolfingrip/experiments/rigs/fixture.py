@@ -8,6 +8,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError, Plate
+from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.contact.barrier import BarrierContact
@@ -77,7 +78,7 @@ def supply(config: Config, cavity: Control) -> Supply | None:
     Raises:
         ConfigError: if the configuration prescribes the cavity's volume, from the start or later.
     """
-    stages = config.extensions.active("outlet_kPa")
+    stages = config.extensions.active(Stage)
     if stages and config.experiment.control != "pressure":
         raise ConfigError(
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'

@@ -17,7 +17,7 @@ def of_model(model: Model, *parts: Part) -> list[Reading]:
     found = []
     for channel in read_of(*parts):
         if channel.reading:
-            kind = only_class(f"dolfingrip.mechanics.readings.{channel.reading}", Reading)  # type: ignore[type-abstract]
+            kind = only_class(f"dolfingrip.mechanics.readings.{channel.reading}", Reading)
             reading = cast(Callable[[Model], Reading], kind)(model)
             found.append(FromRest(reading) if channel.from_rest else reading)
     return found
