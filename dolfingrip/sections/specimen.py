@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from dolfingrip.sections.geometry.bellows import Bellows
 from dolfingrip.sections.geometry.geometry import Geometry
-from dolfingrip.sections.geometry.index import NAMES
+from dolfingrip.sections.geometry.index import GEOMETRIES, NAMES
 from dolfingrip.sections.section import FINGERS, Entry, Role, Section, check_up_to
 
 if TYPE_CHECKING:  # the names are known as it runs only
@@ -24,6 +24,10 @@ class Finger(Bellows):
     kind: Kind = Field(
         "bellows", description="of geometry; another than bellows has a table of its own"
     )
+
+    def movable(self, key: str) -> bool:
+        """Return whether the solid has this dimension: other kinds have tables of their own."""
+        return isinstance(self, GEOMETRIES[self.kind]) and super().movable(key)
 
 
 HEXAHEDRON_MM, TETRAHEDRON_MM = 7.0, 2.8
