@@ -13,6 +13,7 @@ from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import units
 from dolfingrip.sections.form import Form
+from dolfingrip.sections.section import EVERYWHERE, Role
 from dolfingrip.sections.setup import KINDS
 from dolfingrip.sections.tables import assignments
 
@@ -298,3 +299,44 @@ def test_a_configuration_is_not_assigned_to() -> None:
         said = str(caught.value)
         assert said.startswith(f"{key} = 1.7: a configuration does not change; allowed: a changed")
         assert "\n" not in said
+
+
+def test_each_section_declares_what_it_describes_and_who_feels_it() -> None:
+    for name, section in config.Config.classes().items():
+        assert section.role in Role, name
+        assert set(section.felt_by) <= set(EVERYWHERE), name
+    roles = {name: section.role for name, section in config.Config.classes().items()}
+    assert {roles[kind] for kind in ("finger", "cast", "morph", "film", "material")} == {Role.BODY}
+    assert (roles["plate"], roles["camera"]) == (Role.SETUP, Role.INSTRUMENT)
+    assert (roles["solver"], roles["protocol"]) == (Role.NUMERICS, Role.PROCEDURE)
+
+
+@pytest.mark.parametrize(
+    ("change", "feel"),
+    [
+        ({"material.mu_MPa": 2.0}, "finger plate bar gripper"),
+        ({"finger.wall_mm": 1.8}, "finger gripper"),
+        ({"plate.gap_mm": 1.0}, "plate"),
+        ({"extensions.plate_gap.offset_mm": 0.2}, "plate"),
+        ({"extensions.prony.g": [0.2]}, "finger plate bar gripper"),
+        ({"extensions.locking.linear": True}, "finger plate bar gripper"),
+        ({"film.silk.Et_N_per_mm": 3.0}, "finger gripper"),
+        ({"coupon.width_mm": 4.0}, "bar"),
+        ({"camera.chord": "back edges"}, "finger"),
+        ({"food.friction": 0.5}, "gripper"),
+        ({"solver.memory_GB": 3.0}, ""),
+    ],
+)
+def test_an_experiment_feels_a_change(change: config.Change, feel: str) -> None:
+    """A result depends on what its experiment's parts feel, and not on how it is computed."""
+    base = config.Config()
+    for part in EVERYWHERE:
+        same = config.felt(config.changed(base, change), [part]) == config.felt(base, [part])
+        assert same == (part not in feel.split()), part
+
+
+def test_with_a_protocol_the_ramps_are_not_felt() -> None:
+    base = config.Config().changed(protocol={"time_s": [0.0, 1.0], "pressure_kPa": [0.0, 9.0]})
+    ramps = {"experiment.step_kPa": 5.0, "experiment.max_pressure_kPa": 50.0}
+    assert config.felt(config.changed(base, ramps)) == config.felt(base)
+    assert config.felt(config.changed(base, {"experiment.snaps": False})) != config.felt(base)

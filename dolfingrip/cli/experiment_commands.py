@@ -15,10 +15,10 @@ from dolfingrip import config as configuration
 from dolfingrip.cli.options import (
     ConfigFile,
     Gradients,
+    Noise,
     Out,
     Overrides,
     Parameters,
-    assigned,
     assigned_numbers,
     console,
     gradient_keys,
@@ -78,15 +78,7 @@ def synthetic_measurement(
             "--nuisance", metavar="EFFECT", help="Draw its values from its prior; repeatable."
         ),
     ] = None,
-    noise: Annotated[
-        list[Any] | None,
-        typer.Option(
-            "--noise",
-            metavar="COLUMN=VALUE",
-            help="Standard deviation of noise; repeatable.",
-            callback=assigned,
-        ),
-    ] = None,
+    noise: Noise = None,
     seed: Annotated[int, typer.Option(help="Seed of nuisances and noise.")] = 0,
     protocol: ProtocolOption = None,
     specimen: Specimen = None,

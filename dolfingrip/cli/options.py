@@ -63,6 +63,15 @@ Overrides = Annotated[
         callback=assigned_numbers,
     ),
 ]
+Noise = Annotated[
+    list[Any] | None,
+    typer.Option(
+        "--noise",
+        metavar="COLUMN=STD",
+        help="Of a column's readings, e.g. angle_deg=0.2; repeatable.",
+        callback=assigned,
+    ),
+]
 Gradients = Annotated[
     bool,
     typer.Option("--gradients", help="Derive all readings by parameters: sensitivity.csv."),

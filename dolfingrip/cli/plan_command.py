@@ -11,6 +11,7 @@ import typer
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import (
     ConfigFile,
+    Noise,
     Out,
     Overrides,
     assigned,
@@ -79,15 +80,7 @@ def plan_experiment(
             "--with", metavar="KEY=VALUE", help="Of \\[protocol], e.g. cycles=3.", callback=assigned
         ),
     ] = None,
-    noise: Annotated[
-        list[Any] | None,
-        typer.Option(
-            "--noise",
-            metavar="COLUMN=STD",
-            help="e.g. angle_deg=0.2; repeatable.",
-            callback=assigned,
-        ),
-    ] = None,
+    noise: Noise = None,
     workers: Workers = 2,
     store: StoreFolder = None,
     effects: Effects = None,

@@ -86,8 +86,8 @@ def put(data: dict[str, Any], change: Mapping[str, Any], *, replace: bool = True
         *sections, name = parts(key)
         place: Any = data
         for section in sections:
-            if isinstance(place, dict):
-                place.setdefault(section, {})
+            if isinstance(place, dict) and place.get(section) is None:
+                place[section] = {}
             if isinstance(place[section], tuple):
                 place[section] = list(place[section])
             place = place[section]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from dolfingrip.config import Config, ConfigError, felt
 from dolfingrip.design.campaign.evaluate import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.jobs.job import Job, content_key
+from dolfingrip.sections import tables
 
 FIELDS = "fields"
 """Folder in a campaign's with the deformed shapes of its designs."""
@@ -70,10 +72,8 @@ class Plan:
         base = self.base.model_dump(mode="json")
         found: dict[str, Design] = {}
         for inputs in self.points:
-            # the tables of other kinds of geometry are absent
-            config = {section: table and dict(table) for section, table in base.items()}
-            for path, value in inputs.items():
-                _put(config, path, value)
+            config = deepcopy(base)
+            tables.put(config, inputs)
             key = self._key(config)
             found.setdefault(key, Design(key, inputs, config))
         return list(found.values())
@@ -156,17 +156,6 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
         for name in {**old, **new}:
             if f"{section}.{name}" not in free and old.get(name) != new.get(name):
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
-
-
-def _put(config: dict[str, Any], path: str, value: float | str) -> None:
-    """Set a key of nested dictionaries; a table that is absent, as of an effect, is added."""
-    section, _, name = path.partition(".")
-    config[section] = dict(config[section] or {})
-    if "." in name:
-        table, _, name = name.partition(".")
-        config[section][table] = {**(config[section].get(table) or {}), name: value}
-    else:
-        config[section][name] = value
 
 
 def _told(gradients: tuple[str, ...] | None) -> str:

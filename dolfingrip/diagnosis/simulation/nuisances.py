@@ -58,12 +58,8 @@ def neutral_stages(config: Config) -> Change:
 
     An effect that is on already stays as it is.
     """
-    found = {}
-    if getattr(config.extensions, "pressure_gain") is None:  # noqa: B009
-        found[GAIN] = 1.0
-    if getattr(config.extensions, "pressure_offset") is None:  # noqa: B009
-        found[OFFSET] = 0.0
-    return found
+    neutral = {"pressure_gain": (GAIN, 1.0), "pressure_offset": (OFFSET, 0.0)}
+    return dict(n for name, n in neutral.items() if getattr(config.extensions, name) is None)
 
 
 def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
