@@ -125,7 +125,10 @@ def changed(config: Config, change: Change) -> Config:
 
 
 def from_dict(data: dict[str, Any]) -> Config:
-    """A checked configuration from nested dictionaries, as in ``run.json``.
+    """Return the checked configuration of nested dictionaries, as in ``run.json``.
+
+    Args:
+        data: values by section and key; what is absent has its default.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.
@@ -134,7 +137,11 @@ def from_dict(data: dict[str, Any]) -> Config:
 
 
 def dumps(config: Config) -> str:
-    """The resolved configuration as TOML, each key with its meaning as a comment."""
+    """Return the resolved configuration as TOML, each key with its meaning as a comment.
+
+    Args:
+        config: of any kind of finger.
+    """
     return tables.dumps(config)
 
 

@@ -29,7 +29,11 @@ PRIORS: Final = {
 
 
 def every(config: Config) -> list[Parameter]:
-    """Return all parameters of ``config``: the model's own, and those of effects that are on."""
+    """Return all parameters of ``config``: the model's own, and those of effects that are on.
+
+    Args:
+        config: whose numbers they are.
+    """
     found: list[Parameter] = []
     for name, table in config.tables.items():
         found += _of_table(config, table, name)
@@ -39,7 +43,7 @@ def every(config: Config) -> list[Parameter]:
 
 
 def named(key: str, option: str = "--set") -> Parameter:
-    """Any number of the configuration as a parameter, also one that is a choice of the model.
+    """Return any number of the configuration as a parameter, choices of the model included.
 
     Args:
         key: ``section.name`` or ``extensions.effect.name``; the effect may be off.
@@ -99,7 +103,11 @@ def _field(key: str, option: str) -> Any:
 
 
 def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
-    """The parameters of ``config`` with these keys; the key of a list means all of its entries.
+    """Return the parameters of ``config`` with some keys.
+
+    Args:
+        config: whose numbers they are.
+        keys: of the parameters; the key of a list means all of its entries.
 
     Raises:
         ConfigError: one line, if there is no such parameter.

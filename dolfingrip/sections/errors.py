@@ -28,7 +28,11 @@ class MachineError(RuntimeError):
 
 
 def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
-    """``data`` as a ``root``.
+    """Return the checked object of a table.
+
+    Args:
+        root: class of the table.
+        data: values by key.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.

@@ -35,12 +35,17 @@ def _is_neutral(effect: object) -> bool:
 
 
 def scale_all(runs: Sequence[SimulatedGroup]) -> bool:
-    """Whether it is exact for all simulations of a measurement."""
+    """Return whether it is exact for all simulations of a measurement."""
     return all(scales(run.config) for run in runs)
 
 
 def overrides(config: Config, factor: float) -> Change:
-    """Return the change that makes all moduli of ``config`` ``factor`` times as large."""
+    """Return the change that makes all moduli ``factor`` times as large, contacts' stiffness too.
+
+    Args:
+        config: whose moduli they are.
+        factor: above 0.
+    """
     return {
         **parameter.scaled(config, factor),
         "contact.stiffness_MPa": config.contact.stiffness_MPa * factor,
