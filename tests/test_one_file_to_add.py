@@ -140,11 +140,11 @@ def test_the_geometry_is_meshed_and_bends(copy: Path) -> None:
               "--set", "mesh.edge_size_mm=12")  # fmt: skip
     pressed = ("--set", "experiment.max_pressure_kPa=10", "--set", "plate.contact_length_mm=5",
                "--set", "material.mu_MPa=0.1")  # fmt: skip
-    thicker = ("extensions.wall_offset.offset_mm=0.5",)
+    thicker = {"extensions.wall_offset.offset_mm": 0.5}
     code = (
         "from dolfingrip.config import load\n"
         "from dolfingrip.parameter import every\n"
-        f"config = load(None, ['finger.kind=block', {thicker[0]!r}])\n"
+        f"config = load(None, {{'finger.kind': 'block', **{thicker}}})\n"
         "print(config.adapted().geometry.wall_mm, [p.key for p in every(config)])"
     )
     meshed, bent, told = run(
@@ -194,7 +194,7 @@ def test_the_food_lies_on_the_table(copy: Path) -> None:
     code = (
         "from dolfingrip.config import load\n"
         "from dolfingrip.experiments.rigs.grasped import grasped\n"
-        "print(1e3 * grasped(load(None, ['food.kind=egg']).food).body.mass_kg)"
+        "print(1e3 * grasped(load(None, {'food.kind': 'egg'}).food).body.mass_kg)"
     )
     mass_g = 3.1416 / 6 * 56 * 44 * 44 * 1030e-6
     said, mass = run(copy, ["config", "--set", "food.kind=egg"], then=code)

@@ -27,6 +27,7 @@ from dolfingrip.jobs.spool import Spool
 from dolfingrip.meshes import files
 from dolfingrip.sections import posterior
 from dolfingrip.sections.posterior import Fit, Posterior
+from dolfingrip.sections.tables import assignments
 
 SHORT = (
     "mesh.size_mm=8", "mesh.edge_size_mm=8", "finger.length_mm=38", "finger.bellows=2",
@@ -79,7 +80,10 @@ def refuse(
 def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A mesh of the short finger."""
     file = tmp_path_factory.mktemp("mesh") / "finger.msh"
-    files.write(file, solid(config.load(None, [*SHORT, "mesh.size_mm=3", "mesh.edge_size_mm=3"])))
+    files.write(
+        file,
+        solid(config.load(None, assignments([*SHORT, "mesh.size_mm=3", "mesh.edge_size_mm=3"]))),
+    )
     return file
 
 
@@ -227,7 +231,9 @@ def test_synthetic(disk: Disk, refuse: Refuse) -> None:
 
 def test_adopt(tmp_path: Path, disk: Disk, refuse: Refuse) -> None:
     part = tmp_path / "part.msh"
-    files.write(part, solid(config.load(None, [*SHORT, "mesh.half=false", "mesh.order=1"])))
+    files.write(
+        part, solid(config.load(None, assignments([*SHORT, "mesh.half=false", "mesh.order=1"])))
+    )
     refuse("adopt", part, "--out", disk.folder, names="adopted.msh", left=8192)
 
 
@@ -261,7 +267,7 @@ def test_diagnose(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
 
 def test_predict(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
     fits = tmp_path / "extended.toml"
-    settings = config.dumps(config.load(None, [*SHORT, "experiment.step_kPa=2"]))
+    settings = config.dumps(config.load(None, assignments([*SHORT, "experiment.step_kPa=2"])))
     fits.write_text(posterior.appended(settings, Posterior(fit=(Fit(),))), encoding="utf-8")
     asked = ("predict", "--from", fits, "--pressures", "5", "--out", disk.folder)
     refuse(*asked, names="fit-1/run.json", changed=True)
