@@ -68,6 +68,11 @@ def test_a_bad_change_is_one_line_in_python_s_words(change: config.Change, said:
         assert "--" not in str(refused.value)
 
 
+def test_a_text_is_no_change() -> None:
+    with pytest.raises(ConfigError, match=r"^\['finger.wall_mm=1'\]: allowed: values by key"):
+        config.load(overrides=["finger.wall_mm=1"])  # type: ignore[arg-type]
+
+
 def test_a_value_has_no_keys_and_a_list_no_entry_beyond_its_end() -> None:
     with pytest.raises(ConfigError, match=r"^finger.wall_mm.x: wall_mm is a value, not a section$"):
         changed(Config(), {"finger.wall_mm.x": 1})

@@ -82,6 +82,8 @@ def put(data: dict[str, Any], change: Mapping[str, Any], *, replace: bool = True
     Raises:
         ConfigError: one line, if a key goes on beyond a value, or a list has no such entry.
     """
+    if not isinstance(change, Mapping):
+        raise ConfigError(f"{change}: allowed: values by key, such as {{'finger.wall_mm': 1.8}}")
     for key, value in change.items():
         *sections, name = parts(key)
         place: Any = data
