@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import ufl
 from support import hollow_box
-from dolfingrip.sections.tables import assignments
 
 from benchmarks import calculix, orders, outcomes, results, split_energy, tip
 from benchmarks.parts import PARTS, REFERENCE_NODES
 from dolfingrip import config
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.sections.tables import assignments
 
 SMALL = config.load(
     None, assignments(["mesh.size_mm=6", "mesh.order=2", "experiment.max_pressure_kPa=80"])

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from dolfingrip.sections.tables import assignments
 from benchmarks import grasp_sweep
 from benchmarks.grasp_sweep import FOOD, PRESSURE
 from dolfingrip import config as configuration
@@ -18,6 +17,7 @@ from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.jobs.job import Answer, JobFailure
 from dolfingrip.jobs.store import Store
 from dolfingrip.jobs.work import compute
+from dolfingrip.sections.tables import assignments
 
 
 def invented(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import small
-from dolfingrip.sections.tables import assignments
 
 from benchmarks import sensitivities
 from dolfingrip import config
@@ -21,6 +20,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.parameter import Entry, Parameter, every, find
+from dolfingrip.sections.tables import assignments
 
 SEED = 17
 VOLUME = (
