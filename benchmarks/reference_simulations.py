@@ -1,4 +1,4 @@
-"""Compute the simulations that are shipped, and write ``reference.npz`` of the diagnosis.
+"""Compute the simulations that are shipped, and write ``reference.json.gz`` of the diagnosis.
 
     scripts/run python -m benchmarks.reference_simulations [--workers 2] [--store FOLDER]
     scripts/run python -m benchmarks.reference_simulations --only causes,coupon
@@ -39,7 +39,7 @@ from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.pool import Pool, SchedulerGone
+from dolfingrip.jobs.pool import Pool, Unfinished
 
 APART: Final = ("orientation",)
 """Additions that are left out: the tip up and down is another 80 simulations."""
@@ -90,15 +90,15 @@ def main() -> None:
                 if part in parts:
                     print(part, flush=True)
                     planned_case(measurement, Config(), workers, None)
-        except (KeyboardInterrupt, SchedulerGone):
+        except (KeyboardInterrupt, Unfinished):
             if not options.keep:
                 raise
             print("stopped; what has ended is added")
-    jobs, results = workers.remembered()
+    requests, results = workers.remembered()
     seconds = sum(result.wall_s or 0.0 for result in results)
-    print(f"{len(jobs)} simulations of {seconds:.0f} s")
+    print(f"{len(requests)} simulations of {seconds:.0f} s")
     if options.keep or set(parts) == set(PARTS):
-        shipped.write(shipped.FILE, jobs, results, keep=options.keep)
+        shipped.write(shipped.FILE, requests, results, keep=options.keep)
         print(f"{shipped.FILE}: {shipped.FILE.stat().st_size / 1000:.0f} kB")
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.simulate import of_row
 from dolfingrip.jobs.store import Store
 
 
@@ -15,19 +16,19 @@ class Remembering(Workers):
     """Workers that keep what they were asked for.
 
     Attributes:
-        asked: jobs by key, in the order in which they were asked for.
+        asked: requests by key, in the order in which they were asked for.
     """
 
-    asked: dict[str, Job] = field(default_factory=dict)
+    asked: dict[str, Request] = field(default_factory=dict)
 
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
-        """Results of jobs, which are remembered."""
-        self.asked.update({job.key: job for job in jobs})
-        return Workers.results(self, jobs)
+    def results(self, requests: Sequence[Request]) -> list[Answer]:
+        """Return answers of requests, which are remembered."""
+        self.asked.update({each.key: each for each in requests})
+        return Workers.results(self, requests)
 
-    def remembered(self) -> tuple[list[Job], list[JobResult]]:
-        """Those jobs that have ended, and their results."""
+    def remembered(self) -> tuple[list[Request], list[Answer]]:
+        """Return those requests that have ended, and their answers."""
         with Store(self.store) as store:
             rows = {row["key"]: row for row in store.rows() if row["status"] != "pending"}
-        ended = [job for key, job in self.asked.items() if key in rows]
-        return ended, [result_of(rows[job.key]) for job in ended]
+        ended = [each for key, each in self.asked.items() if key in rows]
+        return ended, [of_row(rows[each.key]) for each in ended]

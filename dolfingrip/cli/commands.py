@@ -5,71 +5,136 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import cast, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 from mpi4py import MPI
 from rich.console import Console
 
+from dolfingrip import config as configuration
 from dolfingrip.channels import PRESSURE
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import pressures_kPa, run, synthetic
+from dolfingrip.config import Change, Config, ConfigError
+from dolfingrip.experiments import pressures_kPa, synthetic
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
+from dolfingrip.experiments.loop import follow
+from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.results.result import Result, Row
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate
+from dolfingrip.sections import protocol_file
+from dolfingrip.sections.tables import assignments
 
 DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Where an experiment's configuration comes from.
+
+    Attributes:
+        config: TOML file, or the ``run.json`` of an earlier run; None: the reference finger.
+        overrides: values by key on top of it.
+        protocol: TOML of ramps and waits, or a measurement's CSV; None: the experiment's own.
+        specimen: in that CSV; None: the only one.
+    """
+
+    config: Path | None
+    overrides: Change
+    protocol: Path | None = None
+    specimen: str | None = None
+
+    def poses(self, experiment: Experiment, out: Path) -> list[tuple[Path, Config]]:
+        """Return folder and configuration of each set-up that the protocol asks for.
+
+        Args:
+            experiment: that is run.
+            out: folder for results.
+
+        Returns:
+            One set-up, or those that the protocol names.
+
+        Raises:
+            ConfigError: one line about a key, the protocol or the specimen.
+        """
+        if self.protocol is None:
+            if self.specimen is not None:
+                raise ConfigError(f"--specimen {self.specimen}: allowed: with --protocol FILE.csv")
+            return [(out, configuration.load(self.config, self.overrides))]
+        table, poses = protocol_file.read(
+            self.protocol, experiment.name, experiment.control.name, self.specimen
+        )
+        settings = [
+            (
+                out / pose.name,
+                configuration.load(self.config, {**self.overrides, **assignments(pose.set)}),
+            )
+            for pose in poses
+        ] or [(out, configuration.load(self.config, self.overrides))]
+        return [(folder, resolved.changed(protocol=table)) for folder, resolved in settings]
+
+
 def run_experiment(
     experiment: Experiment,
-    config: Config,
+    given: Mapping[str, Any],
+    setting: Setting,
     out: Path,
-    renders: str | None,
-    colour_by: str,
+    drawn: tuple[str | None, str],
     console: Console,
     gradients: Sequence[str] | None = None,
-) -> Result:
-    """Run one experiment, print its table, plot its curve and draw deformed shapes.
+) -> list[Result]:
+    """Run one experiment in each of its set-ups; print tables, plot curves, draw shapes.
 
     Args:
-        experiment: experiment to run.
-        config: configuration of the run.
+        experiment: of the command.
+        given: values of its own options, by name.
+        setting: where the configuration comes from.
         out: folder for results.
-        renders: pressures to draw (kPa), joined by commas.
-        colour_by: ``displacement`` or ``stretch``.
+        drawn: pressures to draw (kPa), joined by commas, and ``displacement`` or ``stretch``.
         console: where the output is printed.
         gradients: keys of parameters that readings are derived by; []: all parameters; None: no
             derivatives.
 
+    Returns:
+        The result of each set-up.
+
     Raises:
         ConfigError: on every rank, one line, before anything is computed.
     """
-    wanted = _pressures(renders, config)
-    quantity = _quantity(colour_by)
+    asked = experiment.with_options(given)
+    poses = setting.poses(experiment, out)
+    if asked is not experiment:  # which has settings of its own
+        poses = [(folder, experiment.settings(posed)) for folder, posed in poses]
+    requests = [Request.of(asked, posed, gradients, fields=folder) for folder, posed in poses]
+    return [_shown(request, drawn, console) for request in requests]
+
+
+def _shown(request: Request, drawn: tuple[str | None, str], console: Console) -> Result:
+    """Run one set-up, print its table, plot its curve and draw deformed shapes."""
+    experiment, config, out = request.experiment, request.config, request.fields
+    assert out is not None
+    wanted, quantity = _pressures(drawn[0], config), _quantity(drawn[1])
     check_writable(out)
     warn(experiment, config, console)
-    if gradients is not None:
-        # a bad key raises before anything is computed
-        chosen(experiment.settings(config), gradients)
-        for choice in choices(experiment.settings(config), gradients):
+    if request.gradients is not None:
+        chosen(config, request.gradients)  # a bad key raises before anything is computed
+        for choice in choices(config, request.gradients):
             console.print(
                 f"{choice.key}: a choice of the model, which has no derivative. A second run is "
                 f"made {'without' if choice.made else 'with'} it; sensitivity.csv has the "
                 f'difference of the two as "{choice.label}"',
                 soft_wrap=True,
             )
-    result = _run(experiment, config, out, console, gradients)
+    result = _run(request, console)
     _pictures(experiment, result, out, wanted, quantity, console)
     if MPI.COMM_WORLD.rank == 0:
         _print(experiment, result, out, console)
@@ -102,10 +167,8 @@ def synthetic_measurement(
         ConfigError: one line naming the option, its value and what is allowed.
     """
     check_writable(out)
-    with _bar("Synthetic measurement", [find(kind) for kind in kinds], config, console) as (
-        advance,
-        tell,
-    ):
+    asked = [Request.of(kind, config) for kind in kinds]
+    with _bar("Synthetic measurement", asked, console) as (advance, tell):
         found = synthetic.measure(
             kinds,
             config,
@@ -134,7 +197,7 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     wanted = [p for p in DEMO_RENDERS_KPA if p in pressures_kPa(config)]
     results = []
     for each in shown:
-        result = _run(each, config, out / each.name, console)
+        result = _run(Request.of(each, config, fields=out / each.name), console)
         results.append(result)
         pictures = _pictures(each, result, out / each.name, wanted, "displacement", console)
         for picture in pictures:
@@ -184,25 +247,19 @@ def warn(experiment: Experiment, config: Config, console: Console) -> None:
         console.print(f"warning: {note}", style="yellow", soft_wrap=True)
 
 
-def _run(
-    experiment: Experiment,
-    config: Config,
-    out: Path,
-    console: Console,
-    gradients: Sequence[str] | None = None,
-) -> Result:
-    runs = 1 + len(choices(experiment.settings(config), gradients))
-    with _bar(experiment.title, runs * [experiment], config, console) as (advance, tell):
-        return run(experiment, config, out=out, progress=advance, gradients=gradients, tell=tell)
+def _run(request: Request, console: Console) -> Result:
+    runs = 1 + len(choices(request.config, request.gradients))
+    with _bar(request.experiment.title, runs * [request], console) as (advance, tell):
+        return follow(request, MPI.COMM_WORLD, advance, tell)
 
 
 @contextmanager
 def _bar(
-    title: str, experiments: Sequence[Experiment], config: Config, console: Console
+    title: str, requests: Sequence[Request], console: Console
 ) -> Iterator[tuple[Callable[[Row], None], Tell]]:
     """Yield what to call with each row of the experiments, and with a line about an iteration."""
-    controls = {each.name: each.control for each in experiments}
-    efforts = [effort for each in experiments for effort in each.efforts(each.settings(config))]
+    controls = {each.experiment.name: each.experiment.control for each in requests}
+    efforts = [effort for each in requests for effort in each.experiment.efforts(each.config)]
     total = len(efforts)
     rows, reached = 0, ""
     first = "mesh and forms"

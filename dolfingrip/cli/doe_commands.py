@@ -160,9 +160,11 @@ def _keys(
         return None
     if objective is not None:
         raise ConfigError("--gradients: allowed: without --objective, whose gradients are its own")
-    from dolfingrip.design.campaign.derivatives import Derivatives
+    from dolfingrip.experiments.derivatives.choices import choices
+    from dolfingrip.experiments.derivatives.sensitivities import chosen
 
-    Derivatives(resolved, keys)
+    chosen(resolved, keys)
+    choices(resolved, keys)
     return tuple(sorted(set(keys)))
 
 

@@ -23,12 +23,10 @@ from dolfingrip.cli.options import (
     console,
     gradient_keys,
 )
-from dolfingrip.config import Change, Config, ConfigError, changed
+from dolfingrip.config import Change, ConfigError, changed
 from dolfingrip.experiments.description import PRESSURE_OPTION, Option
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
-from dolfingrip.sections import protocol_file
-from dolfingrip.sections.tables import assignments
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.results.result import Result
@@ -85,13 +83,12 @@ def synthetic_measurement(
 ) -> None:
     """Write a synthetic measurement with hidden effects, nuisances and noise."""
     kinds = _measured(experiments)
-    from dolfingrip.cli.commands import synthetic_measurement
+    from dolfingrip.cli.commands import Setting, synthetic_measurement
     from dolfingrip.experiments.synthetic import check_noise
 
     check_noise(noises := dict(noise or ()))
-    for folder, posed in _poses(
-        find(kinds[0]), config, dict(overrides or ()), out, protocol, specimen
-    ):
+    setting = Setting(config, dict(overrides or ()), protocol, specimen)
+    for folder, posed in setting.poses(find(kinds[0]), out):
         truth = changed(posed, dict(hide or ()))
         synthetic_measurement(kinds, posed, truth, nuisance or (), noises, seed, folder, console())
 
@@ -144,7 +141,7 @@ def _command(experiment: Experiment) -> Callable[..., None]:
     ) -> None:
         if _instead(experiment, given, out):
             return
-        from dolfingrip.cli.commands import run_experiment
+        from dolfingrip.cli.commands import Setting, run_experiment
 
         pressure = given.get(PRESSURE_OPTION.name)
         if protocol is not None and pressure is not None:
@@ -153,16 +150,10 @@ def _command(experiment: Experiment) -> Callable[..., None]:
                 "own pressures"
             )
         asked_for = {**dict(overrides or ()), **_settings(experiment, given)}
-        poses = _poses(experiment, config, asked_for, out, protocol, specimen)
-        asked = experiment.with_options(given)
+        setting = Setting(config, asked_for, protocol, specimen)
         keys = gradient_keys(gradients, parameters)
-        settings = [(folder, experiment.settings(resolved)) for folder, resolved in poses]
-        _exit(
-            *[
-                run_experiment(asked, resolved, folder, render, colour_by, console(), keys)
-                for folder, resolved in settings
-            ]
-        )
+        drawn = render, colour_by
+        _exit(*run_experiment(experiment, given, setting, out, drawn, console(), keys))
 
     parameters = _parameters(experiment)
     perform.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
@@ -240,27 +231,6 @@ def _measured(text: str) -> list[str]:
                 f"--experiments {name}: allowed: {', '.join(allowed)}, joined by commas"
             )
     return names
-
-
-def _poses(
-    experiment: Experiment,
-    config: Path | None,
-    overrides: Change,
-    out: Path,
-    protocol: Path | None,
-    specimen: str | None,
-) -> list[tuple[Path, Config]]:
-    """Folder and configuration of each set-up that the protocol asks for."""
-    if protocol is None:
-        if specimen is not None:
-            raise ConfigError(f"--specimen {specimen}: allowed: with --protocol FILE.csv")
-        return [(out, configuration.load(config, overrides))]
-    table, poses = protocol_file.read(protocol, experiment.name, experiment.control.name, specimen)
-    settings = [
-        (out / pose.name, configuration.load(config, {**overrides, **assignments(pose.set)}))
-        for pose in poses
-    ] or [(out, configuration.load(config, overrides))]
-    return [(folder, resolved.changed(protocol=table)) for folder, resolved in settings]
 
 
 def _exit(*results: Result) -> None:

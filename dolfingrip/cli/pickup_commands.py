@@ -18,7 +18,7 @@ from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, c
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.policy import SEARCH
-from dolfingrip.experiments.index import find
+from dolfingrip.experiments.request import Request
 from dolfingrip.files import table
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def _base(
     options = {key: value for key, value in given.items() if value is not None}
     asked = {**dict(overrides or ()), **options}
     loaded = configuration.load(config, asked, {"gripper.lift_mm": SEARCH.lift_mm})
-    find("grasp").settings(loaded)
+    Request.of("grasp", loaded)  # a bad key raises before anything is computed
     return loaded
 
 

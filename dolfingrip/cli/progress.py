@@ -179,10 +179,12 @@ def jobs(
 
         def tell(standing: Standing) -> None:
             latest = "" if standing.latest is None else told(standing.latest)
+            tried = standing.again + standing.broken
+            again = f"{tried} attempts broken off by the machine" if tried else ""
             show(
                 standing.done + standing.failed,
                 standing.total,
-                _joined(f"{standing.failed} failed", latest),
+                _joined(f"{standing.failed} failed", again, latest),
                 standing.computed,
             )
 

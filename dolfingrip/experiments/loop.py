@@ -5,19 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.choices import choices
-from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities, chosen
+from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
+from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.failures import explained
-from dolfingrip.experiments.index import find
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
+from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.results.result import Result, Row, facts
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.compilation import Tell, told_to
@@ -34,7 +35,6 @@ def run(
     out: Path | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
-    visit: Callable[[Any, Row], None] = lambda specimen, row: None,
     gradients: Sequence[str] | None = None,
     tell: Tell | None = None,
 ) -> Result:
@@ -46,9 +46,6 @@ def run(
         out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; None: nothing is written.
         comm: ranks to run on.
         progress: called on every rank with each new row, also with the rows of second runs.
-        visit: called on every rank with the specimen (for instance a finger's model) in its
-            present state and with each new row. It must not change the specimen. It is not
-            called in second runs.
         gradients: keys of parameters that all readings are derived by; (): all parameters; None:
             no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of both runs.
@@ -56,18 +53,43 @@ def run(
             iteration of a load step; each second, from another thread of the rank that compiles a
             form, about that, and with an empty line once it is compiled.
 
+    Returns:
+        The result; its ``failure`` says why a load path ended early.
+
     Raises:
         ConfigError: one line about bad input.
         WriteError: on every rank, one line about a file that could not be written.
     """
-    if isinstance(experiment, str):
-        experiment = find(experiment)
-    config = experiment.settings(config or Config())
-    asked = choices(config, gradients)
+    asked = Request.of(experiment, config or Config(), gradients, fields=out)
+    return follow(asked, comm, progress, tell)
+
+
+def follow(
+    request: Request,
+    comm: MPI.Comm,
+    progress: Callable[[Row], None] = lambda row: None,
+    tell: Tell | None = None,
+) -> Result:
+    """Follow a request's load path from stop to stop, and once more for each choice of the model.
+
+    Args:
+        request: what is wanted, without places.
+        comm: ranks to run on.
+        progress: called on every rank with each new row, also with the rows of second runs.
+        tell: as that of :func:`run`.
+
+    Returns:
+        The result, with derivatives as rows of ``sensitivity.csv``.
+
+    Raises:
+        ConfigError: one line about bad input.
+    """
+    asked = choices(request.config, request.gradients)
     with told_to(tell):
-        result = _run(experiment, config, out, comm, progress, visit, gradients, tell)
+        result = _once(request, comm, progress, tell)
         for choice in asked:
-            other = _run(experiment, choice.other, None, comm, progress, tell=tell)
+            second = replace(request, config=choice.other, gradients=None, fields=None)
+            other = _once(second, comm, progress, tell)
             result.second_runs[choice.key] = other.failure
             result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
     if asked:
@@ -75,56 +97,49 @@ def run(
             key: "complete" if failure is None else failure.sentence()
             for key, failure in result.second_runs.items()
         }
+        out, facts, slopes = request.fields, result.facts, result.sensitivities
         if out is not None:
-            on_root(comm, lambda: write_outcome(out, config, result.facts, result.sensitivities))
+            on_root(comm, lambda: write_outcome(out, request.config, facts, slopes))
     comm.Barrier()
     return result
 
 
-def _run(
-    experiment: Experiment,
-    config: Config,
-    out: Path | None,
-    comm: MPI.Comm,
-    progress: Callable[[Row], None],
-    visit: Callable[[Any, Row], None] = lambda specimen, row: None,
-    gradients: Sequence[str] | None = None,
-    tell: Tell | None = None,
+def _once(
+    request: Request, comm: MPI.Comm, progress: Callable[[Row], None], tell: Tell | None
 ) -> Result:
-    """Run an experiment once, without second runs; the arguments are those of :func:`run`."""
+    """Follow the load path once, without second runs."""
     start = time.perf_counter()
     profile = Profile()
+    experiment, config = request.experiment, request.config
     stops = experiment.schedule(config)
     rig = experiment.prepare(config, comm, profile)
     rig.newton.watch.tell = tell
     result = Result(experiment.name, config)
-    sensitivities = None
-    parameters = [] if gradients is None else chosen(config, gradients)
-    if parameters:
+    derived: list[Sensitivities | AtHighest] = []
+    if request.gradients is not None:
+        at = stops if request.at_highest else None
         with profile.phase("sensitivities"):
-            sensitivities = Sensitivities(rig, config, parameters)
+            derived = collectors(rig, config, request.gradients, at, request.columns)
     with ExitStack() as stack:
         recorder = None
-        if out is not None:
-            files = Recorder(out, experiment, config, rig.newton.model, profile)
+        if request.fields is not None:
+            files = Recorder(request.fields, experiment, config, rig.newton.model, profile)
             recorder = stack.enter_context(files)
 
         def reached(row: Row) -> None:
             result.rows.append(row)
             if recorder is not None:
                 recorder.append(row)
-            if sensitivities is not None:
-                sensitivities.record(len(result.rows) - 1)
+            for each in derived:
+                each.record(len(result.rows) - 1)
             progress(row)
-            visit(rig.specimen, row)
 
-        observers = [] if sensitivities is None else [sensitivities.forward]
+        observers = [each.forward for each in derived if isinstance(each, Sensitivities)]
         failure = _lead(experiment, rig, stops, reached, observers)
         if failure is not None:
             failure = explained(failure, rig)
         result.failure = failure
-        if sensitivities is not None:
-            result.sensitivities = sensitivities.rows
+        result.sensitivities = [row for each in derived for row in each.rows]
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
         result.facts = facts(result, rig.newton, profile, wall_s, experiment.notes(config))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.interpolate import RBFInterpolator
 
 from dolfingrip.config import Config, ConfigError, felt
-from dolfingrip.experiments.index import find
+from dolfingrip.experiments.request import Request
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted
@@ -165,7 +165,7 @@ class Library:
     def _place(self, config: Config, kind: str) -> Floats | None:
         """The place of a run; None if it differs from the space in more than its parameters."""
         inputs = {each.key: each.parameter.value(config) for each in self.space.varied}
-        base, own = find(kind).settings(self.space.base), config
+        base, own = Request.of(kind, self.space.base).config, config
         for each in self.space.varied:  # what varies is made equal
             own = each.parameter.at(own, each.parameter.value(base))
         return self.place(inputs) if felt(own) == felt(base) else None

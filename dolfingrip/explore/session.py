@@ -7,19 +7,20 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from dolfingrip import config as configuration
 from dolfingrip.config import ConfigError
+from dolfingrip.experiments.simulate import job
 from dolfingrip.explore import describe, rig
 from dolfingrip.explore.library import Library
-from dolfingrip.explore.solve import FUNCTION
 from dolfingrip.explore.space import Space
 from dolfingrip.explore.wanted import Wanted, read
 from dolfingrip.files import whole
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.job import Answer
 from dolfingrip.jobs.single import Single
 from dolfingrip.report import printable
 from dolfingrip.sections.errors import shown
@@ -87,7 +88,7 @@ class Session:
 
     def folder(self, wanted: Wanted) -> Path:
         """Where the solution of a design is."""
-        return self.out / "solved" / f"{wanted.view}-{wanted.key[:16]}"
+        return self.out / "solved" / f"{wanted.view}-{wanted.request.key[:16]}"
 
     async def solve(self, message: Mapping[str, Any]) -> None:
         """Solve a design in place of what is being solved.
@@ -96,9 +97,11 @@ class Session:
             ConfigError: one line.
         """
         wanted = read(self.space, message)
-        key, folder = wanted.key, self.folder(wanted)
+        folder = self.folder(wanted)
+        asked = job(replace(wanted.request, fields=folder))
+        key = asked.key
         known = self._single.known(key)
-        if known is not None and known.status == "done" and (folder / "run.json").is_file():
+        if known is not None and _shows(known) and (folder / "run.json").is_file():
             await self.work(self.library.add, folder)
             self._everyone(self.state())
             return
@@ -106,16 +109,11 @@ class Session:
         before = self._single.job
         if before is not None and before.key != key:
             self._everyone({"is": "replaced"})
-        arguments = {
-            "config": wanted.config.model_dump(mode="json", exclude_none=True),
-            "experiment": wanted.view,
-            "out": str(folder),
-        }
         self._asked[key] = wanted
         self._progress = {"done": 0, "total": 0, "note": "starting", "view": wanted.view}
         self._everyone(self.state())
         folder.parent.mkdir(parents=True, exist_ok=True)
-        await asyncio.to_thread(self._single.ask, Job(key, FUNCTION, arguments))
+        await asyncio.to_thread(self._single.ask, asked)
 
     async def cancel(self) -> None:
         """Give up what is being solved."""
@@ -198,8 +196,8 @@ class Session:
     async def _take(self, answer: Answer) -> None:
         wanted = self._asked.pop(answer.key, None)
         self._progress = None
-        if answer.status == "done" and answer.result is not None:
-            await self.work(self.library.add, Path(answer.result["folder"]))
+        if wanted is not None and _shows(answer):
+            await self.work(self.library.add, self.folder(wanted))
             self._everyone({"is": "solved", "wall_s": answer.wall_s})
         else:
             view = "" if wanted is None else f"{wanted.view.replace('_', ' ')}: "
@@ -209,6 +207,12 @@ class Session:
     def _everyone(self, message: dict[str, Any]) -> None:
         for tell in list(self.tabs):
             tell(message)
+
+
+def _shows(answer: Answer) -> bool:
+    """Whether a job has solved more than the state at rest, though it may have failed beyond."""
+    columns = (answer.result or answer.partial or {}).get("columns", {})
+    return max(map(len, columns.values()), default=0) > 1
 
 
 def parsed(text: str) -> dict[str, Any]:

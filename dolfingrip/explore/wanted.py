@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from dolfingrip.config import Config, ConfigError, changed, felt
-from dolfingrip.experiments.index import find
+from dolfingrip.config import Config, ConfigError, changed
+from dolfingrip.experiments.request import Request
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
-from dolfingrip.jobs.job import content_key
 
 VIEWS: Final = (*EXPERIMENTS, "grasp")
 """What can be shown."""
@@ -37,10 +36,9 @@ class Wanted:
     config: Config
 
     @property
-    def key(self) -> str:
-        """Hash of all that its solution depends on."""
-        settings = find(self.view).settings(self.config)
-        return content_key({"experiment": self.view, "config": felt(settings)})
+    def request(self) -> Request:
+        """The simulation that solves it."""
+        return Request.of(self.view, self.config)
 
 
 def read(space: Space, message: Mapping[str, Any]) -> Wanted:

@@ -11,14 +11,16 @@ from typing import Any, Literal
 Data = dict[str, Any]
 """Plain data: what JSON can hold."""
 
-Status = Literal["done", "failed"]
-
-WORKER_LOST = "worker lost"
-"""Failure class of a job whose workers died too often for chance."""
+Status = Literal["done", "failed", "broken"]
+"""``done`` and ``failed`` say something of the job. ``broken`` says that the machine did not let it
+come to an end, however often it was tried; such an answer is not stored."""
 
 REFUSED = "geometry"
 """Failure class of a job whose function refuses its arguments: there is no such finger or mesh."""
 
+
+ERROR = "error"
+"""Failure class of a job whose function has a fault."""
 
 MACHINE = "machine"
 """Failure class of a job that the machine could not compute; the job itself may be good."""
@@ -62,13 +64,14 @@ class Answer:
 
     Attributes:
         key: of the job.
-        status: a ``failed`` job has no result.
+        status: one of :data:`Status`; only a job that is ``done`` has a result.
         result: what the function returned.
         partial: what there was before the failure.
         failure_class, failure: class and sentence.
         started_at: UTC, ISO 8601.
         wall_s: time of the computation.
         worker: host and process.
+        broken: sentences of the attempts that the machine did not let come to an end.
     """
 
     key: str
@@ -80,6 +83,7 @@ class Answer:
     started_at: str | None = None
     wall_s: float | None = None
     worker: str | None = None
+    broken: list[str] = field(default_factory=list)
 
     def dumps(self) -> str:
         """JSON on one line; numbers that JSON does not have become null."""

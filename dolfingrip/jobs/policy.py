@@ -1,4 +1,4 @@
-"""When workers are given up."""
+"""When workers and attempts are given up."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ class Policy:
     """How often workers may fail, and for how long they are waited for.
 
     Attributes:
-        lost_workers: workers that may die on a job before the job counts as failed.
+        lost_workers: workers that may die on a job before it is given up.
+        attempts: how often a worker tries a job that the machine does not let come to an end.
+        pause_s: time before the second attempt, and twice as long before the next.
         starts: attempts to start a local worker until it is ready for the first time.
         start_check_s: time between two looks at a local worker that starts.
         connect_s: time to reach a scheduler that is said to run.
@@ -19,6 +21,8 @@ class Policy:
     """
 
     lost_workers: int = 2
+    attempts: int = 3
+    pause_s: float = 1.0
     starts: int = 10
     start_check_s: float = 0.05
     connect_s: float = 20.0

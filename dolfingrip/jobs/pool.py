@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack
 from queue import SimpleQueue
@@ -11,9 +12,11 @@ from typing import Any
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.cluster import Where, connected
 from dolfingrip.jobs.interrupts import interrupts_answered_by
-from dolfingrip.jobs.job import WORKER_LOST, Answer, Job
+from dolfingrip.jobs.job import MACHINE, Answer, Job
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
+
+_LOG = logging.getLogger(__name__)
 
 _INTERRUPT = object()  # what Ctrl-C puts among the answers
 
@@ -48,10 +51,21 @@ class Pool:
         trace: TracebackType | None,
     ) -> None:
         self._client = None
-        self._stack.__exit__(kind, error, trace)
+        try:
+            self._stack.__exit__(kind, error, trace)
+        except Exception as closing:  # all answers are kept by now
+            _LOG.warning("workers did not close: %s: %s", type(closing).__name__, closing)
 
     def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[Answer]:
-        """Answers in the order of completion; each job has one, however it ends.
+        """Compute jobs.
+
+        Args:
+            jobs: which ones.
+            spool: keeps answers; that of a job that the machine did not let come to an end is
+                ``broken`` and not kept.
+
+        Yields:
+            Answers in the order of completion; each job has one, however it ends.
 
         Raises:
             ConfigError: one line, where there are no workers.
@@ -113,9 +127,7 @@ def _answer(future: Any, key: str, spool: Spool) -> Answer | None:
         ) from None
     if isinstance(error, WriteError):
         raise error
+    said = f"{type(error).__name__}: {error}"
     if isinstance(error, KilledWorker):
-        return Answer(
-            key, "failed", failure_class=WORKER_LOST,
-            failure="every worker that computed it died, for want of memory or by a crash",
-        )  # fmt: skip
-    return Answer(key, "failed", failure_class="error", failure=f"{type(error).__name__}: {error}")
+        said = "every worker that computed it died, for want of memory or by a crash"
+    return Answer(key, "broken", failure_class=MACHINE, failure=said)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dolfingrip.jobs.job import Answer, Job
-from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.pool import Pool, Unfinished
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Shared, Store
 
@@ -26,7 +26,9 @@ class Standing:
         done, failed: of them, with those of earlier calls.
         computed: stored by this call.
         classes: number of failed jobs of this call by class.
-        latest: the answer that was stored last by this call; None before the first.
+        broken: jobs that the machine did not let come to an end; they stay pending.
+        again: attempts of this call that the machine broke off and that were made again.
+        latest: the answer that came last in this call; None before the first.
     """
 
     total: int
@@ -34,12 +36,18 @@ class Standing:
     failed: int = 0
     computed: int = 0
     classes: dict[str, int] = field(default_factory=dict)
+    broken: int = 0
+    again: int = 0
     latest: Answer | None = None
 
     def count(self, answer: Answer) -> None:
         """Take an answer into account."""
-        self.computed += 1
         self.latest = answer
+        self.again += len(answer.broken)
+        if answer.status == "broken":
+            self.broken += 1
+            return
+        self.computed += 1
         if answer.status == "done":
             self.done += 1
             return
@@ -76,12 +84,18 @@ def run(
         spared: classes of failures that are not computed anew.
         progress: called at the start and with each answer stored.
 
+    Returns:
+        How far the jobs are.
+
     Raises:
         ConfigError: one line, where the folder holds other jobs or there are no workers.
         SchedulerGone: all workers are gone.
+        Unfinished: the machine did not let some jobs come to an end, however often they were
+            tried; all others are done, and the same call goes on with these.
         WriteError: one line about a file that could not be written; what was computed is kept.
         KeyboardInterrupt: Ctrl-C; what was computed is kept.
     """
+    last: str | None = None
     with Store(folder, write=True) as store:
         store.add(jobs, shared)
         spool = Spool((folder / "spool").absolute())
@@ -97,9 +111,16 @@ def run(
         missing = [job for job, status in zip(jobs, statuses, strict=True) if status == "pending"]
         with closing(pool.answers(missing, spool)) as answers:
             for answer in answers:
-                if store.record(answer):
+                if answer.status == "broken" or store.record(answer):
                     standing.count(answer)
                     progress(standing)
+                if answer.status == "broken":
+                    last = answer.failure
         if not store.counts()["pending"]:
             spool.clear()
+    if standing.broken:
+        raise Unfinished(
+            f"{standing.broken} of {standing.total} could not be computed on this machine: {last}; "
+            f"the others are kept in {folder}, the same call tries these again"
+        )
     return standing

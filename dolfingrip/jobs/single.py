@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip.files.whole import WriteError
-from dolfingrip.jobs.job import WORKER_LOST, Answer, Job
+from dolfingrip.jobs.job import MACHINE, Answer, Job
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
 
@@ -142,7 +142,7 @@ class Single:
             self._process = self._job = None
         self._done(
             Answer(
-                job.key, "failed", failure_class=WORKER_LOST,
+                job.key, "broken", failure_class=MACHINE,
                 failure="the process that computed it died, for want of memory or by a crash",
             )
         )  # fmt: skip
@@ -160,7 +160,7 @@ def _serve(connection: Connection, spool: Path) -> None:
             try:
                 answer = work(job, spool)
             except WriteError as error:
-                answer = Answer(job.key, "failed", failure_class="file", failure=str(error))
+                answer = Answer(job.key, "broken", failure_class=MACHINE, failure=str(error))
             connection.send(("answer", answer))
         except (EOFError, OSError):
             return

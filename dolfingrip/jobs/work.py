@@ -12,16 +12,21 @@ import socket
 import threading
 import time
 import traceback
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
+from subprocess import SubprocessError
 from typing import Any
 
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.interrupts import interrupt_behind
-from dolfingrip.jobs.job import MACHINE, REFUSED, Answer, Job, JobFailure
+from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Answer, Job, JobFailure
+from dolfingrip.jobs.policy import POLICY
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.sections.errors import ConfigError, MachineError
+
+_PETSC_OUT_OF_MEMORY = 55
+"""``PETSC_ERR_MEM``."""
 
 _ALONE = threading.Lock()
 """MPI and PETSc are a process' own, and the threads of a worker share them."""
@@ -30,31 +35,53 @@ _ALONE = threading.Lock()
 def work(job: Job, folder: Path) -> Answer:
     """Compute a job, unless its answer is in the spool, and spool the answer.
 
+    A job that the machine does not let come to an end is tried again; its last answer is not
+    spooled.
+
     Args:
         job: which one.
         folder: of the spool; where the worker cannot see it, the answer is only returned.
 
     Returns:
-        The answer, also that of a job that failed.
+        The answer, with the attempts that broke off.
 
     Raises:
-        WriteError: the job or the spool could not write a file; the job has no answer.
+        WriteError: the job or the spool could not write a file, however often it was tried.
     """
     spool = Spool(folder)
     shared = folder.is_dir()
-    claim: AbstractContextManager[None] = spool.claimed(job.key) if shared else nullcontext()
-    with _ALONE, claim:
-        known = spool.read(job.key) if shared else None
-        if known is not None:
-            return known
-        answer = compute(job)
-        if shared:
-            spool.write(answer)
-        return answer
+    with _ALONE:
+        broken: list[str] = []
+        while True:
+            try:
+                with spool.claimed(job.key) if shared else nullcontext():
+                    answer = (spool.read(job.key) if shared else None) or compute(job)
+                    if shared and answer.status != "broken":
+                        spool.write(answer)
+            except OSError as error:  # of a file, or of the spool's disk
+                if isinstance(error, WriteError) and len(broken) + 1 == POLICY.attempts:
+                    raise
+                answer = Answer(job.key, "broken", failure_class=MACHINE, failure=_said(error))
+            if answer.status != "broken" or len(broken) + 1 == POLICY.attempts:
+                answer.broken = broken
+                return answer
+            broken.append(answer.failure or "")
+            time.sleep(len(broken) * POLICY.pause_s)
 
 
 def compute(job: Job) -> Answer:
-    """Compute a job; every failure of its own becomes an answer with its class and a sentence."""
+    """Compute a job once; whatever happens becomes an answer with a class and a sentence.
+
+    Args:
+        job: which one.
+
+    Returns:
+        The answer. It is ``failed`` where the job's function says why it has no result, refuses its
+        arguments or has a fault, and ``broken`` where the machine was in the way.
+
+    Raises:
+        WriteError: the job could not write a file; it has no answer.
+    """
     started, clock = datetime.now(UTC), time.perf_counter()
     answer = Answer(job.key, "failed", started_at=started.isoformat(timespec="milliseconds"))
     answer.worker = f"{socket.gethostname()}:{os.getpid()}"
@@ -68,20 +95,36 @@ def compute(job: Job) -> Answer:
         answer.failure_class, answer.failure = REFUSED, str(error)
     except WriteError:  # which says nothing about the job
         raise
-    except MachineError as error:
-        answer.failure_class, answer.failure = MACHINE, str(error)
-    except MemoryError:
-        answer.failure_class, answer.failure = "out of memory", "the worker ran out of memory"
     except Exception as error:  # unattended: recorded in the store, and the next job goes on
         if interrupt_behind(error):  # which says nothing about the job
             raise KeyboardInterrupt from error
         where = traceback.extract_tb(error.__traceback__)[-1]
-        answer.failure_class = "error"
-        answer.failure = (
-            f"{type(error).__name__}: {error} ({Path(where.filename).name}:{where.lineno})"
-        )
+        answer.failure = f"{_said(error)} ({Path(where.filename).name}:{where.lineno})"
+        answer.failure_class = ERROR
+        if of_machine(error):
+            answer.status, answer.failure_class = "broken", MACHINE
     answer.wall_s = round(time.perf_counter() - clock, 3)
     return answer
+
+
+def of_machine(error: BaseException | None) -> bool:
+    """Whether the machine is behind an error: memory, a disk, a compiler, a process that died."""
+    while error is not None:
+        if isinstance(error, MachineError | MemoryError | OSError | SubprocessError):
+            return True
+        if getattr(error, "ierr", None) == _PETSC_OUT_OF_MEMORY:
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def _said(error: BaseException) -> str:
+    """An error in one line, without the class where that says nothing."""
+    if isinstance(error, MachineError | WriteError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "the worker ran out of memory"
+    return f"{type(error).__name__}: {error}"
 
 
 def found(path: str) -> Any:

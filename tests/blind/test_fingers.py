@@ -17,8 +17,8 @@ from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.data.noise import noise
-from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.experiments.request import Answer, Request
 
 SEED = 11
 
@@ -27,17 +27,17 @@ SEED = 11
 class Pretended(Workers):
     """Invented: all readings are the load by the modulus, a force beyond an offset."""
 
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
+    def results(self, requests: Sequence[Request]) -> list[Answer]:
         found = []
-        for job in jobs:
-            config = job.config
-            control = finger.CONTROL.get(job.experiment, finger.PRESSURE)
+        for each in requests:
+            config = each.config
+            control = finger.CONTROL.get(each.experiment.name, finger.PRESSURE)
             load = np.array(getattr(config.protocol, control))
             by = load / config.material.mu_MPa * config.extensions.pressure_gain.gain
             values = {name: by * CHANNELS[name].noise for name in finger.RICH["blocked_force"]}
             if config.extensions.force_offset:
                 values["force_N"] = values["force_N"] + config.extensions.force_offset.offset_N
-            found.append(JobResult(values))
+            found.append(Answer(values))
         return found
 
 

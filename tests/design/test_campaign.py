@@ -27,6 +27,7 @@ from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs import pool
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.interrupts import broken_connections_are_errors
+from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.jobs.run import Standing
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Store
@@ -276,10 +277,11 @@ def test_interrupt_is_quiet_and_resumed(tmp_path: Path) -> None:
     assert len(finished(out)) >= 2
 
 
-def test_a_design_that_kills_its_workers_is_recorded(tmp_path: Path) -> None:
+def test_a_design_that_kills_its_workers_is_told_and_not_stored(tmp_path: Path) -> None:
     plan = small(0.1, material={"mu_MPa": 6.66})
-    standing = campaign.run(plan, tmp_path, Where())
-    assert standing.classes == {"worker lost": 1}
+    with pytest.raises(Unfinished, match=r"^1 of 1 could not be computed .* every worker .* died"):
+        campaign.run(plan, tmp_path, Where())
+    assert [row["status"] for row in campaign.read(tmp_path).rows] == ["pending"]
 
 
 def test_an_existing_cluster_is_used_and_left_running(tmp_path: Path) -> None:

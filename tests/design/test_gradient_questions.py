@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from support.small import SHORT
 
 from dolfingrip import config as configuration
 from dolfingrip.config import changed
-from dolfingrip.experiments.derivatives.answers import Answer as Reading
-from dolfingrip.experiments.derivatives.answers import Ended, Place, answers
+from dolfingrip.experiments.request import Answer, Place, Request
+from dolfingrip.experiments.simulate import compute
 from dolfingrip.parameter import find
 from dolfingrip.sections.form import Form
 from dolfingrip.sections.tables import assignments
@@ -37,8 +37,8 @@ def test_questions_against_differences(experiment: str) -> None:
         None,
         assignments([*SHORT, "solver.rtol=1e-12", "finger.gap_mm=0.3", "experiment.step_kPa=25"]),
     )
-    made_for = base.geometry
-    count = Form(along=3, offsets_mm=()).count(made_for.solid())
+    made_for = base
+    count = Form(along=3, offsets_mm=()).count(made_for.geometry.solid())
     rng = np.random.default_rng(3)
     base = base.changed(form={"along": 3, "offsets_mm": rng.uniform(-0.03, 0.03, count).tolist()})
     keys = [each.key for each in find(base, list(KEYS))]
@@ -46,9 +46,10 @@ def test_questions_against_differences(experiment: str) -> None:
     along = np.array([0.1, 0.1, *rng.uniform(-0.02, 0.02, len(keys) - 2)])
     places, columns = ASKED[experiment]
 
-    def at(step: float, wanted: Sequence[str] = ()) -> list[Reading]:
+    def at(step: float, wanted: Sequence[str] | None = None) -> Answer:
         moved = changed(base, dict(zip(keys, (values + step * along).tolist(), strict=True)))
-        return answers(experiment, moved, places, columns, wanted, MPI.COMM_SELF, made_for)
+        asked = {"columns": tuple(columns), "places": tuple(places), "made_for": made_for}
+        return compute(Request.of(experiment, moved, wanted, **asked))
 
     # a place is found to 1e-9 of the pressure, which is 1e-4 of a difference over 2e-3
     found, step = at(0.0, keys), 5e-3
@@ -57,8 +58,8 @@ def test_questions_against_differences(experiment: str) -> None:
         for column in columns:
             if column in (place.column, "pressure_kPa") and place.column == "pressure_kPa":
                 continue
-            slope = along @ [found[i].gradients[column][key] for key in keys]
-            expected = (ahead[i].values[column] - back[i].values[column]) / (2 * step)
+            slope = along @ [found.slopes[column, key][i] for key in keys]
+            expected = (ahead.columns[column][i] - back.columns[column][i]) / (2 * step)
             size = abs(expected) if column != place.column else 1.0
             apart = abs(slope - expected) / size
             print(experiment, place, column, slope, expected)
@@ -66,6 +67,10 @@ def test_questions_against_differences(experiment: str) -> None:
 
 
 def test_a_place_that_is_not_reached() -> None:
-    config = configuration.load(None, assignments(SHORT))
-    with pytest.raises(Ended, match=r"force_N = 99 is not reached up to 50 kPa; it is \d"):
-        answers("blocked_force", config, [Place("force_N", 99.0)], ["angle_deg"], (), MPI.COMM_SELF)
+    asked = Request.of(
+        "blocked_force", configuration.load(None, assignments(SHORT)), columns=("angle_deg",),
+        places=(Place("force_N", 99.0),),
+    )  # fmt: skip
+    answer = compute(asked)
+    assert answer.failure_class == "not reached"
+    assert re.match(r"force_N = 99 is not reached up to 50 kPa; it is \d", answer.failure or "")

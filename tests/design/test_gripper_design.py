@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 from support.example import EXAMPLES
 
-from dolfingrip import config as configuration
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import grasps
 from dolfingrip.design.gradient import run, starts
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.search import SearchPolicy
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.experiments.request import Answer, Request
 
 EXAMPLE = EXAMPLES / "gripper_design.toml"
 
@@ -43,19 +42,24 @@ simulations = 28
 """
 
 
-def margins(jobs: Sequence[Job]) -> list[Answer]:
+def margins(requests: Sequence[Request]) -> list[Answer]:
     """The worse food's margin is largest, 1.0, at ξ1 = 0.2 and α = 45°; none above 80°."""
     found = []
-    for job in jobs:
-        config = configuration.from_dict(job.arguments["config"])
-        assert job.arguments["objective"] == grasps.OBJECTIVE
+    for request in requests:
+        config = request.config
+        assert request.experiment.name == "grasp"
         a, b = (config.morph.xi1 - 0.2) / 0.4, (config.gripper.alpha - 45) / 45
         if config.gripper.alpha > 80:
-            found.append(Answer(job.key, "failed", failure_class="no class", failure="invented"))
+            found.append(Answer(failure_class="no class", failure="invented"))
             continue
         food = {"cube": 1.0 + a, "sausage-short": 1.0 - a}[config.food.kind]
-        outputs = {grasps.PICKUP: food - b**2}
-        found.append(Answer(job.key, "done", result={"outputs": outputs}, wall_s=1.0))
+        # fingers that press with the food's weight, and bear it so many times
+        rows = {**dict.fromkeys(grasps.READ, 0.0), "normal_A_N": 1.0, "table_N": 1.0}
+        rows |= {"normal_B_N": 0.0, "normal_C_N": 0.0, "table_z_mm": 0.0}
+        rows |= {"contact_pressure_kPa": 0.0, "force_closure": food - b**2}
+        columns = {name: np.array([value]) for name, value in rows.items()}
+        outcome = {"kind": "picked up", "sentence": "invented", "time_s": 1.0}
+        found.append(Answer(columns, outcome=outcome, wall_s=1.0))
     return found
 
 

@@ -133,7 +133,7 @@ def test_other_jobs_are_refused(tmp_path: Path) -> None:
             store.add(*other)
     with Store(tmp_path / "others", write=True) as store:
         store.add(*other)
-        with pytest.raises(ConfigError, match="schema was None, now 1"):
+        with pytest.raises(ConfigError, match="schema was None, now 2"):
             store.add(designs.jobs(), designs.shared)
         with pytest.raises(ConfigError, match=r"cog_max_mm was 3\.0, now 3\.5"):
             store.add(other[0], same(surrogate="a", cog_max_mm=3.5))

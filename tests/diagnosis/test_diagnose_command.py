@@ -19,7 +19,7 @@ from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
-from dolfingrip.diagnosis.simulation.job import Job, JobResult
+from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.sections.tables import assignments
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
@@ -47,12 +47,12 @@ class Dying(Here):
     lives: list[int] = field(default_factory=list)
     asked: list[str] = field(default_factory=list)
 
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
-        self.asked.extend(job.key for job in jobs)
+    def results(self, requests: Sequence[Request]) -> list[Answer]:
+        self.asked.extend(each.key for each in requests)
         if not self.lives:
             raise KeyboardInterrupt
         self.lives.pop()
-        return Here.results(self, jobs)
+        return Here.results(self, requests)
 
 
 def test_a_second_run_goes_on(tmp_path: Path) -> None:

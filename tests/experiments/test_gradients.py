@@ -11,12 +11,14 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 from support.small import model, pressurise, short
 
 from dolfingrip.config import KPA
-from dolfingrip.experiments import run
 from dolfingrip.experiments.derivatives import gradients
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
+from dolfingrip.experiments.loop import follow
+from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import perturbations
@@ -26,7 +28,9 @@ from dolfingrip.mechanics.newton.ending import Ending
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL
 from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.plate import PlateForce, PlatePlace
+from dolfingrip.mechanics.readings.tip import FaceAngle
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, HasHistory
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.meshes.measures import centroid_rate
@@ -57,6 +61,14 @@ def slope(function: Callable[[float], float], at: float, step: float = STEP) -> 
     return (function(at + step) - function(at - step)) / (2 * step)
 
 
+def to_morph(finger: FingerModel) -> dict[str, float]:
+    """Derivative of force (N) or angle (deg) by each ξ at the finger's present solution."""
+    model, plate = finger.model, finger.plate
+    reading = FromRest(FaceAngle(model)) if plate is None else PlateForce(model, plate)
+    adjoints, parameters = FingerAdjoints(finger, [reading]), find(finger.config, gradients.XI)
+    return adjoints.by_parameters(finger.config, parameters)[reading.column]
+
+
 def force_N(finger: FingerModel) -> float:
     assert finger.plate is not None
     return finger.plate.force_N()
@@ -73,7 +85,7 @@ def test_blocked_force(pressure_kPa: float, overrides: list[str]) -> None:
     if contact is not None:
         forces = contact.gradient(finger.model.u.x.array)
         assert np.linalg.norm(forces, axis=1).max() > 0.01  # N: the bellows do touch
-    found = gradients.to_morph(finger)
+    found = to_morph(finger)
     for name, value in AT.items():
 
         def force(xi: float, name: str = name) -> float:
@@ -248,7 +260,7 @@ def test_angle_of_the_free_tip() -> None:
         list(pressurise(finger, [25.0]))
         return observation.read()["angle_deg"]
 
-    found = gradients.to_morph(solved(25.0, plate=False))
+    found = to_morph(solved(25.0, plate=False))
     assert found["morph.xi2"] == pytest.approx(slope(angle_deg, AT["xi2"]), rel=1e-6)
 
 
@@ -282,8 +294,12 @@ def test_under_gravity_the_zero_and_the_plate_follow_the_sag(kind: str, column: 
 
     def reading(xi2: float, found: dict[str, float] | None = None) -> float:
         moved = [f"morph.xi1={AT['xi1']!r}", f"morph.xi2={xi2!r}"]
-        visit = gradients.at_highest({} if found is None else found)
-        result = run(kind, short(*moved, *heavy), visit=visit)
+        asked = Request.of(
+            kind, short(*moved, *heavy), gradients.XI, at_highest=True, columns=(column,)
+        )
+        result = follow(asked, MPI.COMM_WORLD)
+        if found is not None:
+            found |= {each["parameter"]: each["derivative"] for each in result.sensitivities}
         return float(result.column(column)[-1])
 
     found: dict[str, float] = {}

@@ -18,7 +18,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments import Result, run
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.recorder import columns
-from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.failure import FailureKind
 from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.report.fields import list_steps
@@ -193,13 +193,14 @@ WEIGHT = ("gravity.acceleration_m_s2=9.81", "gravity.direction=[-1, 0, 0]")
 
 
 def test_gravity_sags_the_finger_but_readings_count_from_there() -> None:
-    sags = []
-
-    def look(finger: FingerModel, row: dict[str, Any]) -> None:
-        sags.append(TipDisplacement(finger.model, "x").value())
-
     settings = small.short(*WEIGHT, "experiment.step_kPa=50")
-    sagged = run("bending", settings, comm=MPI.COMM_SELF, visit=look)
+    sagged = run("bending", settings, comm=MPI.COMM_SELF)
+    rig = find("bending").prepare(settings, MPI.COMM_SELF, Profile())
+    path, stops, sags = rig.path(()), find("bending").schedule(settings), []
+    assert rig.start(path, stops[0]) is None
+    for stop in stops:
+        assert path.advance(rig.controls(stop)).failure is None
+        sags.append(TipDisplacement(rig.specimen.model, "x").value())
     plain = run("bending", small.short("experiment.step_kPa=50"), comm=MPI.COMM_SELF)
     assert sags[0] < -0.01
     for name in ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm"):

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from support import waiting
 
-from dolfingrip.jobs.job import WORKER_LOST, Answer, Job
+from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.single import Single
 
 LIMIT_S = 60.0
@@ -79,7 +79,7 @@ def test_a_worker_that_dies_is_answered_for(tmp_path: Path, single: Single, hear
     single.ask(job(tmp_path, "lost", 600))
     os.kill(begun(tmp_path / "lost.pid"), signal.SIGKILL)
     answer = heard.answers.get(timeout=LIMIT_S)
-    assert (answer.key, answer.failure_class) == ("lost", WORKER_LOST)
+    assert (answer.key, answer.status) == ("lost", "broken")
     single.ask(job(tmp_path, "next", 0))  # another worker takes its place
     assert heard.answers.get(timeout=LIMIT_S).status == "done"
 

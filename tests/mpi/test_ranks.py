@@ -18,6 +18,8 @@ from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import Result, run
 from dolfingrip.experiments.derivatives import gradients
+from dolfingrip.experiments.loop import follow
+from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.undeformed import load_domain
@@ -69,8 +71,9 @@ def test_gradient_of_the_blocked_force(acceleration: float) -> None:
     tilted = config.from_dict(
         {**BLOCKED.model_dump(mode="json"), "plate": {"tilt_deg": 10.0}, "gravity": weight}
     )
-    found: dict[str, float] = {}
-    run("blocked_force", tilted, comm=WORLD, visit=gradients.at_highest(found))
+    asked = Request.of("blocked_force", tilted, gradients.XI, at_highest=True, columns=("force_N",))
+    rows = follow(asked, WORLD).sensitivities
+    found = {each["parameter"]: each["derivative"] for each in rows}
     assert set(found) == set(gradients.XI)
     assert all(abs(slope) > 0.1 for slope in found.values())
     stored.compare(f"gradient at {acceleration} m/s²", found, rtol=1e-7)

@@ -1,4 +1,4 @@
-"""Design files of the short finger, and answers of their jobs in closed form."""
+"""Design files of the short finger, and answers of their requests in closed form."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
 from support.small import SHORT
 
-from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.parameter import find
 
 TWO = """
@@ -39,7 +39,7 @@ def written(folder: Path, text: str, *overrides: str) -> Path:
 
 
 class Invented:
-    """Answers of jobs in closed form.
+    """Answers of requests in closed form.
 
     Args:
         fails: whether a design has no solution.
@@ -49,29 +49,22 @@ class Invented:
         self.asked: list[str] = []
         self._fails = fails
 
-    def __call__(self, jobs: Sequence[Job]) -> list[Answer]:
-        return [self._one(job) for job in jobs]
+    def __call__(self, requests: Sequence[Request]) -> list[Answer]:
+        return [self._one(request) for request in requests]
 
-    def _one(self, job: Job) -> Answer:
-        self.asked.append(job.key)
-        config = configuration.from_dict(job.arguments["config"])
+    def _one(self, request: Request) -> Answer:
+        self.asked.append(request.key)
+        config = request.config
         if self._fails(config):
-            return Answer(job.key, "failed", failure_class="limit point", failure="invented")
-        parameters = find(config, job.arguments["keys"])
-        names = job.arguments["columns"]
-        result = {
-            "values": [{name: getattr(self, name)(config) for name in names}],
-            "gradients": [
-                {
-                    name: {
-                        each.key: float(each.derivative(config, getattr(self, name)))
-                        for each in parameters
-                    }
-                    for name in names
-                }
-            ],
+            return Answer(failure_class="limit point", failure="invented")
+        parameters = find(config, list(request.gradients)) if request.gradients else []
+        values = {name: np.array([getattr(self, name)(config)]) for name in request.columns}
+        slopes = {
+            (name, each.key): np.array([float(each.derivative(config, getattr(self, name)))])
+            for name in request.columns
+            for each in parameters
         }
-        return Answer(job.key, "done", result=result, wall_s=1.0)
+        return Answer(values, slopes, wall_s=1.0)
 
     @staticmethod
     def force_N(config: Config) -> float:

@@ -17,8 +17,8 @@ from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
-from dolfingrip.diagnosis.simulation.job import Job
-from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.runner import Workers, request
+from dolfingrip.experiments.request import Request
 from dolfingrip.parameter import scaled
 from dolfingrip.sections.tables import assignments
 
@@ -182,8 +182,8 @@ def configured(protocol: Protocol, truth: Truth) -> Config:
     })  # fmt: skip
 
 
-def jobs(protocol: Protocol, truth: Truth) -> list[Job]:
-    """One simulation of each test."""
+def requests(protocol: Protocol, truth: Truth) -> list[Request]:
+    """Return the simulation of each test."""
     config = configured(protocol, truth)
     act = OUTSIDERS[truth.outsider[0]].pressure if truth.outsider[0] else None
     found = []
@@ -191,7 +191,7 @@ def jobs(protocol: Protocol, truth: Truth) -> list[Job]:
         control = CONTROL.get(experiment, PRESSURE)
         at = act(rows, truth.outsider[1]) if act and control == PRESSURE else rows[control]
         told = {**{key: rows[key].tolist() for key in KEYS}, control: [float(each) for each in at]}
-        found.append(Job(experiment, config.changed(protocol=told)))
+        found.append(request(experiment, config.changed(protocol=told)))
     return found
 
 
@@ -201,7 +201,7 @@ def measured(protocol: Protocol, truth: Truth, workers: Workers) -> list[pd.Data
     Raises:
         ValueError: where a simulation does not reach all rows.
     """
-    results = workers.results(jobs(protocol, truth))
+    results = workers.results(requests(protocol, truth))
     show = OUTSIDERS[truth.outsider[0]].displayed if truth.outsider[0] else None
     found = []
     for (experiment, rows), result in zip(protocol.tests.items(), results, strict=True):

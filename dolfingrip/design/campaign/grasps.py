@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+import numpy as np
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import FINGERS
 from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.simulate import compute
 from dolfingrip.jobs.job import JobFailure
-
-if TYPE_CHECKING:
-    from dolfingrip.experiments.results.result import Result
 
 OBJECTIVE: Final = "dolfingrip.design.campaign.grasps:simulate"
 """Import path of :func:`simulate`."""
@@ -49,58 +50,56 @@ def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) ->
         JobFailure: the grasp ended early without an outcome.
         ConfigError: there is no such gripper.
     """
-    from mpi4py import MPI
-
-    from dolfingrip.experiments import run
-    from dolfingrip.experiments.results import record
-
     if ranks != 1:
         raise configuration.ConfigError(f"--ranks {ranks}: allowed: 1 for a grasp")
-    result = run("grasp", configuration.from_dict(config), comm=MPI.COMM_SELF)
+    answer = compute(Request.of("grasp", configuration.from_dict(config)))
+    none = np.empty(0)
     curve: dict[str, Any] = {
-        name: list(map(float, result.column(name)))
+        name: answer.columns.get(name, none).tolist()
         for name in ("time_s", "pressure_kPa", "normal_A_N", "table_N", "object_z_mm", *READ)
     }
-    if result.outcome is None:
-        failure = result.failure
-        kind = NO_CLASS if failure is None else str(failure.kind)
-        sentence = "" if failure is None else failure.sentence()
-        raise JobFailure(kind, sentence, {"curve": curve})
-    curve |= {"outcome": str(result.outcome.kind), "sentence": result.outcome.sentence}
-    outputs = outputs_of(result)
+    if answer.outcome is None:
+        kind = answer.failure_class or NO_CLASS
+        raise JobFailure(kind, answer.failure or "", {"curve": curve})
+    curve |= {"outcome": answer.outcome["kind"], "sentence": answer.outcome["sentence"]}
+    outputs = outputs_of(answer)
     return Outcome(
         {name: outputs[name] for name in quantities},
         curve=curve,
-        iterations=result.facts["newton"]["iterations"],
-        versions=record.versions(),
+        iterations=answer.iterations,
+        versions=dict(answer.versions),
     )
 
 
-def outputs_of(result: Result) -> dict[str, float]:
-    """Values of all :data:`QUANTITIES`, and of :data:`PICKUP`, of a grasp with an outcome."""
+def outputs_of(answer: Answer) -> dict[str, float]:
+    """Return the numbers of a grasp with an outcome.
+
+    Args:
+        answer: with all columns of the grasp.
+
+    Returns:
+        Values of all :data:`QUANTITIES`, and of :data:`PICKUP`.
+    """
     from dolfingrip.experiments.results.outcome import Kind
 
-    assert result.outcome is not None
-    before = [row for row in result.rows if row["table_z_mm"] >= 0] or result.rows
-    held, last = before[-1], result.rows[-1]
-    weight_N = float(result.rows[0]["table_N"])
-    margin = float(last["force_closure"]) * _normal_N(last) / weight_N
-    kind = result.outcome.kind
-    on_table = min(max(float(last["table_N"]) / weight_N, 0.0), 1.0)
+    assert answer.outcome is not None
+    columns = answer.columns
+    before = np.flatnonzero(columns["table_z_mm"] >= 0)
+    held = int(before[-1]) if before.size else -1
+    normal_N = np.sum([columns[f"normal_{letter}_N"] for letter in FINGERS], axis=0)
+    weight_N = float(columns["table_N"][0])
+    margin = float(columns["force_closure"][-1] * normal_N[-1] / weight_N)
+    kind = Kind(answer.outcome["kind"])
+    on_table = min(max(float(columns["table_N"][-1]) / weight_N, 0.0), 1.0)
     if kind in (Kind.DROPPED, Kind.EJECTED):
         on_table = 1.0
     return {
         "picked_up": float(kind is Kind.PICKED_UP),
-        "outcome_s": result.outcome.time_s,
+        "outcome_s": float(answer.outcome["time_s"]),
         "margin": margin,
         PICKUP: margin if kind is Kind.PICKED_UP else -on_table,
-        "normal_N": _normal_N(held),
+        "normal_N": float(normal_N[held]),
         "weight_N": weight_N,
-        "contact_pressure_kPa": float(result.column("contact_pressure_kPa").max()),
-        **{name: float(held[name]) for name in READ},
+        "contact_pressure_kPa": float(columns["contact_pressure_kPa"].max()),
+        **{name: float(columns[name][held]) for name in READ},
     }
-
-
-def _normal_N(row: dict[str, Any]) -> float:
-    """Sum of the fingers' normal forces on the food."""
-    return sum(float(row[f"normal_{letter}_N"]) for letter in FINGERS)

@@ -18,7 +18,7 @@ from dolfingrip.sections import tables
 FIELDS = "fields"
 """Folder in a campaign's with the deformed shapes of its designs."""
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of what a key means; results of other versions are not reused."""
 
 OBJECTIVE = "dolfingrip.design.campaign.objective:simulate"

@@ -15,6 +15,7 @@ from dolfingrip.design.campaign import grasps
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.jobs.job import REFUSED, Answer
+from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
 
@@ -78,10 +79,18 @@ class Trials:
         return list(self._known.values())
 
     def at(self, pressure_kPa: float, friction: float) -> Trial:
-        """The grasp at a pressure and with a coefficient of friction.
+        """Return the grasp at a pressure and with a coefficient of friction.
+
+        Args:
+            pressure_kPa: of the fingers.
+            friction: of fingers on food.
+
+        Returns:
+            The grasp, computed where it is not known.
 
         Raises:
             ConfigError: there is no such gripper.
+            Unfinished: the machine did not let the grasp come to an end.
         """
         inputs: Inputs = {PRESSURE: round(pressure_kPa, 9), FRICTION: round(friction, 9)}
         step = min(self.base.experiment.step_kPa, pressure_kPa)
@@ -93,6 +102,11 @@ class Trials:
         self._spool.folder.mkdir(parents=True, exist_ok=True)
         known = self._spool.read(job.key) is not None
         answer = work(job, self._spool.folder)
+        if answer.status == "broken":
+            raise Unfinished(
+                f"{pressure_kPa:g} kPa, μ = {friction:.4g} could not be computed on this machine: "
+                f"{answer.failure}; the same call goes on from there"
+            )
         if answer.failure_class == REFUSED:
             self._spool.forget(job.key)
             raise ConfigError(answer.failure or "there is no such gripper")

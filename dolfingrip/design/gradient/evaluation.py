@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import grasps
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.quantity import GRASP, Quantity
-from dolfingrip.design.gradient.simulate import grasp_job, job
-from dolfingrip.jobs.job import Answer, Data, Job
+from dolfingrip.experiments.request import Answer, Place, Request
 
 Floats = NDArray[np.float64]
 
-Compute = Callable[[Sequence[Job]], list[Answer]]
-"""Answers of jobs, in their order."""
+Compute = Callable[[Sequence[Request]], list[Answer]]
+"""From requests to their answers, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Simulations:
 
     Args:
         problem: with objective, limits and conditions.
-        compute: what computes jobs.
+        compute: what computes requests.
     """
 
     def __init__(self, problem: Problem, compute: Compute) -> None:
@@ -90,59 +90,64 @@ class Simulations:
         Raises:
             ConfigError: one line, where there is no such finger.
         """
-        keys = [each.key for each in self._problem.variables] if gradients else []
-        jobs: list[Job] = []
-        owners: list[tuple[int, list[Quantity], list[tuple[str, float]]]] = []
+        keys = [each.key for each in self._problem.variables] if gradients else None
+        requests: list[Request] = []
+        owners: list[tuple[int, list[Quantity]]] = []
         for number in range(len(self._problem.conditions)) if only is None else only:
             condition = self._problem.conditions[number]
             config = condition.config(self._problem.variables, list(map(float, values)))
-            made_for: Config | None = self._starts[number]
+            made_for = self._starts[number]
             if finer is not None:
-                config, made_for = finer(config), finer(self._starts[number])
+                config, made_for = finer(config), finer(made_for)
             for experiment in self.experiments:
                 asked = [each for each in self.quantities if each.experiment == experiment]
                 if experiment == GRASP:
-                    jobs.append(grasp_job(config))
-                    owners.append((number, asked, []))
-                    continue
-                places = list(dict.fromkeys((q.where, value) for q in asked for value in q.values))
-                columns = list(dict.fromkeys(each.name for each in asked))
-                highest = max((v for column, v in places if column == "pressure_kPa"), default=0.0)
-                if highest > config.experiment.max_pressure_kPa:
-                    config = config.changed(experiment={"max_pressure_kPa": highest})
-                jobs.append(job(config, made_for, experiment, places, columns, keys))
-                owners.append((number, asked, places))
-        answers = self._compute(jobs)
+                    requests.append(Request.of(experiment, config))
+                else:
+                    requests.append(_at_places(experiment, config, made_for, asked, keys))
+                owners.append((number, asked))
+        answers = self._compute(requests)
         found = Simulated(
             [{} for _ in self._problem.conditions],
-            len(jobs),
+            len(requests),
             sum(each.wall_s or 0.0 for each in answers),
         )
-        for (number, asked, places), answer in zip(owners, answers, strict=True):
-            if answer.result is None:
+        for (number, asked), request, answer in zip(owners, requests, answers, strict=True):
+            if answer.failure_class is not None:
                 found.failure = found.failure or f"{answer.failure_class}: {answer.failure}"
                 continue
             for one in asked:
                 if one.experiment == GRASP:
-                    measured = _grasped(answer.result)
+                    margin = grasps.outputs_of(answer)[grasps.PICKUP]
+                    measured = Measured(margin, np.empty(0))  # which has no slopes
                 else:
-                    measured = self._mean(one, places, answer.result, gradients)
+                    measured = self._mean(one, request.places, answer, gradients)
                 found.by_condition[number][one] = measured
         return found
 
     def _mean(
-        self, one: Quantity, places: list[tuple[str, float]], result: Data, gradients: bool
+        self, one: Quantity, places: Sequence[Place], answer: Answer, gradients: bool
     ) -> Measured:
-        at = [places.index((one.where, value)) for value in one.values]
-        value = float(np.mean([result["values"][i][one.name] for i in at]))
-        keys = [each.key for each in self._problem.variables]
-        slopes = np.zeros(len(keys))
+        at = [places.index(Place(one.where, value)) for value in one.values]
+        value = float(np.mean(answer.columns[one.name][at]))
+        slopes = np.zeros(len(self._problem.variables))
         if gradients:
-            every = [[result["gradients"][i][one.name][key] for key in keys] for i in at]
-            slopes = np.mean(every, axis=0)
-        return Measured(value, np.asarray(slopes, dtype=float))
+            keys = [each.key for each in self._problem.variables]
+            slopes = np.array([np.mean(answer.slopes[one.name, key][at]) for key in keys])
+        return Measured(value, slopes)
 
 
-def _grasped(result: Data) -> Measured:
-    """The margin of a grasp, which has no slopes."""
-    return Measured(float(result["outputs"][grasps.PICKUP]), np.empty(0))
+def _at_places(
+    experiment: str,
+    config: Config,
+    made_for: Config,
+    asked: Sequence[Quantity],
+    keys: Sequence[str] | None,
+) -> Request:
+    """Ask for the quantities of an experiment at their places."""
+    places = tuple(dict.fromkeys(Place(q.where, value) for q in asked for value in q.values))
+    columns = tuple(dict.fromkeys(each.name for each in asked))
+    highest = max((v for column, v in places if column == PRESSURE.name), default=0.0)
+    if highest > config.experiment.max_pressure_kPa:
+        config = config.changed(experiment={"max_pressure_kPa": highest})
+    return Request.of(experiment, config, keys, columns=columns, places=places, made_for=made_for)

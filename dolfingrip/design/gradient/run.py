@@ -14,11 +14,9 @@ from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.front import Front
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.experiments.simulate import simulate
 from dolfingrip.files import table, whole
-from dolfingrip.jobs import run as jobs
-from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.pool import Pool
-from dolfingrip.jobs.store import Store, same
 
 FOLDER: Final = "simulations"
 """Folder in ``--out`` that holds what was computed."""
@@ -55,19 +53,16 @@ class Refined:
 
 
 def computed_in(folder: Path, pool: Pool) -> Compute:
-    """Answers of jobs, which a folder keeps; what it has is not computed again."""
+    """Return what computes requests and keeps their answers in a folder.
 
-    def compute(asked: Sequence[Job]) -> list[Answer]:
-        jobs.run(asked, folder, pool, same(kind="design"))
-        names = Answer.__dataclass_fields__
-        with Store(folder) as store:
-            found = {row["key"]: row for row in store.rows()}
-        return [
-            Answer(**{name: found[each.key].get(name) for name in names})  # type: ignore[arg-type]
-            for each in asked
-        ]
+    Args:
+        folder: of the store; what it has is not computed again.
+        pool: workers.
 
-    return compute
+    Returns:
+        A function from requests to answers.
+    """
+    return lambda requests: simulate(requests, folder, pool)
 
 
 def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:

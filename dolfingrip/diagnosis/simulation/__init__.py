@@ -6,8 +6,7 @@ From the bottom up:
   the readings at the measured rows;
 - :mod:`routes`: which stops a measurement asks for: one elastic curve, or the protocol in time;
 - :mod:`groups`: which specimens share a simulation;
-- :mod:`job`: one simulation, named by its content; :mod:`runner`: many of them on workers, kept in
-  a store;
+- :mod:`runner`: the requests of a diagnosis, on workers and kept in a store;
 - :mod:`simulated`: ``simulate(measurement, config, cases, workers)`` gives all readings of a
   measurement, and their derivatives, for each of several cases: this is what fits call, too;
 - :mod:`modulus`: exact scaling of a base simulation by the modulus;

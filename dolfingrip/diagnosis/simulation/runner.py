@@ -1,8 +1,8 @@
-"""Many jobs on workers, each kept in a store by its content.
+"""Requests of a diagnosis on workers, each answer kept in a store by its content.
 
 What is in the store is not computed again, whichever data asked for it; a diagnosis that is killed
-goes on where it was (:mod:`dolfingrip.jobs.run`). What comes with the package
-(:mod:`dolfingrip.diagnosis.simulation.shipped`) is entered instead of being computed.
+goes on where it was. What comes with the package (:mod:`dolfingrip.diagnosis.simulation.shipped`)
+is entered instead of being computed.
 """
 
 from __future__ import annotations
@@ -12,14 +12,41 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from dolfingrip.config import ConfigError
+from dolfingrip.channels import TIME
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.data.columns import CONTROL, READINGS
+from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import shipped
-from dolfingrip.diagnosis.simulation.job import SHARED, Job, JobResult, calls, result_of
 from dolfingrip.diagnosis.simulation.shipped import Shipped
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.simulate import enter, simulate
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
-from dolfingrip.jobs.run import Progress, run, silent
+from dolfingrip.jobs.run import Progress, silent
 from dolfingrip.jobs.store import Store
+
+
+def request(experiment: str, config: Config, gradients: Sequence[str] = ()) -> Request:
+    """Ask for an experiment as a diagnosis simulates it.
+
+    States beyond a snap are not what was measured up to there, and cost most of the time. How far a
+    path goes beyond its last stop is never read.
+
+    Args:
+        experiment: its name.
+        config: with the protocol of the measurement.
+        gradients: keys of parameters that all readings are derived by.
+
+    Returns:
+        The request.
+
+    Raises:
+        ConfigError: one line, where the configuration cannot have the experiment's settings.
+    """
+    shortest = max(config.solver.min_step_kPa, POLICY.shortest_step * config.solver.max_step_kPa)
+    plain = config.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
+    columns = (TIME.name, CONTROL[experiment], *READINGS[experiment])
+    return Request.of(experiment, plain, gradients or None, columns=columns)
 
 
 class NotAtHand(Exception):
@@ -49,23 +76,29 @@ class Workers:
     computes: bool = True
     spent_s: dict[str, float] = field(default_factory=dict)
 
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
-        """What each of ``jobs`` gave, computed where it is not in the store.
+    def results(self, requests: Sequence[Request]) -> list[Answer]:
+        """Compute each request where it is not in the store.
 
-        A simulation that fails has a result, too: its class, a sentence and what was read before.
+        Args:
+            requests: what is wanted.
+
+        Returns:
+            Their answers, in order. That of a simulation that failed has its class, a sentence and
+            what was read before.
 
         Raises:
             ConfigError: one line: no workers, or the store is in use or another's.
             NotAtHand: simulations are missing, and nothing is computed.
-            SchedulerGone: the workers are gone; what was computed is kept.
+            Unfinished: the workers are gone, or the machine did not let some simulations come to
+                an end; what was computed is kept.
         """
         if self.where.ranks != 1:
             raise ConfigError(f"--ranks {self.where.ranks}: allowed: 1 in a diagnosis")
         if self.known is not None:
-            self._enter(self.known, self._missing(jobs))
-        if not self.computes and (missing := self._missing(jobs)):
+            self._enter(self.known, self._missing(requests))
+        if not self.computes and (missing := self._missing(requests)):
             raise NotAtHand(f"{len(missing)} simulations are not at hand")
-        return self._computed(jobs)
+        return self._computed(requests)
 
     def at_hand(self) -> Workers:
         """The same, which raise :class:`NotAtHand` where something is missing."""
@@ -75,34 +108,25 @@ class Workers:
         """The workers that compute what is missing; those not kept end with the ``with`` block."""
         return Pool(self.where) if self.kept is None else nullcontext(self.kept)
 
-    def _computed(self, jobs: Sequence[Job]) -> list[JobResult]:
-        keys = [job.key for job in jobs]
-        if not keys:
-            return []
+    def _computed(self, requests: Sequence[Request]) -> list[Answer]:
         with self.pool() as pool:
-            run(calls(jobs), self.store, pool, SHARED, progress=self.progress)
-        with Store(self.store) as store:
-            rows = {row["key"]: row for row in store.rows()}
-        found = {key: result_of(rows[key]) for key in keys}
-        self.spent_s.update({key: found[key].wall_s or 0.0 for key in keys})
-        return [found[key] for key in keys]
+            found = simulate(requests, self.store, pool, self.progress)
+        for asked, answer in zip(requests, found, strict=True):
+            self.spent_s[asked.key] = answer.wall_s or 0.0
+        return found
 
-    def _enter(self, known: Shipped, missing: Sequence[Job]) -> None:
+    def _enter(self, known: Shipped, missing: Sequence[Request]) -> None:
         """Enter what comes with the package."""
-        found = known.answers(missing, lambda job: self._computed([job])[0])
-        if not found:
-            return
-        with Store(self.store, write=True) as store:
-            store.add(calls([job for job, _ in found]), SHARED)
-            for _, answer in found:
-                store.record(answer)
+        found = known.answers(missing, lambda asked: self._computed([asked])[0])
+        if found:
+            enter(found, self.store, "shipped")
 
-    def _missing(self, jobs: Sequence[Job]) -> list[Job]:
+    def _missing(self, requests: Sequence[Request]) -> list[Request]:
         try:
             with Store(self.store) as store:
-                return [job for job in jobs if store.status(job.key) in (None, "pending")]
+                return [one for one in requests if store.status(one.key) in (None, "pending")]
         except ConfigError:
-            return list(jobs)
+            return list(requests)
 
 
 @contextmanager

@@ -1,87 +1,105 @@
-"""Simulations of the reference finger that come with the package: a small file of results.
+"""Simulations of the reference finger that come with the package: a small file of answers.
 
-A result serves a job of the same configuration whose protocol is the beginning of its own: who
+An answer serves a request of the same configuration whose protocol is the beginning of its own: who
 loads once, or unloads, is served by three cycles. A file is stale where the code has changed since:
-results of an effect count only with that effect's code unchanged, and where the mechanics have
+answers with an effect count only with that effect's code unchanged, and where the mechanics have
 changed at all, one simulation is computed anew and has to agree before any other is believed.
 """
 
 from __future__ import annotations
 
-import json
+import gzip
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import sources
-from dolfingrip.diagnosis.simulation.job import FORMAT, Job, JobResult
+from dolfingrip.experiments.request import FORMAT, Answer, Request
 from dolfingrip.files import whole
-from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.job import content_key
 
-FILE: Final = Path(__file__).with_name("reference.npz")
+FILE: Final = Path(__file__).with_name("reference.json.gz")
 
 Protocol = dict[str, list[Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """One result.
+    """One answer of the file.
 
     Attributes:
-        job: its key without protocol and derivatives.
+        key: hash of its request without protocol and derivatives.
         effects: that were on, by name.
         protocol: stops.
         gradients: keys of the parameters of its derivatives.
-        curve: readings and derivatives as a campaign stores them.
-        failure_class, failure: why not all stops were reached; None where all were.
-        wall_s: time that it took.
+        answer: what the simulation gave.
     """
 
-    job: str
+    key: str
     effects: Sequence[str]
     protocol: Protocol
     gradients: Sequence[str]
-    curve: Mapping[str, np.ndarray]
-    failure_class: str | None
-    failure: str | None
-    wall_s: float | None
+    answer: Answer
 
-    def serves(self, job: Job) -> bool:
-        """Whether a job's protocol is the beginning of this, and its derivatives are here."""
-        if not set(job.gradients) <= set(self.gradients):
+    @classmethod
+    def of(cls, request: Request, answer: Answer) -> Known:
+        """Note an answer.
+
+        Args:
+            request: that was computed.
+            answer: what it gave.
+
+        Returns:
+            The entry of a file.
+        """
+        effects = sorted(effect.name() for effect in request.config.extensions.active())
+        protocol, gradients = protocol_of(request), request.gradients or ()
+        return cls(key_without_protocol(request), effects, protocol, gradients, answer)
+
+    def serves(self, request: Request) -> bool:
+        """Tell whether a request's protocol is the beginning of this, and its derivatives are here.
+
+        Args:
+            request: of the same key without protocol.
+
+        Returns:
+            Whether they are.
+        """
+        if not set(request.gradients or ()) <= set(self.gradients):
             return False
-        asked = protocol_of(job)
+        asked = protocol_of(request)
         return asked.keys() == self.protocol.keys() and all(
             self.protocol[name][: len(values)] == values for name, values in asked.items()
         )
 
-    def answer(self, job: Job) -> Answer:
-        """As the store takes it."""
-        count = len(next(iter(protocol_of(job).values())))
-        wanted = {
-            name: values[:count].tolist()
-            for name, values in self.curve.items()
-            if not name.startswith("[") or json.loads(name)[1].split("[")[0] in job.gradients
+    def part(self, request: Request) -> Answer:
+        """Return the beginning of the answer that a request asks for.
+
+        Args:
+            request: that this serves.
+
+        Returns:
+            Readings and derivatives at its stops.
+        """
+        count, keys = len(request.config.protocol.time_s), request.gradients or ()
+        columns = {name: values[:count] for name, values in self.answer.columns.items()}
+        slopes = {
+            (column, key): values[:count]
+            for (column, key), values in self.answer.slopes.items()
+            if key.split("[")[0] in keys
         }
-        reached = min((len(values) for values in wanted.values()), default=0)
-        done = self.failure_class is None or reached == count
-        if done:
-            return Answer(job.key, "done", {"curve": wanted}, wall_s=self.wall_s, worker="shipped")
-        return Answer(
-            job.key, "failed", partial={"curve": wanted}, failure_class=self.failure_class,
-            failure=self.failure, wall_s=self.wall_s, worker="shipped",
-        )  # fmt: skip
-
-
-_FACTS: Final = tuple(each.name for each in fields(Known) if each.name != "curve")
-"""What a file says of a result beside its numbers."""
+        found = replace(self.answer, columns=columns, slopes=slopes)
+        if min((len(values) for values in columns.values()), default=0) == count:
+            found = replace(found, failure_class=None, failure=None)
+        return found
 
 
 @dataclass(slots=True)
@@ -90,7 +108,7 @@ class Shipped:
 
     Attributes:
         core: digest of the code that computed it.
-        known: its results by their jobs' key without protocol.
+        known: its entries by their requests' key without protocol.
         agrees: whether a simulation computed anew agreed; None where that was not tried.
     """
 
@@ -99,136 +117,161 @@ class Shipped:
     agrees: bool | None = None
 
     def answers(
-        self, jobs: Iterable[Job], computed: Callable[[Job], JobResult]
-    ) -> list[tuple[Job, Answer]]:
-        """What is known of ``jobs``.
+        self, requests: Iterable[Request], computed: Callable[[Request], Answer]
+    ) -> list[tuple[Request, Answer]]:
+        """Look requests up.
 
         Args:
-            jobs: that are wanted.
-            computed: computes a job anew; called once, where the code has changed.
+            requests: that are wanted.
+            computed: computes a request anew; called once, where the code has changed.
+
+        Returns:
+            Those that are known, with their answers.
         """
-        found = [(job, known) for job in jobs if (known := self._of(job)) is not None]
+        found = [(one, known) for one in requests if (known := self.entry(one)) is not None]
         if not found or not self._believed(computed, found):
             return []
-        return [(job, known.answer(job)) for job, known in found]
+        return [(one, known.part(one)) for one, known in found]
 
-    def _of(self, job: Job) -> Known | None:
-        candidates = self.known.get(job.key_without_protocol, ())
-        return next((known for known in candidates if known.serves(job)), None)
+    def entry(self, request: Request) -> Known | None:
+        """Return the entry that serves a request; None where there is none."""
+        candidates = self.known.get(key_without_protocol(request), ())
+        return next((known for known in candidates if known.serves(request)), None)
 
     def _believed(
-        self, computed: Callable[[Job], JobResult], found: Sequence[tuple[Job, Known]]
+        self, computed: Callable[[Request], Answer], found: Sequence[tuple[Request, Known]]
     ) -> bool:
         if self.agrees is None and self.core == sources.core_digest():
             self.agrees = True
-        plain = [(job, known) for job, known in found if not known.effects]
+        plain = [(one, known) for one, known in found if not known.effects]
         if self.agrees is None and plain:
-            quickest = min(plain, key=lambda pair: pair[1].wall_s or 0.0)
+            quickest = min(plain, key=lambda pair: pair[1].answer.wall_s or 0.0)
             self.agrees = self._checked(computed, *quickest)
         return bool(self.agrees)
 
-    def _checked(self, computed: Callable[[Job], JobResult], job: Job, own: Known) -> bool:
-        """Whether a job comes out as it did, within the tolerance of each channel."""
-        anew, answer = computed(job).columns, own.answer(job)
-        curve = (answer.result or answer.partial or {})["curve"]
+    def _checked(self, computed: Callable[[Request], Answer], request: Request, own: Known) -> bool:
+        """Whether a request comes out as it did, within the tolerance of each channel."""
+        anew, before = computed(request).columns, own.part(request).columns
         return all(
             len(anew.get(name, ())) == len(values)
             and np.allclose(anew[name], values, 0.0, CHANNELS[name].tolerance)
             for name in READING_COLUMNS
-            if (values := np.asarray(curve.get(name, ()))).size
+            if (values := before.get(name, np.empty(0))).size
         )
 
 
-def protocol_of(job: Job) -> Protocol:
-    """Stops of a job."""
-    told = job.config.protocol.model_dump(mode="json")
+def key_without_protocol(request: Request) -> str:
+    """Hash a request without its protocol and its derivatives.
+
+    Args:
+        request: of a diagnosis.
+
+    Returns:
+        The hash; requests of one hash are simulations of one model.
+    """
+    content = request.content()
+    content["config"].pop("protocol", None)
+    del content["gradients"]
+    return content_key(content)
+
+
+def protocol_of(request: Request) -> Protocol:
+    """Return the stops of a request, by key of the section."""
+    told = request.config.protocol.model_dump(mode="json")
     return {name: values for name, values in told.items() if values}
 
 
 def write(
-    file: Path, jobs: Iterable[Job], results: Iterable[JobResult], *, keep: bool = False
+    file: Path, requests: Iterable[Request], answers: Iterable[Answer], *, keep: bool = False
 ) -> None:
-    """Write the results of jobs; with ``keep`` what the file has beside them, too."""
+    """Write answers into a file.
+
+    Args:
+        file: where.
+        requests: that were computed.
+        answers: what each gave.
+        keep: what the file has beside them stays.
+    """
     known = read(file) if keep else None
     every = [] if known is None else [each for own in known.known.values() for each in own]
     every += [
-        _known(job, result)
-        for job, result in zip(jobs, results, strict=True)
-        if known is None or known._of(job) is None
+        Known.of(request, answer)
+        for request, answer in zip(requests, answers, strict=True)
+        if known is None or known.entry(request) is None
     ]
-    facts: list[dict[str, Any]] = [
-        {
-            **{name: getattr(each, name) for name in _FACTS},
-            "columns": {name: len(values) for name, values in each.curve.items()},
-        }
-        for each in every
-    ]
-    numbers = [
-        float(f"{x:.{MODEL.digits}g}")
-        for each in every
-        for values in each.curve.values()
-        for x in values
-    ]
-    names = sorted({name for fact in facts for name in fact["effects"]})
-    head = {
-        "format": FORMAT, "core": sources.core_digest(), "results": facts,
-        "effects": {name: sources.effect_digest(name) for name in names},
-    }  # fmt: skip
-    _replace(file, head, np.array(numbers, dtype=np.float32))
+    write_known(file, every)
 
 
-def _known(job: Job, result: JobResult) -> Known:
-    effects = sorted(effect.name() for effect in job.config.extensions.active())
-    slopes = {json.dumps(list(k)): values for k, values in result.slopes.items()}
-    return Known(
-        job.key_without_protocol, effects, protocol_of(job), job.gradients,
-        {**result.columns, **slopes}, result.failure_class, result.failure, result.wall_s,
-    )  # fmt: skip
+def write_known(file: Path, every: Sequence[Known]) -> None:
+    """Write entries into a file, with the digests of today's code.
+
+    Args:
+        file: where.
+        every: its entries.
+    """
+    names = sorted({name for each in every for name in each.effects})
+    effects = {name: sources.effect_digest(name) for name in names}
+    rounded = [replace(each, answer=_rounded(each.answer)) for each in every]
+    _replace(file, _File(FORMAT, sources.core_digest(), effects, rounded))
+
+
+def _rounded(answer: Answer) -> Answer:
+    def digits(values: np.ndarray) -> np.ndarray:
+        return np.array([float(f"{x:.{MODEL.digits}g}") for x in values])
+
+    columns = {name: digits(values) for name, values in answer.columns.items()}
+    slopes = {names: digits(values) for names, values in answer.slopes.items()}
+    return replace(answer, columns=columns, slopes=slopes)
 
 
 def restamp(file: Path) -> None:
     """Give a file the digests of today's code, which is known to compute what the file has."""
-    head, numbers = _loaded(file)
-    head["core"] = sources.core_digest()
-    head["effects"] = {name: sources.effect_digest(name) for name in head["effects"]}
-    _replace(file, head, numbers)
+    found = _loaded(file)
+    effects = {name: sources.effect_digest(name) for name in found.effects}
+    _replace(file, replace(found, core=sources.core_digest(), effects=effects))
 
 
-def _loaded(file: Path) -> tuple[dict[str, Any], np.ndarray]:
-    with np.load(file) as data:
-        return json.loads(data["head"].tobytes().decode()), data["numbers"]
+@dataclass(frozen=True, slots=True)
+class _File:
+    """What a file holds: version, digests of the code, entries."""
+
+    format: int
+    core: str
+    effects: Mapping[str, str]
+    known: Sequence[Known]
 
 
-def _replace(file: Path, head: Mapping[str, Any], numbers: np.ndarray) -> None:
-    text = np.frombuffer(json.dumps(head).encode(), dtype=np.uint8)
-    with whole.stream(file) as content:
-        np.savez_compressed(content, head=text, numbers=numbers)
+def _loaded(file: Path) -> _File:
+    return TypeAdapter(_File).validate_json(gzip.decompress(file.read_bytes()))
+
+
+def _replace(file: Path, content: _File) -> None:
+    with whole.stream(file) as stream:
+        stream.write(gzip.compress(TypeAdapter(_File).dump_json(content), mtime=0))
 
 
 @cache
 def read(file: Path = FILE) -> Shipped | None:
-    """What :func:`write` wrote; None where there is no file, or one of another format.
+    """Read what :func:`write` wrote.
 
-    Results of effects whose code has changed are left out.
+    Args:
+        file: where it is.
+
+    Returns:
+        Its entries, without those of effects whose code has changed; None where there is no file,
+        or one of another format.
     """
     if not file.is_file():
         return None
-    head, numbers = _loaded(file)
-    if head["format"] != FORMAT:
+    found = _loaded(file)
+    if found.format != FORMAT:
         return None
-    same = {name for name, old in head["effects"].items() if old == _now(name)}
+    unchanged = {name for name, old in found.effects.items() if old == _now(name)}
     known: dict[str, list[Known]] = {}
-    place = 0
-    for fact in head["results"]:
-        curve = {}
-        for name, count in fact["columns"].items():
-            curve[name] = numbers[place : place + count].astype(float)
-            place += count
-        if set(fact["effects"]) <= same:
-            known.setdefault(fact["job"], []).append(
-                Known(curve=curve, **{name: fact[name] for name in _FACTS})
-            )
-    return Shipped(head["core"], known)
+    for each in found.known:
+        if set(each.effects) <= unchanged:
+            known.setdefault(each.key, []).append(each)
+    return Shipped(found.core, known)
 
 
 def _now(name: str) -> str | None:

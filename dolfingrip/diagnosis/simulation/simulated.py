@@ -17,10 +17,10 @@ import numpy as np
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
-from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.legs import Route
-from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.runner import Workers, request
 from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.parameter import every
 from dolfingrip.sections.geometry.geometry import Geometry
 
@@ -75,7 +75,7 @@ class SimulatedGroup:
     group: SimulationGroup
     config: Config
     route: Route
-    result: JobResult
+    result: Answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,7 @@ def simulate(
     """
     parts = {h: groups(measurement, config, h) for h in {case.headroom for case in cases}}
     planned = [[_planned(case, group) for group in parts[case.headroom]] for case in cases]
-    results = iter(workers.results([job for row in planned for *_, job in row]))
+    results = iter(workers.results([asked for row in planned for *_, asked in row]))
     found = []
     for case, row in zip(cases, planned, strict=True):
         runs = [SimulatedGroup(group, own, route, next(results)) for group, own, route, _ in row]
@@ -156,18 +156,18 @@ def simulate(
     return found
 
 
-def _planned(case: Case, group: SimulationGroup) -> tuple[SimulationGroup, Config, Route, Job]:
+def _planned(case: Case, group: SimulationGroup) -> tuple[SimulationGroup, Config, Route, Request]:
     config = case.of(group)
     route = group.route(config)
     felt = case.derived_elsewhere or case.only_in is None or group.experiment in case.only_in
     gradients = case.gradients if felt else ()
     # the gradients' keys of effects at their neutral values do not make the readings others
-    job = Job(
+    asked = request(
         group.experiment,
         config.changed(protocol=route.protocol()),
         tuple(key for key in gradients if _feels(group.experiment, config, key)),
     )
-    return group, config, route, job
+    return group, config, route, asked
 
 
 def _feels(experiment: str, config: Config, key: str) -> bool:

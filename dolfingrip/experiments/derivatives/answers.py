@@ -7,23 +7,23 @@ moves by dp/dm = −(∂g/∂m)/(∂g/∂p).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import numpy as np
 from scipy.optimize import brentq
 
 from dolfingrip.channels import CAVITY_VOLUME, PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.finger_experiment import FingerExperiment
-from dolfingrip.experiments.index import find as experiment_of
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.finger_rig import FingerRig
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, load
+from dolfingrip.jobs.job import JobFailure
 from dolfingrip.mechanics.model.model import Control, Prescribed
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
@@ -51,47 +51,11 @@ CLOSE = 1e-9
 """Error of a pressure that is searched for, as a part of the highest one."""
 
 
-class Ended(Exception):
-    """A path that did not reach a place.
+Values = Mapping[str, float]
+"""Readings at a place, by column."""
 
-    Attributes:
-        kind, sentence: class of the failure, and why.
-    """
-
-    def __init__(self, kind: str, sentence: str) -> None:
-        super().__init__(sentence)
-        self.kind, self.sentence = kind, sentence
-
-    @classmethod
-    def by(cls, failure: Failure) -> Ended:
-        """Of a load path's failure."""
-        return cls(str(failure.kind), failure.sentence())
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """A place on the path: a value of a reading, which may be the pressure.
-
-    Attributes:
-        column: of the reading.
-        value: in the column's unit.
-    """
-
-    column: str
-    value: float
-
-
-@dataclass(slots=True)
-class Answer:
-    """Readings at a place.
-
-    Attributes:
-        values: by column.
-        gradients: for each column derivatives by key of the parameter.
-    """
-
-    values: dict[str, float] = field(default_factory=dict)
-    gradients: dict[str, dict[str, float]] = field(default_factory=dict)
+Slopes = Mapping[str, Mapping[str, float]]
+"""For each column derivatives by key of the parameter."""
 
 
 class _PressureRaised:
@@ -116,21 +80,21 @@ class _PressureRaised:
 
 
 def answers(
-    experiment: str,
+    experiment: FingerExperiment,
     config: Config,
-    places: Sequence[Place],
+    places: Sequence[tuple[str, float]],
     columns: Sequence[str],
     keys: Sequence[str],
     comm: MPI.Comm,
     made_for: Geometry | None = None,
-) -> list[Answer]:
-    """Readings at places of a finger's path, and their derivatives.
+) -> tuple[dict[str, np.ndarray], dict[tuple[str, str], np.ndarray]]:
+    """Take readings at places of a finger's path, and their derivatives.
 
     Args:
-        experiment: ``bending``, ``blocked_force`` or ``push``.
-        config: configuration of the finger, under pressure control.
-        places: in any order; where a reading has a value, the pressure is searched for from 0 to
-            ``experiment.max_pressure_kPa``.
+        experiment: of one finger.
+        config: configuration of the finger, with the experiment's settings.
+        places: column and value of each, in any order; where a reading has a value, the pressure is
+            searched for from 0 to ``experiment.max_pressure_kPa``.
         columns: of the readings, also :data:`SIDE_STIFFNESS` and those of
             :mod:`~dolfingrip.mechanics.readings.peak_stretch` and ``work``.
         keys: parameters that they are derived by; none: no derivatives.
@@ -138,24 +102,33 @@ def answers(
         made_for: dimensions that the mesh is made for and moved from.
 
     Returns:
-        One for each place.
+        (places,) readings by column, and (places,) derivatives by column and parameter.
 
     Raises:
-        Ended: where the path does not reach a place.
+        JobFailure: where the path does not reach a place.
         HasHistory: where the state remembers earlier ones.
         ConfigError: where there is no such finger, reading or parameter.
     """
-    kind = type(experiment_of(experiment))
-    if not issubclass(kind, FingerExperiment) or config.experiment.control != "pressure":
+    if config.experiment.control != "pressure":
         raise ConfigError(
-            f'{experiment}, experiment.control = "{config.experiment.control}": allowed: bending, '
-            'blocked_force and push under "pressure"'
+            f'{experiment.name}, experiment.control = "{config.experiment.control}": allowed: '
+            '"pressure" where readings are taken at places'
         )
-    made = kind(made_for)
-    config = made.settings(config)
-    rig = made.prepare(config, comm, Profile())
+    rig = type(experiment)(made_for).prepare(config, comm, Profile())
     assert isinstance(rig, FingerRig)
-    return _Path(rig, config, columns, find(config, list(keys)) if keys else []).answers(places)
+    wanted = find(config, list(keys)) if keys else []
+    found = _Path(rig, config, columns, wanted).answers(places)
+    values = {name: np.array([here[name] for here, _ in found]) for name in columns}
+    slopes = {
+        (name, each.key): np.array([by.get(name, {}).get(each.key, np.nan) for _, by in found])
+        for name in columns
+        for each in wanted
+    }
+    return values, slopes
+
+
+def _ended(failure: Failure) -> JobFailure:
+    return JobFailure(str(failure.kind), failure.sentence())
 
 
 class _Path:
@@ -190,24 +163,24 @@ class _Path:
                 )
                 raise ConfigError(f"{column}: no such reading here; allowed: {known}")
 
-    def answers(self, places: Sequence[Place]) -> list[Answer]:
+    def answers(self, places: Sequence[tuple[str, float]]) -> list[tuple[Values, Slopes]]:
         failure = self._rig.start(self._path, Stop(0.0, 0.0, "loading"))
         if failure is not None:
-            raise Ended.by(failure)
+            raise _ended(failure)
         self._rig.read()  # which takes the zero
         for reading in self._readings.values():
             if isinstance(reading, FromRest) and reading.column == work.COLUMN:
                 reading.tare()
-        by_pressure = [i for i, each in enumerate(places) if each.column == PRESSURE.name]
-        by_pressure.sort(key=lambda i: places[i].value)
+        by_pressure = [i for i, (column, _) in enumerate(places) if column == PRESSURE.name]
+        by_pressure.sort(key=lambda i: places[i][1])
         others = [i for i in range(len(places)) if i not in by_pressure]
-        found: dict[int, Answer] = {}
+        found: dict[int, tuple[Values, Slopes]] = {}
         for i in by_pressure:
-            self._go(places[i].value)
+            self._go(places[i][1])
             found[i] = self._here(None)
         for i in others:
-            self._search(places[i])
-            found[i] = self._here(places[i].column)
+            self._search(*places[i])
+            found[i] = self._here(places[i][0])
         return [found[i] for i in range(len(places))]
 
     # -- along the path --------------------------------------------------------------------------
@@ -215,18 +188,18 @@ class _Path:
     def _go(self, pressure_kPa: float) -> None:
         arrival = self._path.advance({PRESSURE.name: pressure_kPa})
         if arrival.failure is not None:
-            raise Ended.by(arrival.failure)
+            raise _ended(arrival.failure)
 
-    def _search(self, place: Place) -> None:
-        """Go to where a reading has the place's value."""
-        reading = self._readings.get(place.column)
+    def _search(self, column: str, value: float) -> None:
+        """Go to where a reading has a value."""
+        reading = self._readings.get(column)
         if reading is None or not reading.differentiable:
-            raise ConfigError(f"{place.column}: no such reading here")
+            raise ConfigError(f"{column}: no such reading here")
         highest = self._config.experiment.max_pressure_kPa
 
         def off(pressure_kPa: float) -> float:
             self._go(pressure_kPa)
-            return reading.value() - place.value
+            return reading.value() - value
 
         low, before = 0.0, off(0.0)
         high = low
@@ -237,29 +210,30 @@ class _Path:
                 brentq(off, low, high, xtol=CLOSE * highest)
                 return
             low, before = high, after
-        raise Ended(
+        raise JobFailure(
             "not reached",
-            f"{place.column} = {place.value:g} is not reached up to {highest:g} kPa; "
-            f"it is {after + place.value:.4g} there",
+            f"{column} = {value:g} is not reached up to {highest:g} kPa; "
+            f"it is {after + value:.4g} there",
         )
 
     # -- at a place ------------------------------------------------------------------------------
 
-    def _here(self, where: str | None) -> Answer:
+    def _here(self, where: str | None) -> tuple[Values, Slopes]:
         """Readings and derivatives at the present state, at a fixed pressure or reading."""
         peak = self._readings.get(peak_stretch.COLUMN)
         if isinstance(peak, PeakStretch):
             peak.fit()
         plain = [name for name in self._columns if name != SIDE_STIFFNESS]
-        found = Answer({name: self._readings[name].value() for name in plain})
+        values = {name: self._readings[name].value() for name in plain}
+        slopes: dict[str, Mapping[str, float]] = {}
         if self._parameters and plain:
-            found.gradients = self._derived(plain, where)
+            slopes.update(self._derived(plain, where))
         if SIDE_STIFFNESS in self._columns:
-            self._add_stiffness(found)
-        return found
+            values[SIDE_STIFFNESS], slopes[SIDE_STIFFNESS] = self._stiffness()
+        return values, slopes
 
-    def _add_stiffness(self, found: Answer) -> None:
-        """Add P/(u₁ − u₀), with the tip's displacements u with and without a load P across.
+    def _stiffness(self) -> tuple[float, Mapping[str, float]]:
+        """Return P/(u₁ − u₀), with the tip's displacements u with and without a load P across.
 
         The load is spread over the tip face as it was built, so it grows with the face's area A in
         derivatives: dk = k (dA/A − (du₁ − du₀)/(u₁ − u₀)).
@@ -281,20 +255,20 @@ class _Path:
         force.value = PROBE_N
         try:
             if not Newton(model, self._config.solver).solve().converged:
-                raise Ended("iteration limit", "the tip's stiffness: no equilibrium with the load")
+                said = "the tip's stiffness: no equilibrium with the load"
+                raise JobFailure("iteration limit", said)
             after, pushed = at(moved)
         finally:
             force.value = 0.0
             model.restore(state)
         stiffness = PROBE_N / (after - before)
-        found.values[SIDE_STIFFNESS] = stiffness
-        if self._parameters:
-            size = area.value()
-            found.gradients[SIDE_STIFFNESS] = {
-                key: stiffness
-                * (without[1][key] / size - (slope - without[0][key]) / (after - before))
-                for key, slope in pushed[0].items()
-            }
+        if not self._parameters:
+            return stiffness, {}
+        size = area.value()
+        return stiffness, {
+            key: stiffness * (without[1][key] / size - (slope - without[0][key]) / (after - before))
+            for key, slope in pushed[0].items()
+        }
 
     def _derived(self, columns: list[str], where: str | None) -> dict[str, dict[str, float]]:
         names = [name for name in columns if name != PRESSURE.name]

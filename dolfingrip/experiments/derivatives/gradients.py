@@ -1,20 +1,18 @@
-"""Derivatives of a finger's readings by its morph's parameters ξ1 and ξ2."""
+"""Derivatives by the parameters of a finger's shape: of its centre of gravity, and of readings."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities, chosen
+from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.perturbation import velocities
+from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.undeformed import solid, unplaced
 from dolfingrip.extensions.effect import Displaying
-from dolfingrip.mechanics.readings.from_rest import FromRest
-from dolfingrip.mechanics.readings.plate import PlateForce
-from dolfingrip.mechanics.readings.tip import FaceAngle
 from dolfingrip.meshes.measures import centroid, centroid_rate
 from dolfingrip.parameter import Entry, Parameter, find
 
@@ -48,36 +46,88 @@ def cog_offset_mm(
 
 
 def by_adjoint(config: Config) -> bool:
-    """Whether :func:`at_highest` finds anything.
+    """Tell whether adjoints give derivatives by ξ1 and ξ2 at the highest pressure.
 
-    It finds nothing where the volume is prescribed, as the highest pressure is then known at the
-    end only, and nothing with effects that remember earlier states or distort readings.
+    They do not where the volume is prescribed, as the highest pressure is then known at the end
+    only, nor with effects that remember earlier states or distort readings.
+
+    Args:
+        config: of the simulation.
+
+    Returns:
+        Whether they do.
     """
-    forgets = not any(effect.remembers() for effect in config.extensions.active())
-    distorted = config.extensions.active(Displaying)
-    return config.experiment.control == "pressure" and forgets and not distorted
+    adapted = config.adapted()
+    forgets = not any(effect.remembers() for effect in adapted.extensions.active())
+    distorted = adapted.extensions.active(Displaying)
+    return adapted.experiment.control == "pressure" and forgets and not distorted
 
 
-def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
-    """A visitor of an experiment that fills ``found`` at the highest pressure.
+class AtHighest:
+    """Collects derivatives at the stop of highest pressure, by adjoints.
 
-    ``found`` has for each ξ the derivative of the blocked force (N) if there is a plate, else the
-    derivative of the tip's angle (deg). It stays empty where :func:`by_adjoint` is false.
+    Args:
+        rig: of a finger.
+        row: of that stop in the result, from 0 on.
+        parameters: that readings are derived by.
+        columns: readings that are derived, where they can be.
+
+    Attributes:
+        rows: one row for each column and parameter, by
+            :data:`~dolfingrip.experiments.derivatives.sensitivities.COLUMNS`.
     """
 
-    def visit(finger: FingerModel, row: Row) -> None:
-        experiment = finger.config.experiment
-        highest = math.isclose(row["pressure_kPa"], experiment.max_pressure_kPa)
-        if highest and by_adjoint(finger.config):
-            found.update(to_morph(finger))
+    def __init__(
+        self, rig: Rig, row: int, parameters: Sequence[Parameter], columns: Sequence[str]
+    ) -> None:
+        self._rig, self._row = rig, row
+        self._parameters, self._columns = parameters, columns
+        self.rows: list[dict[str, int | float | str]] = []
 
-    return visit
+    def record(self, row: int) -> None:
+        """Derive the readings of the present stop if it is that of highest pressure."""
+        if row != self._row:
+            return
+        finger: FingerModel = self._rig.specimen
+        known = self._rig.readings.items()
+        wanted = [one for name, one in known if name in self._columns and one.differentiable]
+        slopes = FingerAdjoints(finger, wanted).by_parameters(finger.config, self._parameters)
+        for column, by_key in slopes.items():
+            for key, slope in by_key.items():
+                self.rows.append(dict(zip(COLUMNS, (row, column, key, slope), strict=True)))
 
 
-def to_morph(finger: FingerModel) -> dict[str, float]:
-    """Derivative of force (N) or angle (deg) by each ξ at the finger's present solution."""
-    model, plate = finger.model, finger.plate
-    reading = FromRest(FaceAngle(model)) if plate is None else PlateForce(model, plate)
-    config = finger.config
-    found = FingerAdjoints(finger, [reading]).by_parameters(config, find(config, XI))
-    return found[reading.column]
+def collectors(
+    rig: Rig,
+    config: Config,
+    keys: Sequence[str],
+    stops: Sequence[Stop] | None,
+    columns: Sequence[str],
+) -> list[Sensitivities | AtHighest]:
+    """Return what collects the derivatives of a rig's readings as its path goes on.
+
+    Args:
+        rig: at its start.
+        config: that the rig was prepared from.
+        keys: of parameters, and of choices of the model, which are left out; (): all parameters.
+        stops: of the path, where derivatives are wanted at the highest pressure alone; None: at
+            every stop.
+        columns: readings that are derived at the highest pressure.
+
+    Returns:
+        Adjoints for what they give, and derivatives along the path for the rest.
+
+    Raises:
+        ConfigError: one line about a key.
+    """
+    parameters = chosen(config, keys)
+    found: list[Sensitivities | AtHighest] = []
+    if stops is not None and by_adjoint(config):
+        adjoint = [each for each in parameters if each.key in XI]
+        parameters = [each for each in parameters if each.key not in XI]
+        highest = max(range(len(stops)), key=lambda i: stops[i].value)
+        if adjoint:
+            found.append(AtHighest(rig, highest, adjoint, columns))
+    if parameters:
+        found.append(Sensitivities(rig, config, parameters))
+    return found

@@ -14,9 +14,9 @@ from support.measured_files import written
 from dolfingrip.config import Change, Config, changed, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.experiments import run, synthetic
+from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.sections.tables import assignments
 
 TOLD = "gauge_length_mm = 33.0\narea_mm2 = 9.0\n[nuisance]\ncoupon_area = 0.18\n"
@@ -152,7 +152,7 @@ def test_derivatives_through_memory(measurement: Measurement, store: Path) -> No
 class Failing(Here):
     """Its simulations end at the tenth stop."""
 
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
+    def results(self, requests: Sequence[Request]) -> list[Answer]:
         return [
             replace(
                 whole,
@@ -160,7 +160,7 @@ class Failing(Here):
                 failure_class="limit point",
                 failure="stopped at 6 mm (limit point)",
             )
-            for whole in Here.results(self, jobs)
+            for whole in Here.results(self, requests)
         ]
 
 

@@ -15,22 +15,23 @@ from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.groups import groups
-from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
 from dolfingrip.diagnosis.simulation.meshes import coarser
-from dolfingrip.diagnosis.simulation.runner import Workers, staying
+from dolfingrip.diagnosis.simulation.runner import Workers, request, staying
 from dolfingrip.diagnosis.simulation.shipped import Shipped
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.simulate import compute
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.sections.tables import assignments
 
 UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
 
 
-def coupon(count: int, *overrides: str, gradients: tuple[str, ...] = ()) -> Job:
+def coupon(count: int, *overrides: str, gradients: tuple[str, ...] = ()) -> Request:
     protocol = {
         "time_s": [float(i) for i in range(count)], "displacement_mm": UP_DOWN_mm[:count],
         "cycle": [1] * count, "branch": ["loading"] * min(count, 3) + ["unloading"] * (count - 3),
     }  # fmt: skip
-    return Job(
+    return request(
         "coupon", changed(Config(), assignments(overrides)).changed(protocol=protocol), gradients
     )
 
@@ -42,8 +43,8 @@ PRONY = ("extensions.prony.g=[0.2]",)
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("shipped")
     jobs = [coupon(5, gradients=("material.mu_MPa",)), coupon(5, *PRONY)]
-    shipped.write(folder / "results.npz", jobs, Here(folder / "store").results(jobs))
-    return folder / "results.npz"
+    shipped.write(folder / "results.json.gz", jobs, Here(folder / "store").results(jobs))
+    return folder / "results.json.gz"
 
 
 def opened(file: Path) -> Shipped:
@@ -53,23 +54,22 @@ def opened(file: Path) -> Shipped:
     return found
 
 
-def never(job: Job) -> JobResult:
+def never(asked: Request) -> Answer:
     raise AssertionError("nothing is to be computed")
 
 
 def test_a_beginning_is_served(file: Path) -> None:
     asked = [coupon(3), coupon(4, *PRONY), coupon(3, gradients=("material.mu_MPa",))]
     found = opened(file).answers(asked, never)
-    assert [job for job, _ in found] == asked
-    for job, answer in found:
-        assert answer.key == job.key
-        assert answer.status == "done"
-        own = simulate(**job.call().arguments)["curve"]
-        assert answer.result is not None
-        curve = answer.result["curve"]
-        assert curve.keys() == own.keys()
-        for name, values in own.items():
-            np.testing.assert_allclose(curve[name], values, rtol=1e-5, atol=1e-5)
+    assert [each for each, _ in found] == asked
+    for each, answer in found:
+        assert answer.failure_class is None
+        own = compute(each)
+        assert answer.columns.keys() == own.columns.keys()
+        assert answer.slopes.keys() == own.slopes.keys()
+        for before, now in ((answer.columns, own.columns), (answer.slopes, own.slopes)):
+            for name, values in now.items():
+                np.testing.assert_allclose(before[name], values, rtol=1e-5, atol=1e-5)
 
 
 def test_other_configurations_protocols_and_derivatives_are_not(file: Path) -> None:
@@ -90,14 +90,14 @@ def test_stale_results_are_not_used(file: Path, monkeypatch: pytest.MonkeyPatch)
     asked = [coupon(3), coupon(3, *PRONY)]
     again: list[str] = []
 
-    def as_before(job: Job, factor: float = 1.0) -> JobResult:
-        again.append(job.key)
-        curve = simulate(**job.call().arguments)["curve"]
-        return JobResult({name: factor * np.array(values) for name, values in curve.items()})
+    def as_before(asked: Request, factor: float = 1.0) -> Answer:
+        again.append(asked.key)
+        columns = compute(asked).columns
+        return Answer({name: factor * values for name, values in columns.items()})
 
     assert len(opened(file).answers(asked, as_before)) == 2
     assert again == [coupon(3).key]
-    assert opened(file).answers(asked, lambda job: as_before(job, 1.1)) == []
+    assert opened(file).answers(asked, lambda each: as_before(each, 1.1)) == []
     # without a simulation to compare with nothing is believed
     assert opened(file).answers([coupon(3, *PRONY)], never) == []
 
@@ -107,7 +107,7 @@ def test_an_effect_whose_code_has_changed_is_left_out(
 ) -> None:
     monkeypatch.setattr(sources, "effect_digest", lambda name: "changed")
     found = opened(file).answers([coupon(3), coupon(3, *PRONY)], never)
-    assert [job for job, _ in found] == [coupon(3)]
+    assert [each for each, _ in found] == [coupon(3)]
 
 
 def test_an_effects_digest_follows_its_energy() -> None:
@@ -125,16 +125,15 @@ def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None
     measurement = reference_measurement(1, unload=False, experiments=["bending"])
     (group,) = groups(measurement, Config())
     config = changed(group.config, coarser(Config())[0])
-    job = Job("bending", config.changed(protocol=group.curve.protocol()))
+    wanted = request("bending", config.changed(protocol=group.curve.protocol()))
     again: list[str] = []
 
-    def computed(asked: Job) -> JobResult:
+    def computed(asked: Request) -> Answer:
         again.append(asked.key)
-        curve = simulate(**asked.call().arguments)["curve"]
-        return JobResult({name: np.array(values) for name, values in curve.items()})
+        return compute(asked)
 
-    assert len(opened(shipped.FILE).answers([job], computed)) == 1
-    assert again == [job.key]
+    assert len(opened(shipped.FILE).answers([wanted], computed)) == 1
+    assert again == [wanted.key]
     assert shipped.FILE.stat().st_size < 1e6
 
 

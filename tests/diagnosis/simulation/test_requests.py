@@ -1,4 +1,4 @@
-"""Jobs, their keys and their store."""
+"""Requests of a diagnosis, their keys and their store."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 from support.here import Here
 
 from dolfingrip.config import load
-from dolfingrip.diagnosis.simulation.job import Job, result_of
-from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.runner import Workers, request
+from dolfingrip.experiments.request import Request
+from dolfingrip.experiments.simulate import of_row
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.store import Store
 from dolfingrip.sections.tables import assignments
@@ -17,8 +18,8 @@ from dolfingrip.sections.tables import assignments
 PULL = {"time_s": [0.0, 1.0, 2.0], "displacement_mm": [0.0, 1.0, 2.0]}
 
 
-def coupon(*overrides: str, gradients: tuple[str, ...] = ()) -> Job:
-    return Job("coupon", load(None, assignments(overrides)).changed(protocol=PULL), gradients)
+def coupon(*overrides: str, gradients: tuple[str, ...] = ()) -> Request:
+    return request("coupon", load(None, assignments(overrides)).changed(protocol=PULL), gradients)
 
 
 def test_a_key_is_of_what_the_result_depends_on() -> None:
@@ -33,10 +34,10 @@ def test_a_key_is_of_what_the_result_depends_on() -> None:
         coupon("extensions.prony.tau_s=[1.0]"),
         coupon("coupon.width_mm=2.0"),
         coupon(gradients=("material.mu_MPa",)),
-        Job("bending", base.config),
-        Job("coupon", base.config.changed(protocol={"time_s": [0.0, 1.0, 2.1]})),
+        request("bending", base.config),
+        request("coupon", base.config.changed(protocol={"time_s": [0.0, 1.0, 2.1]})),
     ]
-    assert len({job.key for job in [base, *other]}) == 7
+    assert len({each.key for each in [base, *other]}) == 7
 
 
 def test_a_fingers_key_is_of_its_geometry_films_and_camera() -> None:
@@ -44,7 +45,7 @@ def test_a_fingers_key_is_of_its_geometry_films_and_camera() -> None:
     other = ("pneunet.wall_mm=1.7", "film.sheet.Et_N_per_mm=2", "material.base.mu_MPa=2",
              "camera.chord=back edges")  # fmt: skip
     made = [
-        Job("bending", load(None, assignments([*base, *more]))).key
+        request("bending", load(None, assignments([*base, *more]))).key
         for more in ((), *((each,) for each in other))
     ]
     assert len(set(made)) == 1 + len(other)
@@ -83,11 +84,13 @@ def test_a_failed_simulation_is_classified_and_keeps_what_it_read(tmp_path: Path
 
 def test_what_a_failed_simulation_read_is_kept() -> None:
     """As the store has it: NaN is null there, and a derivative has column and parameter."""
-    curve = {"force_N": [0.0, None], '["force_N", "material.mu_MPa"]': [1.0, 2.0]}
-    found = result_of(
+    read = {
+        "columns": {"force_N": [0.0, None]}, "slopes": [["force_N", "material.mu_MPa", [1.0, 2.0]]],
+    }  # fmt: skip
+    found = of_row(
         {
             "result": None,
-            "partial": {"curve": curve},
+            "partial": read,
             "failure_class": "contact",
             "failure": "stopped",
             "wall_s": 1.0,

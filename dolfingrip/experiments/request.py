@@ -1,0 +1,207 @@
+"""One simulation that is asked for, and what it answered.
+
+Who wants numbers of an experiment makes a :class:`Request`; :mod:`dolfingrip.experiments.simulate`
+computes many of them and keeps their answers. It imports no solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Final, NamedTuple, Self
+
+import numpy as np
+from pydantic import PlainSerializer, PlainValidator, TypeAdapter
+
+from dolfingrip.config import Config, felt
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.index import find
+from dolfingrip.jobs.job import Data, content_key
+
+FORMAT: Final = 2
+"""Version of what an answer holds and a key means; to be raised where a request gives another
+answer than before."""
+
+
+Indexed = Annotated[Experiment, PlainValidator(find), PlainSerializer(lambda each: each.command)]
+"""An experiment, which is its command's name in plain data."""
+
+
+def _numbers(values: Sequence[float | None]) -> np.ndarray:
+    return np.array(values, dtype=float)  # None, as of JSON, is NaN
+
+
+Numbers = Annotated[
+    np.ndarray, PlainValidator(_numbers), PlainSerializer(lambda values: values.tolist())
+]
+"""An array of numbers, which is a list in plain data."""
+
+Slopes = Annotated[
+    Mapping[tuple[str, str], np.ndarray],
+    PlainValidator(lambda rows: {(column, key): _numbers(each) for column, key, each in rows}),
+    PlainSerializer(lambda slopes: [[*names, each.tolist()] for names, each in slopes.items()]),
+]
+"""Arrays by column and parameter, which are a list of rows in plain data."""
+
+
+class Place(NamedTuple):
+    """A place on a load path: a value of a reading, which may be the pressure.
+
+    Attributes:
+        column: of the reading.
+        value: in the column's unit.
+    """
+
+    column: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """An experiment on a configuration, and what is wanted of it. :meth:`of` makes one.
+
+    Attributes:
+        experiment: that is run.
+        config: all that the simulation depends on, with the settings that the experiment requires.
+        gradients: keys of parameters that readings are derived by; (): all; None: no derivatives.
+        at_highest: derivatives are wanted at the highest pressure alone, where adjoints give those
+            by ξ1 and ξ2 at less cost.
+        columns: readings that are wanted, where the experiment has them; (): all.
+        places: of the load path, at which readings and derivatives are taken; (): the stops of the
+            experiment.
+        made_for: configuration with the dimensions that the mesh is made for and moved from; None:
+            ``config``.
+        fields: folder for the result with its fields; None: none is written. It is no part of the
+            key.
+        ranks: MPI processes. They are no part of the key.
+    """
+
+    experiment: Indexed
+    config: Config
+    gradients: tuple[str, ...] | None = None
+    at_highest: bool = False
+    columns: tuple[str, ...] = ()
+    places: tuple[Place, ...] = ()
+    made_for: Config | None = None
+    fields: Path | None = None
+    ranks: int = 1
+
+    @classmethod
+    def of(
+        cls,
+        experiment: Experiment | str,
+        config: Config,
+        gradients: Sequence[str] | None = None,
+        **wanted: Any,
+    ) -> Self:
+        """Ask for an experiment with the settings that it requires.
+
+        Args:
+            experiment: an experiment, or its name in :mod:`dolfingrip.experiments.index`.
+            config: of the simulation.
+            gradients: keys of parameters that readings are derived by; (): all; None: none.
+            wanted: further attributes.
+
+        Returns:
+            The request.
+
+        Raises:
+            ConfigError: one line, where there is no such experiment, or the configuration cannot
+                have its settings.
+        """
+        found = find(experiment) if isinstance(experiment, str) else experiment
+        keys = None if gradients is None else tuple(gradients)
+        return cls(found, found.settings(config), keys, **wanted)
+
+    @property
+    def key(self) -> str:
+        """Hash of all that the answer depends on."""
+        return content_key(self.content())
+
+    def content(self) -> Data:
+        """Return all that the answer depends on, as plain data.
+
+        Returns:
+            Format, experiment, what is wanted of it, and the felt part of the configuration.
+
+        Raises:
+            ConfigError: one line, where the mesh file cannot be read.
+        """
+        parts, made_for = self.experiment.parts, self.made_for
+        return {
+            "format": FORMAT,
+            "experiment": self.experiment.name,
+            "gradients": None if self.gradients is None else sorted(self.gradients),
+            "at_highest": self.at_highest,
+            "columns": self.columns,
+            "places": self.places,
+            "config": felt(self.config, parts),
+            "made_for": None if made_for is None else felt(made_for, parts),
+        }
+
+    def plain(self) -> Data:
+        """Return the request as plain data, to be sent; the experiment is one of the index."""
+        found: Data = _REQUEST.dump_python(self, mode="json")
+        return found
+
+    @staticmethod
+    def from_plain(data: Data) -> Request:
+        """Read what :meth:`plain` wrote.
+
+        Args:
+            data: plain data.
+
+        Returns:
+            The request; its settings are not applied again.
+
+        Raises:
+            ValidationError: where the configuration is not allowed.
+        """
+        return _REQUEST.validate_python(data)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a request gave.
+
+    Attributes:
+        columns: (reached,) readings by column, at the stops or places that were reached.
+        slopes: (reached,) derivatives by column and parameter, for each unit of the parameter; NaN
+            where none was taken.
+        failure_class, failure: why the model did not come to the end, as class and sentence; None
+            where it did.
+        outcome: class, sentence and time (s) of a grasp's outcome.
+        iterations: of Newton's method.
+        versions: of the software that computed it, by package.
+        wall_s: time that it took.
+    """
+
+    columns: Mapping[str, Numbers] = field(default_factory=dict)
+    slopes: Slopes = field(default_factory=dict)
+    failure_class: str | None = None
+    failure: str | None = None
+    outcome: Mapping[str, Any] | None = None
+    iterations: int = 0
+    versions: Mapping[str, str] = field(default_factory=dict)
+    wall_s: float | None = None
+
+    def plain(self) -> Data:
+        """Return the answer as plain data, to be sent and stored."""
+        found: Data = _ANSWER.dump_python(self, mode="json")
+        return found
+
+    @staticmethod
+    def from_plain(data: Data) -> Answer:
+        """Read what :meth:`plain` wrote.
+
+        Args:
+            data: plain data.
+
+        Returns:
+            The answer; numbers that JSON does not have are NaN.
+        """
+        return _ANSWER.validate_python(data)
+
+
+_REQUEST, _ANSWER = TypeAdapter(Request), TypeAdapter(Answer)

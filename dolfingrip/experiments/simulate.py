@@ -1,0 +1,311 @@
+"""Compute requests: one of them here or on MPI ranks, many of them on workers with a store.
+
+As a program, ``python -m dolfingrip.experiments.simulate request.json answer.json`` computes a
+request on all ranks of an mpirun.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments.finger_experiment import FingerExperiment
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.files import whole
+from dolfingrip.jobs import work
+from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Data, Job, JobFailure
+from dolfingrip.jobs.job import Answer as Finished
+from dolfingrip.jobs.run import Progress, run, silent
+from dolfingrip.jobs.single import tell
+from dolfingrip.jobs.store import Shared, Store, same
+from dolfingrip.sections.errors import MachineError
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.jobs.pool import Pool
+
+MODULE: Final = "dolfingrip.experiments.simulate"
+"""This file, as a program."""
+
+FUNCTION: Final = f"{MODULE}:perform"
+"""Import path of :func:`perform`."""
+
+SHARED: Final[Shared] = same(function=FUNCTION)
+"""What the requests of a store have in common."""
+
+_OF_MPI: Final = ("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_", "PMI_")
+
+
+def simulate(
+    requests: Sequence[Request], folder: Path, pool: Pool, progress: Progress = silent
+) -> list[Answer]:
+    """Compute requests on workers, unless their answers are in the folder's store.
+
+    Args:
+        requests: what is wanted; those of one key are computed once.
+        folder: of the store, made where there is none.
+        pool: workers.
+        progress: called at the start and with each answer stored.
+
+    Returns:
+        Answers in the order of the requests. That of a simulation that failed has its class, a
+        sentence, and what was read before.
+
+    Raises:
+        ConfigError: one line, where the folder holds something else or there are no workers.
+        Unfinished: the workers are gone, or the machine did not let some requests come to an end;
+            what was computed is kept.
+    """
+    if not requests:
+        return []
+    keys = [request.key for request in requests]
+    jobs = {key: job(request, key) for key, request in zip(keys, requests, strict=True)}
+    run(list(jobs.values()), folder, pool, SHARED, progress=progress)
+    with Store(folder) as store:
+        rows = {row["key"]: row for row in store.rows()}
+    return [of_row(rows[key]) for key in keys]
+
+
+def job(request: Request, key: str | None = None) -> Job:
+    """Return the job that computes a request on a worker.
+
+    Args:
+        request: of an experiment of the index.
+        key: that of the request, where it is known.
+
+    Returns:
+        A call of :func:`perform`.
+    """
+    named = {"experiment": request.experiment.name}
+    return Job(key or request.key, FUNCTION, {"request": request.plain()}, named)
+
+
+def enter(answers: Sequence[tuple[Request, Answer]], folder: Path, worker: str) -> None:
+    """Enter answers that were not computed here into a store.
+
+    Args:
+        answers: requests with what they gave.
+        folder: of the store, made where there is none.
+        worker: who computed them, in a word.
+
+    Raises:
+        ConfigError: one line, where the folder holds something else or another process writes it.
+    """
+    with Store(folder, write=True) as store:
+        store.add([job(request) for request, _ in answers], SHARED)
+        for request, answer in answers:
+            plain, failed = answer.plain(), answer.failure_class is not None
+            store.record(
+                Finished(
+                    request.key, "failed" if failed else "done",
+                    None if failed else plain, plain if failed else None,
+                    answer.failure_class, answer.failure, wall_s=answer.wall_s, worker=worker,
+                )
+            )  # fmt: skip
+
+
+def of_row(row: Data) -> Answer:
+    """Return the answer in a row of a store.
+
+    Args:
+        row: of a request that has ended.
+
+    Returns:
+        The answer.
+    """
+    found = row["result"] or row["partial"]
+    answer = Answer.from_plain(found) if found else Answer()
+    return replace(
+        answer,
+        failure_class=row["failure_class"],
+        failure=row["failure"],
+        wall_s=row["wall_s"],
+    )
+
+
+def perform(request: Data, *, on_all_ranks: bool = False) -> Data:
+    """Compute a request on a worker.
+
+    Args:
+        request: plain data of a :class:`Request`.
+        on_all_ranks: this process is one of those that ``mpirun`` started for it.
+
+    Returns:
+        Plain data of its :class:`Answer`.
+
+    Raises:
+        JobFailure: where the model did not come to the end; with what was read before.
+        ConfigError: where there is no such specimen or parameter.
+        MachineError: where a rank died.
+    """
+    comm = None
+    if on_all_ranks:
+        from mpi4py import MPI
+
+        comm = MPI.COMM_WORLD
+    answer = compute(Request.from_plain(request), comm)
+    if answer.failure_class is not None:
+        raise JobFailure(answer.failure_class, answer.failure or "", answer.plain())
+    return answer.plain()
+
+
+def compute(request: Request, comm: MPI.Comm | None = None) -> Answer:
+    """Compute a request.
+
+    Args:
+        request: what is wanted.
+        comm: ranks to run on; None: this process, or under ``mpirun`` the ranks of the request.
+
+    Returns:
+        Readings, derivatives, and the model's failure if there was one.
+
+    Raises:
+        ConfigError: where there is no such specimen or parameter.
+        MachineError: where a rank died.
+    """
+    if comm is None:
+        if request.ranks > 1:
+            return _on_ranks(request)
+        from mpi4py import MPI
+
+        comm = MPI.COMM_SELF
+    if request.places:
+        return _at_places(request, comm)
+    from dolfingrip.experiments.loop import follow
+
+    total, over = len(request.experiment.schedule(request.config)), request.experiment.plot.over
+    done, reached = 0, "mesh and forms"
+    tell(done, total, reached)
+
+    def advance(row: dict[str, Any]) -> None:
+        nonlocal done, reached
+        done += 1
+        reached = f"{row[over.name]:zg} {over.symbol}"
+        tell(done, total, reached)
+
+    result = follow(request, comm, advance, lambda line: tell(done, total, line or reached))
+    return answer_of(request, result)
+
+
+def answer_of(request: Request, result: Result) -> Answer:
+    """Return what a request wants of a result.
+
+    Args:
+        request: what is wanted.
+        result: of its experiment.
+
+    Returns:
+        The answer; a failure of a second run is not one of it.
+    """
+    from dolfingrip.experiments.results import record
+
+    wanted, rows = set(request.columns), result.rows
+    columns: dict[str, np.ndarray] = {}
+    for name, values in result.columns().items():
+        if (not wanted or name in wanted) and not isinstance(values[0], str):
+            columns[name] = result.column(name)
+    slopes: dict[tuple[str, str], np.ndarray] = {}
+    for each in result.sensitivities:
+        if not wanted or each["column"] in wanted:
+            names = each["column"], each["parameter"]
+            slopes.setdefault(names, np.full(len(rows), np.nan))[each["row"]] = each["derivative"]
+    failure = result.failure
+    return Answer(
+        columns,
+        slopes,
+        None if failure is None else str(failure.kind),
+        None if failure is None else failure.sentence(),
+        None if result.outcome is None else asdict(result.outcome),
+        result.facts["newton"]["iterations"],
+        record.versions(),
+    )
+
+
+def _at_places(request: Request, comm: MPI.Comm) -> Answer:
+    from dolfingrip.experiments.derivatives.answers import answers
+
+    if not isinstance(request.experiment, FingerExperiment):
+        raise ConfigError(f"{request.experiment.name}: has no places; allowed: one of a finger")
+    try:
+        columns, slopes = answers(
+            request.experiment, request.config, request.places, request.columns,
+            request.gradients or (), comm,
+            None if request.made_for is None else request.made_for.adapted().geometry,
+        )  # fmt: skip
+    except JobFailure as ending:
+        return Answer(failure_class=ending.kind, failure=ending.sentence)
+    return Answer(columns, slopes)
+
+
+# -- on ranks ------------------------------------------------------------------------------------
+
+
+def _on_ranks(request: Request) -> Answer:
+    # the kernel ends mpirun with the worker, however that ends
+    guard = ["setpriv", "--pdeathsig", "TERM"] if shutil.which("setpriv") else []
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(_OF_MPI)}
+    kept = {k: v for k, v in os.environ.items() if "_MCA_" in k}
+    with tempfile.TemporaryDirectory(prefix="dolfingrip-") as folder:
+        asked, answer = Path(folder) / "request.json", Path(folder) / "answer.json"
+        whole.write(asked, json.dumps(request.plain()))
+        program = [sys.executable, "-P", "-m", MODULE, asked, answer]
+        ended = subprocess.run(
+            [*guard, "mpirun", "--oversubscribe", "-n", str(request.ranks), *map(str, program)],
+            env={**environment, **kept, "OMP_NUM_THREADS": "1"},
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            check=False,
+        )  # fmt: skip
+        if not answer.exists():
+            said = [line for line in ended.stderr.splitlines() if line.strip()]
+            last = said[-1] if said else "nothing said"
+            raise MachineError(f"mpirun ended with {ended.returncode}: {last}")
+        found = Finished.loads(answer.read_text(encoding="utf-8"))
+    if found.status == "broken":
+        raise MachineError(found.failure)
+    if found.failure_class == REFUSED:
+        raise ConfigError(found.failure)
+    return of_row(asdict(found))
+
+
+def main(request: Path, answer: Path) -> None:
+    """Compute a request on all ranks; rank 0 writes what came out."""
+    _end_with_parent()
+    from mpi4py import MPI
+
+    asked = json.loads(request.read_text(encoding="utf-8"))
+    try:
+        found = work.compute(Job("", FUNCTION, {"request": asked, "on_all_ranks": True}))
+    except whole.WriteError as error:  # on all ranks
+        found = Finished("", "broken", failure_class=MACHINE, failure=str(error))
+    else:
+        if found.status == "broken" or found.failure_class == ERROR:  # perhaps on this rank alone
+            sys.stderr.write(f"{found.failure}\n")
+            MPI.COMM_WORLD.Abort(70)  # the other ranks would wait for this one for ever
+    if MPI.COMM_WORLD.rank == 0:
+        whole.write(answer, found.dumps())
+
+
+def _end_with_parent() -> None:
+    """Have Linux kill this rank once mpirun is gone, which a killed mpirun itself cannot."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(1, int(signal.SIGKILL), 0, 0, 0)  # PR_SET_PDEATHSIG
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))
