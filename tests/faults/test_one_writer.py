@@ -37,7 +37,6 @@ ALLOWED = {
     ("dolfingrip/report/gripper.py", "open"): "into a stream",
     ("dolfingrip/report/page/build.py", "save"): "into a stream",
     ("dolfingrip/design/surrogate/surrogate.py", "save"): "into a stream",
-    ("dolfingrip/diagnosis/simulation/shipped.py", "savez_compressed"): "into a stream",
     ("dolfingrip/diagnosis/results.py", "to_csv"): "a text",
     ("meshes/files.py", "write"): "a library's file, which is read back",
     ("dolfingrip/report/printable.py", "write"): "a library's file, whose end is checked",
