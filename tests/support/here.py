@@ -1,10 +1,18 @@
-"""Workers that compute in this process: the same store, and no time to start others."""
+"""Simulations of a diagnosis in this process: nothing starts other processes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.finger.simulation import (
+    FingerSimulation,
+    finger_simulation,
+    rough_simulation,
+)
+from dolfingrip.diagnosis.simulation.meshes import coarser
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import SHARED, job
@@ -14,7 +22,10 @@ from dolfingrip.jobs.work import compute
 
 @dataclass(frozen=True, slots=True)
 class Here(Workers):
-    """Fills the store before the workers are asked, who then have nothing to compute."""
+    """Workers that compute in this process.
+
+    They fill the store before the others are asked, who then have nothing to compute.
+    """
 
     def results(self, requests: Sequence[Request]) -> list[Answer]:
         jobs = list({each.key: job(each) for each in requests}.values())
@@ -24,3 +35,9 @@ class Here(Workers):
                 if store.status(each.key) == "pending":
                     store.record(compute(each))
         return Workers.results(self, requests)
+
+
+def simulated(measurement: Measurement, config: Config, workers: Workers) -> FingerSimulation:
+    """On the graded mesh and on that of the causes."""
+    rough = rough_simulation(measurement, config, workers, coarser(config)[0], 1.0)
+    return finger_simulation(rough, rough)
