@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.data.files import written
+from support.measured_files import written
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
