@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Final
-
-from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.words import chance, section, table
-
-HEADINGS: Final = {
-    "result": "RESULT",
-    "size": "SIZE",
-    "fit": "FIT",
-    "check": "CHECK",
-    "not_explained": "NOT EXPLAINED",
-    "also_possible": "ALSO POSSIBLE",
-    "cannot_be_seen": "CANNOT BE SEEN HERE",
-    "assumed": "ASSUMED",
-    "do_next": "DO NEXT",
-    "use_it": "USE IT",
-}
-"""Headings of the lines, in their order."""
+from dolfingrip.files import diagnosis as outcome
 
 
 def text(result: outcome.DiagnosisFile) -> str:
-    """One page; its first ten lines are the verdict."""
+    """Write a diagnosis as one page; its first ten lines are the verdict.
+
+    Args:
+        result: the diagnosis.
+
+    Returns:
+        Markdown.
+    """
     lines = _brief(result.brief) if result.brief else [result.verdict.sentence]
     off = [f"- {each}" for each in result.sentences] or ["- nowhere"]
     lines += section("Where the simulation is off (nuisances fitted)", off)
@@ -46,8 +37,10 @@ def text(result: outcome.DiagnosisFile) -> str:
 
 def _brief(brief: outcome.Brief) -> list[str]:
     """The ten lines, for a reader who knows none of the methods."""
-    width = max(map(len, HEADINGS.values()))
-    return [f"{heading:<{width}}  {getattr(brief, key)}" for key, heading in HEADINGS.items()]
+    width = max(map(len, outcome.HEADINGS.values()))
+    return [
+        f"{heading:<{width}}  {getattr(brief, key)}" for key, heading in outcome.HEADINGS.items()
+    ]
 
 
 def _causes(result: outcome.DiagnosisFile) -> list[str]:

@@ -159,8 +159,6 @@ class AdditionPolicy:
             at: independent between readings, so that no tie is split by less than a model can be
             trusted.
         law_error: the same of a coupon, which has no mesh: of any law.
-        alone: probability of leaving the true cause alone from which on an addition is said to do
-            so.
         strengths: of a cause that are hidden in a planned measurement: the middles of so many parts
             of its prior, which are equally probable.
         noises: draws of everything else at each strength.
@@ -182,7 +180,6 @@ class AdditionPolicy:
     other_rate: float = 2.0
     model_error: float = 0.01
     law_error: float = 0.005
-    alone: float = 0.8
     strengths: int = 8
     noises: int = 2
     faint: float = 1.5

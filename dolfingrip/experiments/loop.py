@@ -12,14 +12,18 @@ from mpi4py import MPI
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.choices import choices
-from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities, chosen
+from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, chosen
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.failures import explained
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
-from dolfingrip.experiments.results.result import Result, Row, facts
+from dolfingrip.experiments.result import Result
+from dolfingrip.experiments.results import record
+from dolfingrip.experiments.results.readings import Row
+from dolfingrip.experiments.results.sensitivity_table import COLUMNS, SensitivityTable
 from dolfingrip.experiments.rigs.rig import Rig
+from dolfingrip.files.run import RunFailure
 from dolfingrip.mechanics.model.compilation import Tell, told_to
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.profile import Profile
@@ -31,7 +35,7 @@ def run(
     experiment: Experiment | str,
     config: Config | None = None,
     *,
-    out: Path | None = None,
+    out: Path | str | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
     visit: Callable[[Any, Row], None] = lambda specimen, row: None,
@@ -63,20 +67,23 @@ def run(
     if isinstance(experiment, str):
         experiment = find(experiment)
     config = experiment.settings(config or Config())
+    out = None if out is None else Path(out)
     asked = choices(config, gradients)
     with told_to(tell):
         result = _run(experiment, config, out, comm, progress, visit, gradients, tell)
         for choice in asked:
             other = _run(experiment, choice.other, None, comm, progress, tell=tell)
+            assert not isinstance(other.failure, RunFailure)
             result.second_runs[choice.key] = other.failure
             result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
     if asked:
-        result.facts["second_runs"] = {
+        ended = {
             key: "complete" if failure is None else failure.sentence()
             for key, failure in result.second_runs.items()
         }
+        result.facts = result.facts.model_copy(update={"second_runs": ended})
         if out is not None:
-            on_root(comm, lambda: write_outcome(out, config, result.facts, result.sensitivities))
+            on_root(comm, lambda: write_outcome(out, result.facts, result.sensitivities))
     comm.Barrier()
     return result
 
@@ -97,7 +104,7 @@ def _run(
     stops = experiment.schedule(config)
     rig = experiment.prepare(config, comm, profile)
     rig.newton.watch.tell = tell
-    result = Result(experiment.name, config)
+    result = Result(experiment.name, config, folder=out)
     sensitivities = None
     parameters = [] if gradients is None else chosen(config, gradients)
     if parameters:
@@ -124,10 +131,11 @@ def _run(
             failure = explained(failure, rig)
         result.failure = failure
         if sensitivities is not None:
-            result.sensitivities = sensitivities.rows
+            result.sensitivities = SensitivityTable(sensitivities.rows)
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
-        result.facts = facts(result, rig.newton, profile, wall_s, experiment.notes(config))
+        notes = experiment.notes(config)
+        result.facts = record.of_run(result, rig.newton, profile, wall_s, notes)
         if recorder is not None:
             recorder.finish(result.facts, result.sensitivities)
     return result

@@ -19,6 +19,7 @@ from dolfingrip.explore.solve import FUNCTION
 from dolfingrip.explore.space import Space
 from dolfingrip.explore.wanted import Wanted, read
 from dolfingrip.files import whole
+from dolfingrip.files.run import RunFile
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.single import Single
 from dolfingrip.report import printable
@@ -98,7 +99,7 @@ class Session:
         wanted = read(self.space, message)
         key, folder = wanted.key, self.folder(wanted)
         known = self._single.known(key)
-        if known is not None and known.status == "done" and (folder / "run.json").is_file():
+        if known is not None and known.status == "done" and RunFile.is_in(folder):
             await self.work(self.library.add, folder)
             self._everyone(self.state())
             return

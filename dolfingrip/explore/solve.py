@@ -52,4 +52,4 @@ def solve(config: Data, experiment: str, out: str) -> Data:
     )  # fmt: skip
     if result.failure is not None and len(result.rows) < 2:
         raise JobFailure(str(result.failure.kind), result.failure.sentence())
-    return {"folder": out, "wall_s": result.facts["wall_s"]}
+    return {"folder": out, "wall_s": result.facts.wall_s}

@@ -8,7 +8,7 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.gradients import XI, by_adjoint, cog_offset_mm
 from dolfingrip.experiments.derivatives.sensitivities import chosen
-from dolfingrip.experiments.results.result import Result
+from dolfingrip.experiments.result import Result
 
 
 class Derivatives:

@@ -10,7 +10,7 @@ from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.jobs.job import JobFailure
 
 if TYPE_CHECKING:
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.result import Result
 
 OBJECTIVE: Final = "dolfingrip.design.campaign.grasps:simulate"
 """Import path of :func:`simulate`."""
@@ -71,14 +71,14 @@ def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) ->
     return Outcome(
         {name: outputs[name] for name in quantities},
         curve=curve,
-        iterations=result.facts["newton"]["iterations"],
+        iterations=result.facts.newton.iterations,
         versions=record.versions(),
     )
 
 
 def outputs_of(result: Result) -> dict[str, float]:
     """Values of all :data:`QUANTITIES`, and of :data:`PICKUP`, of a grasp with an outcome."""
-    from dolfingrip.experiments.results.outcome import Kind
+    from dolfingrip.files.run import GraspKind
 
     assert result.outcome is not None
     before = [row for row in result.rows if row["table_z_mm"] >= 0] or result.rows
@@ -87,13 +87,13 @@ def outputs_of(result: Result) -> dict[str, float]:
     margin = float(last["force_closure"]) * _normal_N(last) / weight_N
     kind = result.outcome.kind
     on_table = min(max(float(last["table_N"]) / weight_N, 0.0), 1.0)
-    if kind in (Kind.DROPPED, Kind.EJECTED):
+    if kind in (GraspKind.DROPPED, GraspKind.EJECTED):
         on_table = 1.0
     return {
-        "picked_up": float(kind is Kind.PICKED_UP),
+        "picked_up": float(kind is GraspKind.PICKED_UP),
         "outcome_s": result.outcome.time_s,
         "margin": margin,
-        PICKUP: margin if kind is Kind.PICKED_UP else -on_table,
+        PICKUP: margin if kind is GraspKind.PICKED_UP else -on_table,
         "normal_N": _normal_N(held),
         "weight_N": weight_N,
         "contact_pressure_kPa": float(result.column("contact_pressure_kPa").max()),

@@ -30,7 +30,7 @@ from dolfingrip.jobs.job import JobFailure
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.result import Result
 
 QUANTITIES: Final = ("cog_offset_mm", FORCE.name, ANGLE.name)
 """What can be computed: the undeformed centroid's offset, and the blocked force and the free
@@ -116,7 +116,7 @@ def compute(
             gradients=None if asked is None else asked.forward,
         )
         outcome.curve |= _curve(result, quantity, prefix)
-        outcome.iterations += result.facts["newton"]["iterations"]
+        outcome.iterations = (outcome.iterations or 0) + result.facts.newton.iterations
         if result.failure is not None:
             raise JobFailure(
                 str(result.failure.kind), result.failure.sentence(), {"curve": outcome.curve}

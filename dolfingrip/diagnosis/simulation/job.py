@@ -145,7 +145,7 @@ def simulate(experiment: str, config: Data, gradients: Sequence[str]) -> Data:
             curve.setdefault(name, []).append(float(slope["derivative"]))
     if result.failure is not None:
         raise JobFailure(str(result.failure.kind), result.failure.sentence(), {"curve": curve})
-    iterations = result.facts["newton"]["iterations"]
+    iterations = result.facts.newton.iterations
     return {"curve": curve, "iterations": iterations, "versions": record.versions()}
 
 

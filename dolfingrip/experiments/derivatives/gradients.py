@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import solid, unplaced

@@ -3,44 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, computed_field
+from pydantic import Field, computed_field
 
-from dolfingrip.diagnosis.policy import ADDITIONS
-from dolfingrip.files import whole
+from dolfingrip.files.result_file import Part, ResultFile
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-class Part(BaseModel):
-    """A part of what is written."""
+READINGS: Final = "readings.csv"
+"""Table with a row for each reading: channel, experiment, specimen, run, branch, pressure_kPa,
+displacement_mm, value, noise (one standard deviation), configured, before (nuisances fitted) and
+after (with the cause)."""
 
-    model_config = ConfigDict(extra="forbid", populate_by_name=True)
-
-
-class Outcome(Part):
-    """All that a command found out, as a file."""
-
-    def write(self, file: Path) -> None:
-        """Write it as JSON.
-
-        Args:
-            file: target.
-
-        Raises:
-            WriteError: one line.
-        """
-        whole.write(file, self.model_dump_json(indent=1, by_alias=True) + "\n")
-
-    @classmethod
-    def read(cls, file: Path) -> Self:
-        """Read a file that :meth:`write` wrote."""
-        return cls.model_validate_json(file.read_text(encoding="utf-8"))
-
-
-class _Told(Part):
-    """A part of which the file tells more than it is made of."""
-
-    model_config = ConfigDict(extra="ignore")
+ALONE: Final = 0.8
+"""Probability from which on an addition is expected to leave the true hypothesis alone."""
 
 
 class Verdict(Part):
@@ -76,7 +54,22 @@ class Brief(Part):
     use_it: str = Field(description="the command that uses the extended model")
 
 
-class Cause(Part):
+HEADINGS: Final = {
+    "result": "RESULT",
+    "size": "SIZE",
+    "fit": "FIT",
+    "check": "CHECK",
+    "not_explained": "NOT EXPLAINED",
+    "also_possible": "ALSO POSSIBLE",
+    "cannot_be_seen": "CANNOT BE SEEN HERE",
+    "assumed": "ASSUMED",
+    "do_next": "DO NEXT",
+    "use_it": "USE IT",
+}
+"""Headings of the lines, in their order."""
+
+
+class CauseProbability(Part):
     """One cause of the catalogue."""
 
     name: str
@@ -84,7 +77,7 @@ class Cause(Part):
     strength_sigma: float = Field(description="length of the fitted change, standard deviations")
 
 
-class Parameter(Part):
+class FittedNumber(Part):
     """A fitted number."""
 
     key: str = Field(description="of the configuration; modulus: factor of all moduli; strength "
@@ -99,22 +92,22 @@ class Parameter(Part):
         return f"{self.key} = {value} ({low} to {high})"
 
 
-class Fit(Part):
+class FittedHypothesis(Part):
     """A hypothesis that was fitted on the graded mesh with nuisances free."""
 
     effects: tuple[str, ...] = Field(description="none: base model and nuisances")
     log_evidence: float = Field(description="natural logarithm, relative to no effect")
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[FittedNumber, ...]
 
 
-class Noise(Part):
+class AssumedNoise(Part):
     """The noise that was taken."""
 
     std: dict[str, float] = Field(description="independent part, by column of a test")
     sentences: tuple[str, ...]
 
 
-class Gain(Part):
+class HeldOutError(Part):
     """Error on readings that were not used in the fit."""
 
     left_out: str = Field(description="what was left out in turn")
@@ -131,23 +124,23 @@ class Gain(Part):
     log_odds_nuisances: float | None = Field(
         None, description="ln of the odds for the cause, by all folds; null: not compared"
     )
-    log_odds_process: float | None = Field(None, description="likewise against the process")
+    log_odds_process: float | None = Field(None, description="ln of the odds against the process")
 
 
-class NextExperiment(_Told):
+class NextExperiment(Part):
     """What an addition would tell."""
 
     name: str
     minutes: float
     gain: float = Field(description="expected increase of the log Bayes factor between the tied")
-    gain_per_minute: float = Field(description="the same up to what decides, by the minute")
+    gain_per_minute: float = Field(description="up to what decides, by the minute")
     chance: float = Field(ge=0, le=1, description="that the true one of them is left alone")
 
     @computed_field(description="whether it is expected to leave the true one alone")  # type: ignore[prop-decorator]
     @property
     def splits(self) -> bool:
         """Whether the true one is expected to be left alone."""
-        return self.chance >= ADDITIONS.alone
+        return self.chance >= ALONE
 
     @property
     def rank(self) -> tuple[bool, float]:
@@ -170,7 +163,7 @@ class DesignChange(Part):
     phi_after: float | None
 
 
-class Downstream(_Told):
+class Downstream(Part):
     """What the extended model changes about a campaign's best designs."""
 
     original_before_N: float = Field(description="force of the original finger")
@@ -191,8 +184,11 @@ class Downstream(_Told):
         return f"{change}; the best is now {place} with φ = {after.phi_after:.1%}"
 
 
-class DiagnosisFile(Outcome):
+class DiagnosisFile(ResultFile):
     """Contents of ``diagnosis.json``."""
+
+    FILE: ClassVar[str] = "diagnosis.json"
+    MADE_BY: ClassVar[str] = "dolfingrip diagnose"
 
     schema_version: Literal[2] = 2  # it rises if a key changes its meaning or goes
     version: str = Field(description="of dolfingrip")
@@ -201,16 +197,16 @@ class DiagnosisFile(Outcome):
     readings: int
     verdict: Verdict
     brief: Brief | None = Field(None, description="null: not written for this measurement yet")
-    causes: tuple[Cause, ...] = Field(description="the most probable first")
+    causes: tuple[CauseProbability, ...] = Field(description="the most probable first")
     none: float = Field(description="probability of no cause that can be seen")
     unknown: float = Field(description="probability of a cause that is not in the catalogue")
     screen: dict[str, float] = Field(description="log evidence of each effect alone, linear")
-    fits: tuple[Fit, ...]
+    fits: tuple[FittedHypothesis, ...]
     sentences: tuple[str, ...] = Field(description="where the simulation is off, in words")
-    noise: Noise
+    noise: AssumedNoise
     under_other_priors: dict[str, str] = Field(description="the answer under each")
     nuisances: dict[str, float] = Field(description="fitted, by their standard deviations")
-    gain: tuple[Gain, ...] = ()
+    gain: tuple[HeldOutError, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
     next_experiments: tuple[NextExperiment, ...] = ()
     downstream: Downstream | None = None
@@ -223,3 +219,17 @@ class DiagnosisFile(Outcome):
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )
+
+    @staticmethod
+    def readings_in(folder: Path) -> pd.DataFrame | None:
+        """Read the table of readings beside it.
+
+        Args:
+            folder: of the diagnosis.
+
+        Returns:
+            The columns of :data:`READINGS`; None if there is no such table.
+        """
+        import pandas as pd
+
+        return pd.read_csv(folder / READINGS) if (folder / READINGS).is_file() else None

@@ -1,0 +1,144 @@
+"""A diagnosis on a page: the ten lines, causes, charts, tables and what stays unexplained."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.channels import CHANNELS
+from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
+from dolfingrip.report.diagnosis import overlays, panels, probabilities, residuals
+from dolfingrip.report.page.content import (
+    DiagnosisPart,
+    KeyNumber,
+    Page,
+    Source,
+    Table,
+    Verdict,
+)
+from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.numbers import said
+
+LEAST_SHARE: Final = 0.005
+"""Probability below which a cause has no bar."""
+
+BAND_STD: Final = 2.0
+"""Half width of a reading's noise, in standard deviations."""
+
+BY_CHANCE: Final = 0.046
+"""Share of readings that noise alone puts outside two standard deviations."""
+
+VERDICTS: Final[dict[str, tuple[Verdict, str]]] = {
+    "cause": ("fail", ""), "unknown": ("open", "unknown cause"), "none": ("pass", "no cause"),
+}  # fmt: skip
+"""How each answer is shown, and in which words if it names nothing."""
+
+
+class Diagnosed(Contribution):
+    """What a simulation gets wrong about a measurement, and why."""
+
+    marks: ClassVar = {"diagnose": DiagnosisFile.FILE}
+    titles: ClassVar = {"diagnose": "diagnosis"}
+    place = 30
+
+    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
+        for each in found:
+            given.say(f"reading {each.folder}")
+            content = DiagnosisFile.read(each.folder)
+            page.diagnoses.append(_part(content, DiagnosisFile.readings_in(each.folder)))
+            page.sources.append(_source(each.folder, content))
+            kind, words = VERDICTS[content.verdict.answer]
+            value = words or " or ".join(content.verdict.effects).replace("_", " ")
+            sure = f"probability {said(content.verdict.probability)}"
+            page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
+        return self.named(found)
+
+
+def _source(folder: Path, content: DiagnosisFile) -> Source:
+    again = f"dolfingrip diagnose {' '.join(content.data)}" if content.data else ""
+    extended = folder / "extended.toml"
+    files = []
+    if extended.is_file():
+        files.append(("Extended configuration", extended.read_text(encoding="utf-8")))
+    return Source("Diagnosis", str(folder), again, [("dolfingrip", content.version)], files)
+
+
+def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPart:
+    lines = [("", content.verdict.sentence), *(("", each) for each in content.sentences)]
+    if content.brief is not None:
+        lines = [(heading, getattr(content.brief, key)) for key, heading in HEADINGS.items()]
+    charts = []
+    if readings is not None and len(readings):
+        charts = [*overlays(content, readings), *residuals(content, readings)]
+    bars = probabilities(content, LEAST_SHARE)
+    return DiagnosisPart(
+        "Diagnosis", lines, bars, charts, _tables(content), _unexplained(content, readings)
+    )
+
+
+def _tables(content: DiagnosisFile) -> list[Table]:
+    tables = []
+    if content.fits:
+        fits = sorted(content.fits, key=lambda each: -each.log_evidence)
+        rows = [
+            [" with ".join(fit.effects).replace("_", " ") or "none",
+             f"{fit.log_evidence - fits[0].log_evidence:z.1f}",
+             "; ".join(
+                 f"{p.key} = {said(p.value)} ({said(p.low)} to {said(p.high)})"
+                 for p in fit.parameters
+             )]
+            for fit in fits
+        ]  # fmt: skip
+        headings = ["Cause", "ln evidence less the best", "Fitted (central 90 %)"]
+        tables.append(Table(headings, rows, "What each cause explains"))
+    if content.gain:
+        rows = [
+            [f"{_label(each.channel)}, {each.left_out} left out",
+             *map(said, (each.before, each.nuisances, each.process, each.cause))]
+            for each in content.gain
+        ]  # fmt: skip
+        headings = ["Error on readings left out", "as configured", "nuisances fitted",
+                    "free curve fitted", "with the cause"]  # fmt: skip
+        tables.append(Table(headings, rows, "Before and after"))
+    if content.downstream is not None:
+        rows = [
+            [", ".join(f"{key}: {said(value)}" for key, value in each.inputs.items()),
+             said(each.force_before_N), said(each.force_after_N)]
+            for each in content.downstream.designs
+        ]  # fmt: skip
+        headings = ["Design", "force before (N)", "force after (N)"]
+        tables.append(Table(headings, rows, "Best designs, before and after"))
+    if content.next_experiments:
+        rows = [
+            [each.name, said(each.minutes), said(each.gain)] for each in content.next_experiments
+        ]
+        headings = ["Experiment", "minutes", "expected ln Bayes factor"]
+        tables.append(Table(headings, rows, "What to measure next"))
+    return tables
+
+
+def _label(channel: str) -> str:
+    return CHANNELS[channel].label if channel in CHANNELS else channel
+
+
+def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[str]:
+    """What stays unexplained, and where."""
+    share = f"{100 * content.verdict.unexplained:.2g} %"
+    told = share if content.brief is None else content.brief.not_explained
+    lines = [f"Of what the model misses: {told}"]
+    lines += [*content.not_reached, *content.suspicions, *content.warnings]
+    for panel in panels(readings) if readings is not None and len(readings) else ():
+        part, along = panel.part, panel.over
+        off = np.abs(part["value"] - part["after"]) > BAND_STD * part["noise"]
+        if off.mean() > BY_CHANCE and off.sum() > 1:
+            where = part.loc[off, along.name]
+            lines.append(
+                f"{panel.title}, {panel.channel.title.lower()}: {100 * off.mean():.0f} % of the "
+                f"readings lie outside two standard deviations, from "
+                f"{said(float(where.min()))} to {said(float(where.max()), along.symbol)}"
+            )
+    return lines
