@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -19,6 +20,20 @@ class Columns(Protocol):
     def __getitem__(self, key: str, /) -> Any: ...
 
     def __iter__(self) -> Iterator[Any]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class TextTable:
+    """Numbers as text: headings, rows, and a title."""
+
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+
+    def markdown(self) -> list[str]:
+        """Lines of the table in Markdown, without the title."""
+        lines = [self.headings, ["---"] * len(self.headings), *self.rows]
+        return [f"| {' | '.join(each)} |" for each in lines]
 
 
 def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:

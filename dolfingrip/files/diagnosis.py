@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 from pydantic import Field, computed_field
 
+from dolfingrip.files.columns import TextTable
 from dolfingrip.files.result_file import Part, ResultFile
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ class HeldOutError(Part):
 
 
 class NextExperiment(Part):
-    """What an addition would tell."""
+    """Worth of an addition to the measurement."""
 
     name: str
     minutes: float
@@ -139,7 +140,7 @@ class NextExperiment(Part):
     @computed_field(description="whether it is expected to leave the true one alone")  # type: ignore[prop-decorator]
     @property
     def splits(self) -> bool:
-        """Whether the true one is expected to be left alone."""
+        """True where the true hypothesis is expected to be left alone."""
         return self.chance >= ALONE
 
     @property
@@ -162,9 +163,16 @@ class DesignChange(Part):
     phi_before: float = Field(description="force over the original finger's, less 1")
     phi_after: float | None
 
+    def cells(self) -> list[str]:
+        """The design, its forces in N and φ as texts."""
+        place = ", ".join(f"{key} = {value:.3g}" for key, value in self.inputs.items())
+        force = "–" if self.force_after_N is None else f"{self.force_after_N:.3g}"
+        phi = "–" if self.phi_after is None else f"{self.phi_after:.1%}"
+        return [place, f"{self.force_before_N:.3g}", force, f"{self.phi_before:.1%}", phi]
+
 
 class Downstream(Part):
-    """What the extended model changes about a campaign's best designs."""
+    """Changes of a campaign's best designs by the extended model."""
 
     original_before_N: float = Field(description="force of the original finger")
     original_after_N: float
@@ -173,7 +181,7 @@ class Downstream(Part):
     @computed_field(description="in words")  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
-        """What becomes of the campaign's optimum."""
+        """The fate of the campaign's optimum."""
         before, after = self.designs[0], max(self.designs, key=lambda d: d.force_after_N or 0.0)
         if before.phi_after is None or after.phi_after is None:
             return "the campaign's optimum could not be computed with the extended model"
@@ -219,6 +227,46 @@ class DiagnosisFile(ResultFile):
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )
+
+    def tables(self) -> list[TextTable]:
+        """List what was found as tables: fits, gain, next experiments, best designs."""
+        tables = []
+        if len(self.fits) > 1:
+            fits = sorted(self.fits, key=lambda each: -each.log_evidence)
+            rows = [
+                [" with ".join(each.effects) or "none", f"{each.log_evidence:.1f}",
+                 "; ".join(number.words() for number in each.parameters)]
+                for each in fits
+            ]  # fmt: skip
+            tables.append(TextTable(["effects", "ln evidence", "parameters (90 %)"], rows, "Fits"))
+        if self.gain:
+            rows = [
+                [f"{each.left_out} ({each.folds})", each.channel, f"{each.before:.3g}",
+                 f"{each.nuisances:.3g}", f"{each.process:.3g}",
+                 f"{each.cause:.3g} ({each.cause_low:.3g} to {each.cause_high:.3g})"]
+                for each in self.gain
+            ]  # fmt: skip
+            headings = ["left out", "reading", "as configured", "nuisances refitted", "process",
+                        "cause (90 %)"]  # fmt: skip
+            title = "Error on readings that were left out (root mean square)"
+            tables.append(TextTable(headings, rows, title))
+        if self.next_experiments:
+            rows = [
+                [
+                    each.name,
+                    f"{each.minutes:.0f}",
+                    f"{each.gain:+.1f}",
+                    "yes" if each.splits else "no",
+                ]
+                for each in self.next_experiments
+            ]
+            headings = ["experiment", "minutes", "expected ln Bayes factor", "tells all apart"]
+            tables.append(TextTable(headings, rows, "Next experiment"))
+        if self.downstream is not None:
+            rows = [each.cells() for each in self.downstream.designs]
+            headings = ["design", "force before (N)", "after", "φ before", "after"]
+            tables.append(TextTable(headings, rows, "Best designs of the campaign"))
+        return tables
 
     @staticmethod
     def readings_in(folder: Path) -> pd.DataFrame | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,31 +39,16 @@ NOTHING: Final = 1e-6
 """Part of the best objective below which the start's has no gain that means anything."""
 
 
-@dataclass(slots=True)
-class Refined:
-    """Start and best design on a finer mesh.
-
-    Attributes:
-        start, best: objective.
-        failure: class and sentence; "" if both were solved.
-        simulations: load paths.
-        limits: values of each simulated limit's quantity at start and best, by the limit's text.
-    """
-
-    start: float
-    best: float
-    failure: str
-    simulations: int
-    limits: dict[str, list[float]]
-
-    @property
-    def gain(self) -> float:
-        """Change of the objective as a part of the start's."""
-        return self.best / self.start - 1
-
-
 def computed_in(folder: Path, pool: Pool) -> Compute:
-    """Answers of jobs, which a folder keeps; what it has is not computed again."""
+    """Make what computes jobs and keeps their answers; what is there is not computed again.
+
+    Args:
+        folder: of the answers.
+        pool: workers.
+
+    Returns:
+        A function from jobs to their answers.
+    """
 
     def compute(asked: Sequence[Job]) -> list[Answer]:
         jobs.run(asked, folder, pool, same(kind="design"))
@@ -79,8 +63,17 @@ def computed_in(folder: Path, pool: Pool) -> Compute:
     return compute
 
 
-def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
-    """Solve start and best design again on a finer mesh, without gradients."""
+def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
+    """Solve start and best design again on a finer mesh, without gradients.
+
+    Args:
+        problem: what was asked.
+        found: how it was solved.
+        compute: what computes jobs.
+
+    Returns:
+        Objective and limits there, or why they are not known.
+    """
 
     def finer(config: Config) -> Config:
         if config.hexahedra:
@@ -108,11 +101,19 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
             if limit.quantity.experiment is not None:
                 every = [limit.sign * by[limit.quantity].value for by in solved.by_condition]
                 limits.setdefault(str(limit), []).append(limit.sign * max(every))
-    return Refined(values[0], values[1], failure, count, limits)
+    start, best = map(_known, values)
+    return RefinedDesign(
+        objective=best,
+        start=start,
+        gain=best / start - 1 if start and best is not None else None,
+        constraints={name: tuple(each) for name, each in limits.items()},
+        failure=failure,
+        simulations=count,
+    )
 
 
 def facts(
-    problem: Problem, found: Descent, refined: Refined | None, wall_s: float, **several: Any
+    problem: Problem, found: Descent, refined: RefinedDesign | None, wall_s: float, **several: Any
 ) -> DesignFile:
     """Make the ``design.json`` of a problem.
 
@@ -129,16 +130,6 @@ def facts(
     word = "minimise" if problem.sign > 0 else "maximise"
     start, best = found.start, found.best
     from_nothing = abs(start.objective) < NOTHING * abs(best.objective)
-    again = None
-    if refined is not None:
-        again = RefinedDesign(
-            objective=_known(refined.best),
-            start=_known(refined.start),
-            gain=None if refined.failure or not refined.start else refined.gain,
-            constraints={name: tuple(values) for name, values in refined.limits.items()},
-            failure=refined.failure,
-            simulations=refined.simulations,
-        )
     return DesignFile(
         of=f"{word} {problem.objective}",
         objective=best.objective,
@@ -172,7 +163,7 @@ def facts(
             )
             for i, each in enumerate(problem.variables)
         },
-        refined=again,
+        refined=refined,
         **several,
     )
 

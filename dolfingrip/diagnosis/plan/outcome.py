@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dolfingrip.diagnosis.policy import PAGE, POLICY
-from dolfingrip.diagnosis.words import section, table
+from dolfingrip.diagnosis.words import section
+from dolfingrip.files.columns import TextTable
 from dolfingrip.files.plan import PlanFile
 
 
@@ -30,25 +31,23 @@ def text(result: PlanFile) -> str:
         "effect is.",
         "",
     ]
-    effects = []
-    for each in result.effects:
-        least = "–" if each.named_from is None else f"{each.named_from:.2g}"
-        effects.append(
-            f"| {each.effect} | {each.ordinary} | {each.strength_sigma:.1f} | {least} | "
-            f"{each.share:.2f} | {each.class_share:.2f} | {_listed(each.confused_with)} |"
-        )
-    lines += table(
-        "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
-        effects,
-    )
+    rows = [
+        [each.effect, each.ordinary, f"{each.strength_sigma:.1f}",
+         "–" if each.named_from is None else f"{each.named_from:.2g}", f"{each.share:.2f}",
+         f"{each.class_share:.2f}", _listed(each.confused_with)]
+        for each in result.effects
+    ]  # fmt: skip
+    headings = ["effect", "ordinary strength", "σ", "from × ordinary", "named", "its class",
+                "not told from"]  # fmt: skip
+    lines += TextTable(headings, rows).markdown()
     if result.additions:
-        additions = (
-            f"| {each.name} | {each.minutes:.0f} | {each.share:.2f} | "
-            f"{100 * each.gain_per_minute:+.2f} % | {_listed(each.lifts)} |"
+        rows = [
+            [each.name, f"{each.minutes:.0f}", f"{each.share:.2f}",
+             f"{100 * each.gain_per_minute:+.2f} %", _listed(each.lifts)]
             for each in result.additions
-        )
-        columns = "| addition | minutes | share named | gain per minute | newly named |"
-        lines += section("Additions", table(columns, additions))
+        ]  # fmt: skip
+        headings = ["addition", "minutes", "share named", "gain per minute", "newly named"]
+        lines += section("Additions", TextTable(headings, rows).markdown())
     if result.warnings:
         lines += section("Beware", (f"- {each}" for each in result.warnings))
     return "\n".join(lines) + "\n"

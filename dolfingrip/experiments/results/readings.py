@@ -90,12 +90,10 @@ class Readings:
         Raises:
             ConfigError: one line with the columns there are, if no row has this one.
         """
-        numbers = [key for key, values in self.columns().items() if not isinstance(values[0], str)]
-        if self.rows and name not in numbers:
-            raise ConfigError(
-                f"column {name}: not in a result of {self.kind}; allowed: {', '.join(numbers)}"
-            )
-        return np.array([row.get(name, np.nan) for row in self.rows], dtype=float)
+        found = self[name]
+        if found.dtype.kind == "U":
+            raise ConfigError(f"column {name}: of texts; allowed: a column of numbers")
+        return found
 
     def columns(self) -> dict[str, list[Any]]:
         """The table by column."""

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from dolfingrip.charts.chart import Axis, Chart
+from dolfingrip.files.columns import TextTable
 
 Verdict = Literal["pass", "fail", "open", ""]
 """Of a number or a check; "open" if it was not checked, "" if there is nothing to check."""
@@ -52,15 +53,6 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
-    """Numbers as text: headings, rows, and a title."""
-
-    headings: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    title: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class DiagnosisPart:
     """The section on a diagnosis.
 
@@ -76,7 +68,7 @@ class DiagnosisPart:
     lines: Sequence[tuple[str, str]]
     bars: Chart
     charts: Sequence[Chart] = ()
-    tables: Sequence[Table] = ()
+    tables: Sequence[TextTable] = ()
     unexplained: Sequence[str] = ()
 
 
@@ -154,7 +146,7 @@ class Page:
     stills: list[tuple[str, Path | bytes]] = field(default_factory=list)
     charts: list[Chart] = field(default_factory=list)
     front: Front | None = None
-    tables: list[Table] = field(default_factory=list)
+    tables: list[TextTable] = field(default_factory=list)
     diagnoses: list[DiagnosisPart] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     sources: list[Source] = field(default_factory=list)

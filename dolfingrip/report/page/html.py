@@ -22,7 +22,8 @@ from markupsafe import Markup
 
 import dolfingrip
 from dolfingrip.charts.chart import Axis, Chart, Numbers
-from dolfingrip.report.page.content import Front, Page, Table, as_data, plain
+from dolfingrip.files.columns import TextTable
+from dolfingrip.report.page.content import Front, Page, as_data, plain
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.scene import palettes
 
@@ -167,7 +168,7 @@ def _axis(axis: Axis) -> dict[str, Any]:
     return {"label": label, "unit": "" if axis.log else axis.unit, "ends": ends}
 
 
-def table(chart: Chart) -> Table:
+def table(chart: Chart) -> TextTable:
     """Write the numbers of a chart as a table.
 
     Args:
@@ -190,7 +191,7 @@ def table(chart: Chart) -> Table:
         unit = f" ({chart.y.unit})" if chart.y.unit else ""
         headings.append(f"{each.name}{unit}" if each.name else chart.y.label)
         columns.append([said(float(value)) for value in each.y])
-    return Table(headings, list(zip_longest(*columns, fillvalue="")))
+    return TextTable(headings, list(zip_longest(*columns, fillvalue="")))
 
 
 def bars(chart: Chart) -> list[dict[str, Any]]:

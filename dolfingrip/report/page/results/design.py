@@ -10,10 +10,10 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.charts.chart import Chart
-from dolfingrip.files.columns import numbers, read_csv
+from dolfingrip.files.columns import TextTable, numbers, read_csv
 from dolfingrip.files.design import DesignFile
 from dolfingrip.report.design import Course, course
-from dolfingrip.report.page.content import Check, KeyNumber, Page, Source, Table
+from dolfingrip.report.page.content import Check, KeyNumber, Page, Source
 from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
 from dolfingrip.report.page.numbers import said
 
@@ -68,12 +68,12 @@ def _steps(folder: Path, content: DesignFile) -> list[Chart]:
     return [] if values is None or np.isnan(values).all() else course(shown)
 
 
-def _parameters(content: DesignFile) -> Table:
+def _parameters(content: DesignFile) -> TextTable:
     rows = [
         [name, said(each.start), said(each.value), f"{each.low:g} to {each.high:g}"]
         for name, each in content.parameters.items()
     ]
-    return Table(["Parameter", "Start", "Found", "Allowed"], rows, "Parameters of the design")
+    return TextTable(["Parameter", "Start", "Found", "Allowed"], rows, "Parameters of the design")
 
 
 def _gain(content: DesignFile) -> KeyNumber:

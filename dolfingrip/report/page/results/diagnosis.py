@@ -9,7 +9,6 @@ from typing import ClassVar, Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import CHANNELS
 from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
 from dolfingrip.report.diagnosis import overlays, panels, probabilities, residuals
 from dolfingrip.report.page.content import (
@@ -17,7 +16,6 @@ from dolfingrip.report.page.content import (
     KeyNumber,
     Page,
     Source,
-    Table,
     Verdict,
 )
 from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
@@ -75,54 +73,8 @@ def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPar
     if readings is not None and len(readings):
         charts = [*overlays(content, readings), *residuals(content, readings)]
     bars = probabilities(content, LEAST_SHARE)
-    return DiagnosisPart(
-        "Diagnosis", lines, bars, charts, _tables(content), _unexplained(content, readings)
-    )
-
-
-def _tables(content: DiagnosisFile) -> list[Table]:
-    tables = []
-    if content.fits:
-        fits = sorted(content.fits, key=lambda each: -each.log_evidence)
-        rows = [
-            [" with ".join(fit.effects).replace("_", " ") or "none",
-             f"{fit.log_evidence - fits[0].log_evidence:z.1f}",
-             "; ".join(
-                 f"{p.key} = {said(p.value)} ({said(p.low)} to {said(p.high)})"
-                 for p in fit.parameters
-             )]
-            for fit in fits
-        ]  # fmt: skip
-        headings = ["Cause", "ln evidence less the best", "Fitted (central 90 %)"]
-        tables.append(Table(headings, rows, "What each cause explains"))
-    if content.gain:
-        rows = [
-            [f"{_label(each.channel)}, {each.left_out} left out",
-             *map(said, (each.before, each.nuisances, each.process, each.cause))]
-            for each in content.gain
-        ]  # fmt: skip
-        headings = ["Error on readings left out", "as configured", "nuisances fitted",
-                    "free curve fitted", "with the cause"]  # fmt: skip
-        tables.append(Table(headings, rows, "Before and after"))
-    if content.downstream is not None:
-        rows = [
-            [", ".join(f"{key}: {said(value)}" for key, value in each.inputs.items()),
-             said(each.force_before_N), said(each.force_after_N)]
-            for each in content.downstream.designs
-        ]  # fmt: skip
-        headings = ["Design", "force before (N)", "force after (N)"]
-        tables.append(Table(headings, rows, "Best designs, before and after"))
-    if content.next_experiments:
-        rows = [
-            [each.name, said(each.minutes), said(each.gain)] for each in content.next_experiments
-        ]
-        headings = ["Experiment", "minutes", "expected ln Bayes factor"]
-        tables.append(Table(headings, rows, "What to measure next"))
-    return tables
-
-
-def _label(channel: str) -> str:
-    return CHANNELS[channel].label if channel in CHANNELS else channel
+    unexplained = _unexplained(content, readings)
+    return DiagnosisPart("Diagnosis", lines, bars, charts, content.tables(), unexplained)
 
 
 def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from dolfingrip.files.columns import read_csv
-from dolfingrip.report.page.content import Page, Source, Table
+from dolfingrip.files.columns import TextTable, read_csv
+from dolfingrip.report.page.content import Page, Source
 from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
 from dolfingrip.report.page.numbers import said
 
@@ -27,7 +27,7 @@ class Study(Contribution):
             table = read_csv(best if best.is_file() else each.folder / self.marks["study"])
             rows = [[_cell(text) for text in row] for row in zip(*table.values(), strict=True)]
             title = "How the optimiser's choice scatters"
-            page.tables.append(Table(list(table), rows[:MOST], title))
+            page.tables.append(TextTable(list(table), rows[:MOST], title))
             page.sources.append(Source("Study of the optimiser", str(each.folder), ""))
         return self.named(found)
 
