@@ -28,7 +28,7 @@ from dolfingrip.files import whole
 
 @dataclass(frozen=True)
 class Written:
-    """What was written.
+    """Results of a diagnosis that were written.
 
     Attributes:
         text: of the summary.
@@ -176,7 +176,7 @@ def _sentence(found: Diagnosis) -> str:
 
 
 def _strength(found: Diagnosis, name: str) -> float:
-    """Of the most probable fit that has the cause; 0 where none has."""
+    """Strength of a cause in the most probable fit that has it; 0 if none has."""
     own = [
         (p, fit.strengths[fit.subset.index(name)])
         for p, fit in zip(found.posterior.probability, found.posterior.fits, strict=True)
@@ -211,7 +211,7 @@ def _off(found: Diagnosis) -> list[str]:
 
 
 def _changes(config: Config, extended: Config) -> dict[str, Any]:
-    """What ``extended.toml`` changes, by section."""
+    """Changes of ``extended.toml``, by section."""
     before = config.model_dump(mode="json", exclude_none=True)
     return {
         section: {k: v for k, v in values.items() if before.get(section, {}).get(k) != v}

@@ -34,7 +34,7 @@ COG: Final = "cog_offset_mm"
 
 
 def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
-    """What a tab shows of a design, as plain data.
+    """Plain data that a tab shows of a design.
 
     Args:
         space: what varies.

@@ -11,7 +11,7 @@ from dolfingrip.files.result_file import Part, ResultFile
 
 
 class EffectOutlook(Part):
-    """What the rig says about one effect."""
+    """Outlook of one effect at a rig."""
 
     effect: str
     ordinary: str = Field("", description="its parameters at the ordinary strength")
@@ -38,12 +38,12 @@ class EffectOutlook(Part):
 
     @property
     def at_ordinary(self) -> bool:
-        """Whether it is named at its ordinary strength."""
+        """True if it is named at its ordinary strength."""
         return self.named_from is not None and self.named_from <= 1.0
 
 
 class AdditionWorth(Part):
-    """What an addition buys."""
+    """Worth of an addition to a rig."""
 
     name: str
     kind: str = Field(description="as in can_vary")

@@ -119,7 +119,7 @@ def fit(
 
 @dataclass(frozen=True)
 class FrontPicture:
-    """What the chart of a surrogate's front shows; points have shape (points, 2).
+    """Contents of the chart of a surrogate's front; points have shape (points, 2).
 
     Attributes:
         objectives: of the front, in order.

@@ -18,7 +18,7 @@ from dolfingrip.files.diagnosis import DiagnosisFile
 
 @dataclass(frozen=True, slots=True)
 class DiagnosisPictures:
-    """What the charts of a diagnosis show.
+    """Sizes and limits of a diagnosis' charts.
 
     Attributes:
         least_probability: probability below which a class has no bar.
@@ -88,7 +88,7 @@ class ReadingsPanel:
 
     @property
     def over(self) -> Channel:
-        """What is on the horizontal axis: the pressure if all rows have it, else the travel."""
+        """Channel of the horizontal axis: the pressure if all rows have it, else the travel."""
         return PRESSURE if self.part[PRESSURE.name].notna().all() else DISPLACEMENT
 
     @property
@@ -120,7 +120,7 @@ def panels(readings: pd.DataFrame) -> list[ReadingsPanel]:
 
 
 def _with(found: DiagnosisFile) -> str:
-    """What the model with the leading causes is called; "" if it has none."""
+    """Name of the model with the leading causes; "" if it has none."""
     causes = found.fits[0].effects if found.fits else ()
     return f"with {' and '.join(causes)}" if causes else ""
 
@@ -205,7 +205,7 @@ def first_way(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
 
 
 def _along(run: pd.DataFrame, other: pd.DataFrame, over: str, column: str) -> bool:
-    """Whether a run goes along another, whose load only grows; its ends may lie a little beyond."""
+    """Tell if a run goes along another, whose load only grows; its ends may lie beyond."""
     if not other[over].is_monotonic_increasing:
         return False
     shared = run[run[over].between(other[over].iloc[0], other[over].iloc[-1])]

@@ -112,6 +112,14 @@ def _rim(facets: Ints) -> Ints:
 
 
 def write_stl(mesh: SolidMesh, file: Path) -> None:
-    """Write the whole finger's surface, its cavity included, as STL in mm."""
+    """Write the whole finger's surface, its cavity included, as STL in mm.
+
+    Args:
+        mesh: of the finger, half or whole.
+        file: target.
+
+    Raises:
+        WriteError: one line.
+    """
     skin = _skin(mesh, cut=False)
     printable.write_stl(skin.points, skin.triangles, file)

@@ -78,7 +78,7 @@ class Ring:
     outward: np.ndarray
 
     def is_open(self, way: np.ndarray) -> bool:
-        """Whether no finger stands in the way of an object that moves along (2,) ``way``."""
+        """Tell if no finger stands in the way of an object that moves along (2,) ``way``."""
         length = float(np.linalg.norm(way))
         return bool((self.outward @ way < POLICY.ahead * length).all())
 
@@ -88,7 +88,7 @@ NOWHERE = Ring(np.inf, np.zeros((1, 2)))
 
 
 def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> GraspOutcome | None:
-    """Whether the object has left the fingers sideways or upwards, before or in the lift.
+    """Tell if the object has left the fingers sideways or upwards, before or in the lift.
 
     It has left them if no finger touches it any more and it is far away, if it lies outside of them
     on the table, or if it rolls out between them ever faster.
@@ -170,7 +170,7 @@ def judge(
 
 
 def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
-    """Whether the class will not change any more: the object has left the fingers.
+    """Tell if the class will not change any more, as the object has left the fingers.
 
     Args:
         moments: all accepted steps so far, in order.
@@ -184,7 +184,7 @@ def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
 
 
 def _is_up(moment: Moment) -> bool:
-    """Whether the object is off the table, and the table bears nothing of it."""
+    """Tell if the object is off the table, and the table bears nothing of it."""
     return moment.rise_mm > POLICY.held_mm and moment.table_part < POLICY.borne
 
 
@@ -212,7 +212,7 @@ def _leaving(moments: Sequence[Moment]) -> GraspOutcome | None:
 
 
 def _left_behind(moments: Sequence[Moment]) -> bool:
-    """Whether the table, in the lift, has taken the object along by more than it may sink."""
+    """Tell if the table, in the lift, took the object along by more than it may sink."""
     lift = [moment for moment in moments if moment.lifting]
     if not lift:
         return False

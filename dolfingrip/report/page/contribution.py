@@ -27,7 +27,7 @@ class FoundResult:
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What a page is made with, besides the results.
+    """Data that a page is made with, besides the results.
 
     Attributes:
         designs: the designs of each campaign, by folder.
@@ -43,7 +43,7 @@ class Given:
 
 
 class Contribution(ABC):
-    """What a kind of result adds to a page.
+    """Part of a page that one kind of result adds.
 
     Attributes:
         marks: name of each kind, and the file by which it is known.

@@ -43,7 +43,7 @@ POLICY: Final = FrontPolicy()
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """What is known of a design loop; each part may be missing.
+    """Results of a design loop; each part may be missing.
 
     Attributes:
         surrogate: folder of the training.

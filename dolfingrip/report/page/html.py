@@ -55,7 +55,14 @@ class Licence:
 
 
 def rendered(page: Page) -> str:
-    """The HTML of a page."""
+    """The HTML of a page.
+
+    Args:
+        page: what it shows.
+
+    Returns:
+        One file that fetches nothing.
+    """
     scripts = [script("vendor.js"), script("report.js")]
     style = asset("report.css")
     every = [*page.charts, *(chart for part in page.diagnoses for chart in part.charts)]
@@ -92,7 +99,14 @@ def templates(*packages: str) -> Environment:
 
 
 def licences(script: str) -> list[Licence]:
-    """Full texts of the licences of what is inside the page with this script of its own."""
+    """Full texts of the licences of what is inside the page with this script of its own.
+
+    Args:
+        script: name of the bundled script.
+
+    Returns:
+        The licences, with name and version of each part.
+    """
     facts = json.loads(asset("bundle.json"))
     own = asset("gpl-3.0.txt")
     return [
@@ -219,7 +233,14 @@ def _data(page: Page, charts: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def front_data(front: Front) -> dict[str, Any]:
-    """A front as ``web/src/chart.js`` reads it."""
+    """A front as ``web/src/chart.js`` reads it.
+
+    Args:
+        front: designs and their shapes.
+
+    Returns:
+        Plain data.
+    """
     models = list(front.models)  # packed already
     found = as_data(replace(front, models=[]))
     line = found["line"]
@@ -232,13 +253,27 @@ def front_data(front: Front) -> dict[str, Any]:
 
 
 def json_text(content: dict[str, Any]) -> str:
-    """Data of scripts, to stand in a page."""
+    """Data of scripts, to stand in a page.
+
+    Args:
+        content: plain data.
+
+    Returns:
+        JSON in which no "<" occurs.
+    """
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def script(name: str) -> str:
-    """A bundled script, to stand in a page."""
+    """A bundled script, to stand in a page.
+
+    Args:
+        name: of its file.
+
+    Returns:
+        Its text.
+    """
     text = asset(name)
     # what would end the element, or open a comment in it
     assert not any(mark in text.lower() for mark in ("</script", "<!--")), name
@@ -246,7 +281,14 @@ def script(name: str) -> str:
 
 
 def asset(name: str) -> str:
-    """A bundled text."""
+    """A bundled text.
+
+    Args:
+        name: of its file.
+
+    Returns:
+        The text.
+    """
     return resources.files(PACKAGE).joinpath("bundle", name).read_text(encoding="utf-8")
 
 

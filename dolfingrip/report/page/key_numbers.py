@@ -76,7 +76,7 @@ def _at(run: Run, row: int) -> str:
 
 
 def _verdict(run: Run) -> tuple[str, str]:
-    """Whether the path reached its end, for the number that is read there."""
+    """Verdict on a number that is read at the end of the path."""
     if run.result.facts.complete:
         return "pass", "reached"
     return "fail", "the path ended early"

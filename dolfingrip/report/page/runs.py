@@ -99,7 +99,7 @@ def titled(runs: Sequence[Run]) -> list[Run]:
 
 
 def conditions(run: Run) -> str:
-    """What was simulated, in one line: specimen, material, mesh, loads."""
+    """One line on what was simulated: specimen, material, mesh, loads."""
     config, control = run.result.config, run.experiment.control
     parts = []
     if "finger" in run.experiment.parts or run.experiment.name == "grasp":
@@ -139,5 +139,12 @@ def source(run: Run) -> Source:
 
 
 def over(run: Run) -> str:
-    """Column of the horizontal axis: that of the experiment's plot."""
+    """Column of the horizontal axis of a run.
+
+    Args:
+        run: whose curves are drawn.
+
+    Returns:
+        That of the experiment's plot; the pressure if the result lacks it.
+    """
     return chart.over(run.experiment, run.result).name

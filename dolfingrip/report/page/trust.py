@@ -19,7 +19,7 @@ from dolfingrip.report.page.runs import Run, over
 
 @dataclass(frozen=True, slots=True)
 class TrustPolicy:
-    """What passes.
+    """Limits of the checks.
 
     Attributes:
         mesh: largest difference to the finest mesh, by the finest's largest reading.

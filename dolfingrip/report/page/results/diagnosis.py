@@ -37,7 +37,7 @@ VERDICTS: Final[dict[str, tuple[Verdict, str]]] = {
 
 
 class Diagnosed(Contribution):
-    """What a simulation gets wrong about a measurement, and why."""
+    """Part of the page on what a simulation gets wrong, and why."""
 
     marks: ClassVar = {"diagnose": DiagnosisFile.FILE}
     titles: ClassVar = {"diagnose": "diagnosis"}
@@ -78,7 +78,7 @@ def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPar
 
 
 def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[str]:
-    """What stays unexplained, and where."""
+    """Sentences on what stays unexplained, and where."""
     share = f"{100 * content.verdict.unexplained:.2g} %"
     told = share if content.brief is None else content.brief.not_explained
     lines = [f"Of what the model misses: {told}"]

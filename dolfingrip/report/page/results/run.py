@@ -35,7 +35,7 @@ STILL_PX: Final = 1400
 
 
 class Runs(Contribution):
-    """What experiments read."""
+    """Part of the page on results of experiments."""
 
     marks: ClassVar = {"run": RunFile.FILE}
     place = 10
