@@ -66,7 +66,7 @@ def design(
     several = every.facts(problem) if problem.method.starts > 1 else {}
     told = run.facts(problem, found, refined, wall_s, **several)
     run.write(told, found, out)
-    _draw(problem, found, out)
+    _draw(told, found, out)
     _print(told, found, screen)
     screen.print(f"results: {out}", soft_wrap=True)
 
@@ -138,31 +138,17 @@ class _Said:
                 self._screen.print(f"picture: {file}", soft_wrap=True)
 
 
-def _draw(problem: Problem, found: Descent, out: Path) -> None:
+def _draw(told: DesignFile, found: Descent, out: Path) -> None:
     from dolfingrip.charts import picture
-    from dolfingrip.report.design import Course, course
+    from dolfingrip.files.columns import read_csv
+    from dolfingrip.report.design import course
     from dolfingrip.report.shape_change import draw_change, write_stl
-    from dolfingrip.sections.units import unit
 
     start, best = found.start.shape.mesh, found.best.shape.mesh
     draw_change(start, best, ("start", "design"), out)
     write_stl(best, out / "finger.stl")
-    left = {
-        str(limit): [
-            limit.sign * (value - each.limits[i]) / (abs(value) or 1.0) if each.limits else 0.0
-            for each in found.trials
-        ]
-        for i, (limit, value) in enumerate(found.limits)
-    }
-    shown = Course(
-        str(problem.objective),
-        unit(problem.objective.name),
-        [each.simulations for each in found.trials],
-        [float("nan") if each.failure else each.objective for each in found.trials],
-        [each.accepted for each in found.trials],
-        left,
-    )
-    picture.write(course(shown), out / "convergence.png", picture.Look(panel_in=(5.0, 3.8)))
+    charts = course(told, read_csv(out / "steps.csv"))
+    picture.write(charts, out / "convergence.png", picture.Look(panel_in=(5.0, 3.8)))
 
 
 SHOWN = 16

@@ -48,12 +48,15 @@ def optimise(
     --config names another; --set changes it. What they computed is kept in OUT/fem.
     """
     one_process("--workers, without mpirun")
+    from dolfingrip.charts import picture
     from dolfingrip.cli import progress
     from dolfingrip.design.optimum import files, optimum
     from dolfingrip.design.optimum.finite_elements import evaluator
     from dolfingrip.design.optimum.genetic import Settings
     from dolfingrip.design.surrogate import surrogate as network
+    from dolfingrip.files.surrogate import SurrogateFile
     from dolfingrip.jobs.cluster import Where
+    from dolfingrip.report.design import surrogate_front
 
     model = network.load(surrogate)
     campaign = model.facts.get("campaign") or {}
@@ -91,7 +94,9 @@ def optimise(
             )
             resolved = optimum.compute(found, evaluate)
     facts = files.write(found, resolved, out)
-    _plot(facts, resolved, surrogate, out)
+    learnt = SurrogateFile.read(surrogate)
+    chart = surrogate_front(facts, learnt.failed_designs, learnt.designs(surrogate))
+    picture.write([chart], out / "pareto.png", picture.Look(across=1, key="above"))
     _print(facts, screen)
     screen.print(f"results: {out}", soft_wrap=True)
     if found.missed or any(one.failure for one in facts.designs):
@@ -109,44 +114,6 @@ def _base(campaign: dict[str, Any], file: Path | None, overrides: Sequence[str])
     for assignment in overrides:
         tables.override(data, assignment)
     return configuration.from_dict(data)
-
-
-def _plot(facts: OptimumFile, resolved: Sequence[Resolved], surrogate: Path, out: Path) -> None:
-    """Plot the front with the surrogate's training designs, if its folder still has them."""
-    import numpy as np
-
-    from dolfingrip.charts import picture
-    from dolfingrip.files.surrogate import SurrogateFile
-    from dolfingrip.report.design import FrontPicture, surrogate_front
-
-    first, second = (each.name for each in facts.objectives)
-
-    def point(values: dict[str, float]) -> tuple[float, float]:
-        return values[first], values[second]
-
-    learnt = SurrogateFile.read(surrogate)
-    cloud = [point(each.outputs) for each in learnt.designs(surrogate)]
-    computed = [
-        (one.candidate.role, point(one.computed))
-        for one in resolved
-        if isinstance(one.computed, dict)
-    ]
-    again = [place for role, place in computed if role in ("chosen", "front")]
-    shown = FrontPicture(
-        objectives=facts.objectives,
-        front=np.array([point(each.surrogate) for each in facts.front]),
-        cloud=np.array(cloud) if cloud else None,
-        failed=learnt.failed_designs,
-        chosen={
-            one.limit: point(one.surrogate)
-            for one in facts.designs
-            if one.role == "chosen" and one.limit is not None
-        },
-        original=next((place for role, place in computed if role == "original"), None),
-        resolved=np.array(again) if again else None,
-    )
-    look = picture.Look(across=1, key="above")
-    picture.write([surrogate_front(shown)], out / "pareto.png", look)
 
 
 def _print(facts: OptimumFile, screen: Console) -> None:

@@ -31,6 +31,7 @@ class FrontDesign(Part):
 
     inputs: dict[str, float]
     surrogate: dict[str, float]
+    fem: dict[str, float] | None = Field(None, description="null: not computed again, or failed")
 
 
 class SurrogateError(Part):

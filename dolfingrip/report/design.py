@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
@@ -11,8 +10,12 @@ import numpy.typing as npt
 
 from dolfingrip.channels import CHANNELS, FORCE
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series
+from dolfingrip.files.columns import Columns, numbers, required
+from dolfingrip.files.design import DesignFile
 from dolfingrip.files.front import FrontFile
 from dolfingrip.files.objective import NamedObjective
+from dolfingrip.files.optimum import OptimumFile
+from dolfingrip.files.surrogate import LearntDesign
 from dolfingrip.sections.units import unit
 
 Numbers = npt.NDArray[np.float64]
@@ -117,66 +120,57 @@ def fit(
     return charts
 
 
-@dataclass(frozen=True)
-class FrontPicture:
-    """Contents of the chart of a surrogate's front; points have shape (points, 2).
-
-    Attributes:
-        objectives: of the front, in order.
-        front: Pareto front of the surrogate.
-        cloud: the designs of experiments; None: they are not known.
-        failed: number of failed designs, for the key.
-        chosen: the chosen design for each limit of the first objective.
-        original: the unmorphed finger, computed by finite elements; None: it was not.
-        resolved: designs computed again by finite elements; None: there are none.
-    """
-
-    objectives: tuple[NamedObjective, NamedObjective]
-    front: Numbers
-    cloud: Numbers | None = None
-    failed: int = 0
-    chosen: Mapping[float, tuple[float, float]] = field(default_factory=dict)
-    original: tuple[float, float] | None = None
-    resolved: Numbers | None = None
-
-
-def surrogate_front(shown: FrontPicture) -> Chart:
+def surrogate_front(
+    optimum: OptimumFile, failed: int = 0, learnt: Sequence[LearntDesign] = ()
+) -> Chart:
     """Make the chart of a front and of the designs it was learnt from (the paper's Fig. 7d).
 
     Args:
-        shown: what is known of it.
+        optimum: the front, its choices, and what of it was computed again.
+        failed: number of designs of experiments that failed, for the key.
+        learnt: designs of experiments.
 
     Returns:
         The chart.
     """
-    first, second = shown.objectives
+    first, second = optimum.objectives
+
+    def place(values: Mapping[str, float]) -> tuple[float, float]:
+        return values[first.name], values[second.name]
+
+    def solved(*roles: str) -> list[tuple[float, float]]:
+        own = [each for each in optimum.designs if each.role in roles]
+        return [place(each.fem) for each in own if each.fem is not None]
+
     series = []
-    if shown.cloud is not None:
-        lost = f"; {shown.failed} failed, not shown" if shown.failed else ""
-        name = f"design of experiments ({len(shown.cloud)}{lost})"
-        series.append(_points(name, shown.cloud, "grey", "."))
-    name = f"Pareto front of the surrogate ({len(shown.front)} points)"
-    series.append(_points(name, shown.front, "blue", "."))
-    if shown.resolved is not None:
-        name = "computed again by finite elements"
-        series.append(_points(name, shown.resolved, "ink", "D"))
-    if shown.original is not None:
-        series.append(_points("original", np.array([shown.original]), "green", "s"))
-    if shown.chosen:
-        chosen = np.array(list(shown.chosen.values()))
+    if learnt:
+        lost = f"; {failed} failed, not shown" if failed else ""
+        name = f"design of experiments ({len(learnt)}{lost})"
+        series.append(_points(name, [place(each.outputs) for each in learnt], "grey", "."))
+    name = f"Pareto front of the surrogate ({len(optimum.front)} points)"
+    series.append(_points(name, [place(each.surrogate) for each in optimum.front], "blue", "."))
+    again = solved("chosen") + [place(e.fem) for e in optimum.front if e.fem is not None]
+    if again:
+        series.append(_points("computed again by finite elements", again, "ink", "D"))
+    if solved("original"):
+        series.append(_points("original", solved("original"), "green", "s"))
+    chosen = [each for each in optimum.designs if each.role == "chosen"]
+    if chosen:
         word = "largest" if second.sense == "maximise" else "smallest"
         name = f"chosen: {word} {label(second.name).partition(' (')[0].split()[-1].lower()}"
-        series.append(_points(f"{name} in a limit", chosen, "orange", "*"))
+        places = [place(each.surrogate) for each in chosen]
+        series.append(_points(f"{name} in a limit", places, "orange", "*"))
+    limits = sorted(each.limit for each in chosen if each.limit is not None)
     marks = [
         Mark(limit, f"≤ {limit:g} {first.unit}", "x", colour="orange", beside=True)
-        for limit in sorted(shown.chosen)
+        for limit in limits
     ]
     return Chart("Front of the surrogate", axis(first), axis(second), series, marks)
 
 
-def _points(name: str, places: Numbers, colour: str, marker: str) -> Series:
-    """Points at places of shape (points, 2)."""
-    x, y = places.T
+def _points(name: str, places: Sequence[tuple[float, float]], colour: str, marker: str) -> Series:
+    """Points at their places."""
+    x, y = np.array(places, dtype=float).reshape(-1, 2).T
     return Series(name, x, y, "points", colour=colour, marker=marker)
 
 
@@ -207,39 +201,23 @@ def scatter(names: Sequence[str], sd: Mapping[int, tuple[Sequence[int], Numbers]
     ]
 
 
-@dataclass(frozen=True)
-class Course:
-    """How a descent went; sequences have a value for each design.
-
-    Attributes:
-        label: of the objective, with its unit.
-        unit: of the objective.
-        simulations: load paths so far.
-        objective: NaN where the solve failed.
-        accepted: whether the next steps began there.
-        limits: for each limit's text the share of its size that is left, below 0 where broken.
-    """
-
-    label: str
-    unit: str
-    simulations: Sequence[int]
-    objective: Sequence[float]
-    accepted: Sequence[bool]
-    limits: Mapping[str, Sequence[float]] = field(default_factory=dict)
-
-
-def course(shown: Course) -> list[Chart]:
+def course(design: DesignFile, steps: Columns) -> list[Chart]:
     """Make the charts of a descent: objective and limits against simulations.
 
     Args:
-        shown: how it went.
+        design: content of ``design.json``.
+        steps: columns of ``steps.csv``.
 
     Returns:
-        The chart of the objective, and that of the limits if there are any.
+        The chart of the objective, and that of the limits if there are any; none if no design was
+        solved.
     """
-    at, value = np.array(shown.simulations, dtype=float), np.array(shown.objective, dtype=float)
-    taken, failed = np.array(shown.accepted, dtype=bool), np.isnan(value)
-    along = Axis("Load paths simulated", short="Simulations", whole=True)
+    at, value = required(steps, "simulations"), numbers(steps, "objective")
+    if value is None:
+        return []
+    taken = np.array([str(entry) == "True" for entry in steps["accepted"]])
+    failed = np.isnan(value)
+    along = Axis("Load paths simulated", whole=True)
     series = [Series("accepted", at[taken], value[taken], colour="blue", marker="o")]
     rejected = ~taken & ~failed
     if rejected.any():
@@ -250,17 +228,18 @@ def course(shown: Course) -> list[Chart]:
         Mark(place, "" if i else "solve failed", "x", colour="grey")
         for i, place in enumerate(at[failed])
     ]
-    words = shown.label.partition(" (")[0]
-    found = [
-        Chart("Steps of the design", along, Axis(shown.label, shown.unit, words), series, marks)
-    ]
-    if shown.limits:
-        left = [
-            Series(name, at[taken], 100 * np.array(share)[taken], marker="o")
-            for name, share in shown.limits.items()
-        ]
+    up = Axis(label(design.quantity), unit(design.quantity))
+    found = [Chart("Steps of the design", along, up, series, marks, alt=design.of)]
+    names = list(steps)
+    own = names[names.index("objective") + 1 : names.index("radius")] if "radius" in names else ()
+    limits = []
+    for each, name in zip(design.constraints, own, strict=False):
+        sign = 1.0 if each.sense == "at most" else -1.0
+        left = sign * (each.limit - required(steps, name)[taken]) / (abs(each.limit) or 1.0)
+        limits.append(Series(name, at[taken], 100 * left, marker="o"))
+    if limits:
         percent = Axis("Left to the limit (% of it)", "%")
-        found.append(Chart("Limits of the design", along, percent, left, [Mark(0.0)]))
+        found.append(Chart("Limits of the design", along, percent, limits, [Mark(0.0)]))
     return found
 
 
@@ -279,7 +258,7 @@ def gradient_front(found: FrontFile) -> list[Chart]:
         np.array([getattr(each, name) for each in found.levels])
         for name in ("limit", "mean", "deviation")
     )
-    designs = np.array([each.values for each in found.simulated]).reshape(-1, 2)
+    designs = [each.values for each in found.simulated]
     curve = Series("front", limit, mean, low=mean - 2 * sd, high=mean + 2 * sd, colour="blue")
     points = _points("simulated", designs, "ink", "D")
     note = "Band: two standard deviations."

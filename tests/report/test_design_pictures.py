@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 
 from dolfingrip.charts.picture import Look, write
 from dolfingrip.files.objective import NamedObjective
-from dolfingrip.report.design import FrontPicture, fit, learning_curve, scatter, surrogate_front
+from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile
+from dolfingrip.files.surrogate import LearntDesign
+from dolfingrip.report.design import fit, learning_curve, scatter, surrogate_front
 
 OBJECTIVES = (
     NamedObjective(name="cog_offset_mm", unit="mm", sense="at most"),
@@ -54,18 +56,24 @@ def test_fit_has_a_panel_for_each_output(tmp_path: Path, figures: list[Figure]) 
 
 
 def test_front_tells_what_it_does_not_show(tmp_path: Path, figures: list[Figure]) -> None:
-    line = np.linspace(1.0, 8.0, 30)
-    picture = FrontPicture(
-        OBJECTIVES,
-        np.column_stack([line, np.sqrt(line)]),
-        np.column_stack([line, np.sqrt(line) - 0.5]),
-        failed=4,
-        chosen={3.0: (2.9, 1.7)},
-        original=(2.8, 1.5),
-        resolved=np.column_stack([line, np.sqrt(line)])[::3],
+    line = np.linspace(1.0, 8.0, 30).tolist()
+    every = [{"cog_offset_mm": x, "force_N": float(np.sqrt(x))} for x in line]
+    front = [
+        FrontDesign(inputs={}, surrogate=values, fem=None if i % 3 else values)
+        for i, values in enumerate(every)
+    ]
+    chosen = ChosenDesign(
+        role="chosen", limit=3.0, inputs={}, surrogate={"cog_offset_mm": 2.9, "force_N": 1.7}
     )
+    original = ChosenDesign(role="original", inputs={}, fem={"cog_offset_mm": 2.8, "force_N": 1.5})
+    alone = OptimumFile(
+        objectives=OBJECTIVES, settings={}, surrogate_sha256="", designs=(),
+        front=tuple(each.model_copy(update={"fem": None}) for each in front),
+    )  # fmt: skip
+    whole = alone.model_copy(update={"front": tuple(front), "designs": (chosen, original)})
+    learnt = [LearntDesign(inputs={}, outputs=values, predicted={}) for values in every]
     look = Look(across=1, key="above")
-    write([surrogate_front(picture)], tmp_path / "front.png", look)
+    write([surrogate_front(whole, 4, learnt)], tmp_path / "front.png", look)
     assert _legend(figures[0]) == [
         "design of experiments (30; 4 failed, not shown)",
         "Pareto front of the surrogate (30 points)",
@@ -75,7 +83,6 @@ def test_front_tells_what_it_does_not_show(tmp_path: Path, figures: list[Figure]
     ]
     assert figures[0].axes[0].get_xlabel() == "COG offset (mm)"
     assert _unclipped(tmp_path / "front.png")
-    alone = FrontPicture(OBJECTIVES, picture.front)
     write([surrogate_front(alone)], tmp_path / "alone.png")
     assert _legend(figures[1]) == ["Pareto front of the surrogate (30 points)"]
 

@@ -26,7 +26,7 @@ def test_what_the_page_has(tmp_path: Path) -> None:
     accepted, refused = page.charts[0].series
     assert list(accepted.y) == [2.5, 3.0]
     assert list(refused.y) == [2.4]
-    assert page.charts[0].y.label == "Force (N)"
+    assert page.charts[0].y.label == "Blocked force (N)"
     assert page.tables[0].rows == [["morph.xi1", "0", "0.51", "-0.2 to 1"]]
     assert [(check.name, check.verdict) for check in page.checks] == [
         ("Design: cog_offset_mm", "pass"), ("Design: mass_g", "fail"),

@@ -24,20 +24,27 @@ SENSES = {COG: "at most", FORCE.name: "maximise"}
 """The objectives of the front, and what is done with each."""
 
 
-def front(optimum: Optimum) -> list[FrontDesign]:
+def front(optimum: Optimum, resolved: Sequence[Resolved] = ()) -> list[FrontDesign]:
     """List the designs of a front with the surrogate's outputs.
 
     Args:
         optimum: whose front it is.
+        resolved: designs that were computed again.
 
     Returns:
         A design for each of its points.
     """
     surrogate = optimum.surrogate
     predicted = surrogate.predict(optimum.front.designs, warn=False)
+    again = {
+        tuple(each.candidate.inputs.values()): each.computed
+        for each in resolved
+        if each.candidate.role == "front" and not isinstance(each.computed, Failure)
+    }
     return [
         FrontDesign(
             inputs=dict(zip(surrogate.input_names, map(float, x), strict=True)),
+            fem=again.get(tuple(map(float, x))),
             surrogate=dict(zip(surrogate.output_names, map(float, y), strict=True)),
         )
         for x, y in zip(optimum.front.designs, predicted, strict=True)
@@ -87,7 +94,7 @@ def write(optimum: Optimum, resolved: Sequence[Resolved], out: Path) -> OptimumF
         objectives=(first, second),
         settings=asdict(optimum.settings),
         surrogate_sha256=optimum.surrogate.sha256(),
-        front=tuple(front(optimum)),
+        front=tuple(front(optimum, resolved)),
         limits_below_the_front=tuple(optimum.missed),
         designs=_designs(optimum, resolved),
         surrogate_error_on_front={n: SurrogateError.model_validate(e) for n, e in errors.items()},

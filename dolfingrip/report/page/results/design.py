@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-
-from dolfingrip.channels import CHANNELS
 from dolfingrip.charts.chart import Chart
-from dolfingrip.files.columns import TextTable, numbers, read_csv
+from dolfingrip.files.columns import TextTable, read_csv
 from dolfingrip.files.design import DesignFile
-from dolfingrip.report.design import Course, course
+from dolfingrip.report.design import course, label
 from dolfingrip.report.page.content import Check, KeyNumber, Page, Source
 from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
 from dolfingrip.report.page.numbers import said
@@ -44,28 +41,9 @@ class GradientDesign(Contribution):
         return self.named(found)
 
 
-def _title(content: DesignFile) -> tuple[str, str]:
-    """The objective's title and unit."""
-    name = content.quantity
-    if name in CHANNELS:
-        return CHANNELS[name].title, CHANNELS[name].symbol
-    return name or "Objective", ""
-
-
 def _steps(folder: Path, content: DesignFile) -> list[Chart]:
-    if not (folder / STEPS).is_file():
-        return []
-    table = read_csv(folder / STEPS)
-    title, unit = _title(content)
-    values = numbers(table, "objective")
-    shown = Course(
-        f"{title} ({unit})" if unit else title,
-        unit,
-        [int(entry) for entry in table["simulations"]],
-        [] if values is None else list(values),
-        [entry == "True" for entry in table["accepted"]],
-    )
-    return [] if values is None or np.isnan(values).all() else course(shown)
+    file = folder / STEPS
+    return course(content, read_csv(file)) if file.is_file() else []
 
 
 def _parameters(content: DesignFile) -> TextTable:
@@ -77,13 +55,13 @@ def _parameters(content: DesignFile) -> TextTable:
 
 
 def _gain(content: DesignFile) -> KeyNumber:
-    title, unit = _title(content)
+    title, _, rest = label(content.quantity).partition(" (")
     words = f"by {content.simulations} simulations"
     if content.gain is not None:
         words = f"{100 * content.gain:+.1f} % {words}"
     if content.refined is not None and content.refined.gain is not None:
         words += f"; {100 * content.refined.gain:+.1f} % on a finer mesh"
-    return KeyNumber(f"{title} of the design", said(content.objective, unit), "", words)
+    return KeyNumber(f"{title} of the design", said(content.objective, rest.rstrip(")")), "", words)
 
 
 def _source(folder: Path, content: DesignFile) -> Source:
