@@ -97,3 +97,15 @@ def test_every_kind_of_result_has_a_mark() -> None:
              "surrogate.json"}  # fmt: skip
     assert marks <= set(MARKS.values())
     assert len(set(MARKS.values())) == len(MARKS)
+
+
+def test_only_their_classes_take_result_files_apart() -> None:
+    """Reports and the explorer read no JSON but of their own scripts and sockets."""
+    root = Path(__file__).resolve().parents[2] / "dolfingrip"
+    found = {
+        file.relative_to(root).as_posix()
+        for folder in ("report", "explore")
+        for file in (root / folder).rglob("*.py")
+        if "json.load" in file.read_text(encoding="utf-8")
+    }
+    assert found <= {"report/page/html.py", "explore/session.py", "explore/server.py"}
