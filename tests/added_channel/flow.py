@@ -22,12 +22,12 @@ from dolfingrip.config import Config, ConfigError, load
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.diagnose import Settings, judged
-from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.diagnosis.results import write as write_diagnosis
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments import Result, run, synthetic
 from dolfingrip.experiments.index import find
 from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.report import diagnosis as pictures
 from dolfingrip.report.table import tabulate
 

@@ -14,7 +14,6 @@ from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.found import MESH_UNKNOWN
 from dolfingrip.diagnosis.simulation import meshes
-from dolfingrip.files.diagnosis import DiagnosisFile
 
 PRESSURES_kPa = (0, 25, 50, 75, 100)
 HIDDEN_MPa = 1.8
