@@ -18,10 +18,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from dolfingrip import config as configuration
+from dolfingrip.charts import theme
 from dolfingrip.config import Config
 from dolfingrip.experiments import Result, run
 from dolfingrip.files.diagnosis import DiagnosisFile, FittedHypothesis
-from dolfingrip.report import theme
 
 PICTURE = Path(__file__).resolve().parents[1] / "ninjaflex_finger.png"
 EXPERIMENTS = {"bending": "angle_deg", "blocked_force": "force_N"}
