@@ -242,9 +242,9 @@ def runs(mask: Any) -> Iterator[slice]:
 def _draw_bars(axes: Axes, series: Series, bars: Sequence[Series], colour: str, look: Look) -> None:
     """Draw bars to the right; those of one place stand below one another."""
     length, place = np.asarray(series.x, dtype=float), np.asarray(series.y, dtype=float)
-    own = [each for each in bars if np.intersect1d(each.y, place).size]
+    own = [id(each) for each in bars if np.intersect1d(each.y, place).size] or [id(series)]
     height = look.bar_share / len(own)
-    place = place + height * (own.index(series) - (len(own) - 1) / 2)
+    place = place + height * (own.index(id(series)) - (len(own) - 1) / 2)
     axes.barh(place, length, height, color=colour, label=series.name or None)
     if series.low is not None and series.high is not None:
         axes.hlines(place, series.low, series.high, color=INK, lw=1.0)
