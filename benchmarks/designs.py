@@ -24,6 +24,7 @@ import numpy as np
 
 from benchmarks.fronts import front
 from dolfingrip import config as configuration
+from dolfingrip.charts.theme import BLUE, INK, ORANGE, figure_theme
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
 from dolfingrip.design.gradient.evaluation import Simulations
@@ -42,7 +43,6 @@ from dolfingrip.meshes.solid import MeshError
 from dolfingrip.report.page import finger as report
 from dolfingrip.report.shape_change import draw_section
 from dolfingrip.report.skin import extract_skin
-from dolfingrip.report.theme import BLUE, INK, ORANGE, figure_theme
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
@@ -141,10 +141,10 @@ def steps(out: Path, pool: Pool) -> list[dict[str, Any]]:
                 "steps_s": round(own_s, 1),  # of processor between them
                 "start_N": round(one.start.objective, 4),
                 "best_N": round(one.best.objective, 4),
-                "gain_percent": round(100 * told["gain"], 2),
-                "limits_kept": all(each["kept"] for each in told["constraints"]),
-                "xi1": round(told["parameters"]["morph.xi1"]["value"], 4),
-                "xi2": round(told["parameters"]["morph.xi2"]["value"], 4),
+                "gain_percent": round(100 * (told.gain or 0.0), 2),
+                "limits_kept": all(each.kept for each in told.constraints),
+                "xi1": round(told.parameters["morph.xi1"].value, 4),
+                "xi2": round(told.parameters["morph.xi2"].value, 4),
             }
         )
         print(found[-1], flush=True)

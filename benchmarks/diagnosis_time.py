@@ -20,7 +20,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from dolfingrip.diagnosis.outcome import DiagnosisFile
+from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.jobs.store import Store
 
 SYNTHETIC: Final = (
@@ -54,7 +54,7 @@ def timed(data: Path, start: str, workers: int, out: Path) -> str:
     with Store(out / "simulations") as store:
         rows = list(store.rows())
     computed = [row for row in rows if row["worker"] != "shipped"]
-    verdict = DiagnosisFile.read(out / "diagnosis.json").verdict
+    verdict = DiagnosisFile.read(out).verdict
     return (
         f"from {start}: {wall / 60:.1f} min on {workers} workers ({os.cpu_count()} cores), "
         f"processor {processor:.0f} s, {len(computed)} of {len(rows)} simulations computed; "

@@ -23,10 +23,10 @@ from matplotlib.axes import Axes
 
 from benchmarks.parts import UNGRADED_MM
 from dolfingrip import config
+from dolfingrip.charts import theme
 from dolfingrip.experiments import run
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.files.table import write
-from dolfingrip.report import theme
 from dolfingrip.sections.tables import assignments
 
 OVERRIDES = (

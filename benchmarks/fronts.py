@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 from scipy.stats import norm
 
+from dolfingrip.charts.theme import BLUE, GREEN, INK, ORANGE, figure_theme
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.front import FrontFinder
@@ -32,7 +33,6 @@ from dolfingrip.design.surrogate.table import Table
 from dolfingrip.design.surrogate.training import train
 from dolfingrip.files import table
 from dolfingrip.jobs.pool import Pool
-from dolfingrip.report.theme import BLUE, GREEN, INK, ORANGE, figure_theme
 
 Floats = NDArray[np.float64]
 

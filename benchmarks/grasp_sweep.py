@@ -144,7 +144,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     """Angles against pressure, a panel for each food; hollow where it was not picked up."""
     import matplotlib.pyplot as plt
 
-    from dolfingrip.report import theme
+    from dolfingrip.charts import theme
 
     with theme.figure_theme():
         figure, panels = plt.subplots(

@@ -29,18 +29,18 @@ def experiment(spec: dict[str, Any]) -> dict[str, Any]:
     result = run(spec["kind"], config.load(None, assignments(spec["overrides"])))
     if result.failure is not None:
         raise SystemExit(result.failure.sentence())
-    phases = result.facts["profile"]
+    phases = result.facts.profile
     before = {name: phases[name]["wall_s"] for name in ("mesh", "forms")}
-    wall = result.facts["wall_s"]
+    wall = result.facts.wall_s or 0.0
     return {
-        "dofs": result.facts["mesh"]["dofs"],
-        "elements": result.facts["mesh"]["elements"],
+        "dofs": result.facts.mesh.dofs,
+        "elements": result.facts.mesh.elements,
         "mesh_s": before["mesh"],
         "setup_s": before["forms"],
         "solve_s": wall - sum(before.values()),
-        "iterations": result.facts["newton"]["iterations"],
-        "factorisations": result.facts["newton"]["factorisations"],
-        "load_steps": result.facts["newton"]["load_steps"],
+        "iterations": result.facts.newton.iterations,
+        "factorisations": result.facts.newton.factorisations,
+        "load_steps": result.facts.newton.load_steps,
         "rows": [
             {k: row[k] for k in ("pressure_kPa", "angle_deg", "force_N", "iterations") if k in row}
             for row in result.rows

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
 import os
 import resource
 import subprocess
@@ -24,7 +23,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from benchmarks.orders import exponent
-from dolfingrip.report import theme
+from dolfingrip.charts import theme
+from dolfingrip.files.run import RunFile
 
 TABLE = Path(__file__).with_suffix(".csv")
 KEY = ("element", "size_mm", "solver", "ranks")
@@ -50,7 +50,7 @@ def run(element: str, size: str, solver: str, ranks: str) -> dict[str, object]:
              "--set", f"solver.linear={solver}"],
             check=True, env={**os.environ, "OMP_NUM_THREADS": "1"},
         )  # fmt: skip
-        facts = json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))
+        facts = RunFile.read(folder).plain()
         with (Path(folder) / "result.csv").open(encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

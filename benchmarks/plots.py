@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.convergence import QUANTITIES, limits, series
 from benchmarks.orders import exponent
 from benchmarks.outcomes import Outcome
-from dolfingrip.report import theme
+from dolfingrip.charts import theme
 
 COLOURS = {"S2": theme.GREEN, "P2": theme.BLUE, "P1": theme.ORANGE}
 MARKERS = {"S2": "^", "P2": "o", "P1": "s"}

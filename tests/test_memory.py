@@ -17,7 +17,7 @@ from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.gradient.simulate import simulate
 from dolfingrip.experiments import run
 from dolfingrip.experiments.index import NAMES
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.results.readings import Row
 from dolfingrip.explore.solve import solve
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.job import JobFailure

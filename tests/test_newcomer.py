@@ -17,9 +17,9 @@ from dolfingrip.cli.app import app
 from dolfingrip.cli.options import console
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table
-from dolfingrip.diagnosis.plan.outcome import Addition, Effect, Plan
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.material_fit import coupons
+from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
 from dolfingrip.report.table import of_columns
 from dolfingrip.sections import protocol_file
 from dolfingrip.sections.tables import assignments
@@ -66,16 +66,16 @@ def test_a_csv_with_another_separator_is_told_so(separator: str, tmp_path: Path)
 
 
 def test_a_plan_is_printed_as_tables_of_80_columns() -> None:
-    effect = Effect(
+    effect = EffectOutlook(
         effect="temperature_drift", ordinary="", strength_sigma=12.3, named_from=None,
         named_from_sigma=None, class_from=None, share=0.5, class_share=0.75,
         confused_with=("mooney_rivlin", "base_layer_offset", "plate_compliance", "prony"),
     )  # fmt: skip
-    addition = Addition(
+    addition = AdditionWorth(
         name="a coupon, loading and unloading", kind="coupon", minutes=12.0, share=0.625,
         gain_per_minute=-1e-9, lifts=("mooney_rivlin", "print_anisotropy"),
     )  # fmt: skip
-    found = Plan(
+    found = PlanFile(
         version="1", experiments=("bending",), readings=9, minutes=3.0, share=0.5,
         class_share=0.6, effects=(effect,), additions=(addition,),
     )  # fmt: skip

@@ -45,6 +45,8 @@ ADDITIONS = {
     "an effect": Addition("force_square", "dolfingrip/extensions"),
     "a food": Addition("egg", "dolfingrip/foods", "index.py", "cube"),
     "an experiment": Addition("stretch", "dolfingrip/experiments", "index.py", "grasp"),
+    "a result file": Addition("tally_file", "dolfingrip/files"),
+    "the page of a result file": Addition("tally", "dolfingrip/report/page/results"),
 }
 MOST_FILES = 2
 """Files that an addition may touch: its own, and the index."""
@@ -208,3 +210,16 @@ def test_the_experiment_has_a_command(copy: Path) -> None:
     assert "Pull the material by a tenth" in shown
     assert "A tenth" in said
     assert len(column(copy / "stretch", "force_N")) == 2
+
+
+def test_the_result_file_is_on_a_page(copy: Path) -> None:
+    code = (
+        "from dolfingrip.files.tally_file import TallyFile\n"
+        "TallyFile(days=(1, 2), printed=(3, 4)).write('tally')"
+    )
+    run(copy, then=code)
+    said, _ = run(copy, ["report", "tally", "--out", "tally.html"])
+    assert "report: tally.html" in said
+    page = (copy / "tally.html").read_text(encoding="utf-8")
+    for text in ("<title>Tally</title>", "<h3>Printed fingers</h3>", "<b>7 fingers</b>"):
+        assert text in page

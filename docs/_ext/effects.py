@@ -13,9 +13,9 @@ from docstrings import Docstring, block, inline, table
 from matplotlib.axes import Axes
 from pages import ROOT, Page, file_of, picture
 
+from dolfingrip.charts import theme
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.report import theme
 from dolfingrip.sections.units import unit
 
 HEADS = ("Prior", "Fingerprint", "Confused with")

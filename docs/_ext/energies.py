@@ -20,6 +20,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
 import dolfingrip.forms
+from dolfingrip.charts import theme
 from dolfingrip.forms import (
     bulk_modulus,
     chain_rule,
@@ -37,7 +38,6 @@ from dolfingrip.forms import (
 )
 from dolfingrip.forms.evaluate import number
 from dolfingrip.forms.evaluate_many import SOLID, Evaluation, constant
-from dolfingrip.report import theme
 
 MU_MPa = 1.0
 STRETCHES = np.linspace(0.6, 2.5, 60)

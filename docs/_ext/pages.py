@@ -9,7 +9,7 @@ from typing import NamedTuple
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from dolfingrip.report import theme
+from dolfingrip.charts import theme
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -14,10 +14,10 @@ from matplotlib.axes import Axes
 from pages import Page, file_of, picture
 
 import dolfingrip.mechanics
+from dolfingrip.charts import theme
 from dolfingrip.mechanics.contact.density import Smooth, TwoStage
 from dolfingrip.mechanics.contact.ramp import Ramp
 from dolfingrip.mechanics.model.term import Term
-from dolfingrip.report import theme
 
 CAPABILITIES = (
     ("couplings", "second derivatives beside those that elements integrate"),

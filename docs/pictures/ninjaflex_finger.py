@@ -18,10 +18,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from dolfingrip import config as configuration
+from dolfingrip.charts import theme
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.outcome import DiagnosisFile, Fit
 from dolfingrip.experiments import Result, run
-from dolfingrip.report import theme
+from dolfingrip.files.diagnosis import DiagnosisFile, FittedHypothesis
 from dolfingrip.sections.tables import assignments
 
 PICTURE = Path(__file__).resolve().parents[1] / "ninjaflex_finger.png"
@@ -42,7 +42,7 @@ def materials(found: DiagnosisFile) -> Iterator[tuple[str, Config]]:
             yield fit.effects[0], fitted(fit)
 
 
-def fitted(fit: Fit) -> Config:
+def fitted(fit: FittedHypothesis) -> Config:
     """The reference finger of the material of a fit."""
     values = {parameter.key: parameter.value for parameter in fit.parameters}
     lists = ("extensions.prony.g", "extensions.prony.tau_s")
@@ -75,7 +75,7 @@ def main() -> None:
     """Compute, print and draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--diagnosis", type=Path, default=Path("out/diagnosis"))
-    found = DiagnosisFile.read(parser.parse_args().diagnosis / "diagnosis.json")
+    found = DiagnosisFile.read(parser.parse_args().diagnosis)
     curves: dict[str, dict[str, Result]] = {}
     for name, config in materials(found):
         curves[name] = {}

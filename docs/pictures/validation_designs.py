@@ -12,9 +12,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from dolfingrip import config
+from dolfingrip.charts import theme
 from dolfingrip.cli.reproduce_command import PAPER
 from dolfingrip.experiments import Result, run
-from dolfingrip.report import theme
 from dolfingrip.sections.tables import assignments
 
 HERE = Path(__file__).resolve().parent

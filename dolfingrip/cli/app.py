@@ -40,6 +40,7 @@ from dolfingrip.cli.options import INTERRUPTED, ConfigFile, Overrides
 from dolfingrip.cli.pipes import unbroken_output
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.whole import FULL, WriteError, failed
 from dolfingrip.jobs.interrupts import interrupt_behind
 from dolfingrip.sections.errors import MachineError
@@ -144,7 +145,7 @@ def _main() -> None:
         sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     try:
         app()
-    except ConfigError as error:  # the same on all ranks
+    except (ConfigError, ResultFileError) as error:  # the same on all ranks
         sys.stderr.write(f"dolfingrip: {error}\n")
         _end(2)
     except MachineError as error:

@@ -15,6 +15,7 @@ from rich.console import Console
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import PRESSURE
+from dolfingrip.charts import picture
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Change, Config, ConfigError
@@ -25,10 +26,11 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.loop import follow
 from dolfingrip.experiments.request import Request
-from dolfingrip.experiments.results.result import Result, Row
+from dolfingrip.experiments.result import Result
+from dolfingrip.experiments.results.readings import Row
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.report import curve, render
+from dolfingrip.report import render
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections import protocol_file
 from dolfingrip.sections.tables import assignments
@@ -200,8 +202,8 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
         result = _run(Request.of(each, config, fields=out / each.name), console)
         results.append(result)
         pictures = _pictures(each, result, out / each.name, wanted, "displacement", console)
-        for picture in pictures:
-            console.print(f"wrote {picture}", soft_wrap=True)
+        for file in pictures:
+            console.print(f"wrote {file}", soft_wrap=True)
     if MPI.COMM_WORLD.rank == 0:
         parts = [
             (each.table, result.columns()) for each, result in zip(shown, results, strict=True)
@@ -296,7 +298,7 @@ def _pictures(
             return []
         with console.status("plotting and rendering"):
             columns = result.columns()
-            curve_file = curve.plot(experiment, columns, out / "curve.png", result.turning_point)
+            curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
             if experiment.pictures != "finger":
                 module = importlib.import_module(f"dolfingrip.report.{experiment.pictures}")
                 return [curve_file, *module.draw(out, result.config, columns)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.box import SIMPLE_HEAD
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from dolfingrip.design.gradient.problem import Held, Problem
     from dolfingrip.design.gradient.trial import Descent, Trial
+    from dolfingrip.files.design import DesignFile
     from dolfingrip.meshes.solid import SolidMesh
 
 
@@ -62,23 +63,21 @@ def design(
         if refine and problem.objective.experiment != GRASP:
             screen.print("start and result on a finer mesh")
             refined = run.refine(problem, found, compute)
-    told = run.facts(problem, found, refined, wall_s)
-    if problem.method.starts > 1:
-        told |= every.facts(problem)
+    several = every.facts(problem) if problem.method.starts > 1 else {}
+    told = run.facts(problem, found, refined, wall_s, **several)
     run.write(told, found, out)
-    _draw(problem, found, out)
+    _draw(told, found, out)
     _print(told, found, screen)
     screen.print(f"results: {out}", soft_wrap=True)
 
 
 def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
     """Find a front and write ``front.json``, ``front.csv`` and ``front.png``."""
-    import numpy as np
-
+    from dolfingrip.charts import picture
     from dolfingrip.design.gradient import front, run
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
-    from dolfingrip.report.shape_change import Band, plot_band
+    from dolfingrip.report.design import gradient_front
 
     most, folder = problem.method.simulations, out / run.FOLDER
     begun = time.monotonic()
@@ -91,18 +90,9 @@ def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
         compute = run.computed_in(folder, pool)
         found = front.FrontFinder(problem, problem.front, compute, say).run()
-    run.write_front(problem, found, time.monotonic() - begun, out)
-    places = {
-        each.key: each.scaled(
-            np.stack([found.values[:, i], found.lowest[:, i], found.highest[:, i]], axis=1)
-        )
-        for i, each in enumerate(problem.variables)
-    }
-    band = Band(
-        problem.front.against, str(problem.objective), found.limit, found.mean, found.deviation,
-        found.against, found.objective, found.areas, found.unsure, places,
-    )  # fmt: skip
-    plot_band(band, out / "front.png")
+    told = run.front_facts(problem, found, time.monotonic() - begun)
+    run.write_front(told, out)
+    picture.write(gradient_front(told), out / "front.png", picture.Look(panel_in=(4.5, 3.8)))
     screen.print(f"results: {out}", soft_wrap=True)
 
 
@@ -148,63 +138,50 @@ class _Said:
                 self._screen.print(f"picture: {file}", soft_wrap=True)
 
 
-def _draw(problem: Problem, found: Descent, out: Path) -> None:
-    from dolfingrip.report.shape_change import Course, draw_change, plot_course, write_stl
+def _draw(told: DesignFile, found: Descent, out: Path) -> None:
+    from dolfingrip.charts import picture
+    from dolfingrip.files.columns import read_csv
+    from dolfingrip.report.design import course
+    from dolfingrip.report.shape_change import draw_change, write_stl
 
     start, best = found.start.shape.mesh, found.best.shape.mesh
     draw_change(start, best, ("start", "design"), out)
     write_stl(best, out / "finger.stl")
-    left = {
-        str(limit): [
-            limit.sign * (value - each.limits[i]) / (abs(value) or 1.0) if each.limits else 0.0
-            for each in found.trials
-        ]
-        for i, (limit, value) in enumerate(found.limits)
-    }
-    course = Course(
-        str(problem.objective),
-        [each.simulations for each in found.trials],
-        [float("nan") if each.failure else each.objective for each in found.trials],
-        [each.accepted for each in found.trials],
-        left,
-    )
-    plot_course(course, out / "convergence.png")
+    charts = course(told, read_csv(out / "steps.csv"))
+    picture.write(charts, out / "convergence.png", picture.Look(panel_in=(5.0, 3.8)))
 
 
 SHOWN = 16
 """Parameters in the table; a free form's numbers are in ``design.json``."""
 
 
-def _print(told: dict[str, Any], found: Descent, screen: Console) -> None:
+def _print(told: DesignFile, found: Descent, screen: Console) -> None:
     table = Table(title="Design", box=SIMPLE_HEAD, padding=(0, 1))
     for column in ("", "start", "design", "limit"):
         table.add_column(column, justify="left" if not column else "right", overflow="fold")
-    table.add_row(told["of"], f"{told['start']:.4g}", f"{told['objective']:.4g}", "")
-    for each in told["constraints"]:
-        limit = f"{each['sense']} {each['limit']:.4g}"
-        table.add_row(each["of"], f"{each['start']:.4g}", f"{each['value']:.4g}", limit)
-    own = {k: v for k, v in told["parameters"].items() if not k.startswith("form.")}
-    for key, each in list(own.items())[:SHOWN]:
-        between = f"{each['low']:g} to {each['high']:g}"
-        table.add_row(key, f"{each['start']:.4g}", f"{each['value']:.4g}", between)
+    table.add_row(told.of, f"{told.start:.4g}", f"{told.objective:.4g}", "")
+    for each in told.constraints:
+        limit = f"{each.sense} {each.limit:.4g}"
+        table.add_row(each.of, f"{each.start:.4g}", f"{each.value:.4g}", limit)
+    own = {k: v for k, v in told.parameters.items() if not k.startswith("form.")}
+    for key, one in list(own.items())[:SHOWN]:
+        table.add_row(key, f"{one.start:.4g}", f"{one.value:.4g}", f"{one.low:g} to {one.high:g}")
     screen.print(table)
-    gain = "" if told["gain"] is None else f"{100 * told['gain']:+.1f} % with "
-    screen.print(f"{gain}{told['simulations']} simulations: {told['ending']}", soft_wrap=True)
-    for number, each in enumerate(told.get("starts", ()), 1):
-        ends = (
-            "" if "objective" not in each else f"{each['start']:.4g} to {each['objective']:.4g}, "
-        )
-        screen.print(f"start {number}: {ends}{each['ending']}", soft_wrap=True)
-    if "differ" in told:
-        apart = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in told["differ"].items()]
+    gain = "" if told.gain is None else f"{100 * told.gain:+.1f} % with "
+    screen.print(f"{gain}{told.simulations} simulations: {told.ending}", soft_wrap=True)
+    for number, begun in enumerate(told.starts, 1):
+        ends = "" if begun.objective is None else f"{begun.start:.4g} to {begun.objective:.4g}, "
+        screen.print(f"start {number}: {ends}{begun.ending}", soft_wrap=True)
+    if told.differ is not None:
+        apart = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in told.differ.items()]
         shown = ", ".join(apart[:SHOWN]) or "nothing"
         screen.print(f"differs between the best designs: {shown}", soft_wrap=True)
-    refined = told.get("refined")
-    if refined and refined["failure"]:
-        screen.print(f"finer mesh: {refined['failure']}", style="red", soft_wrap=True)
-    elif refined and refined["gain"] is not None:
+    refined = told.refined
+    if refined is not None and refined.failure:
+        screen.print(f"finer mesh: {refined.failure}", style="red", soft_wrap=True)
+    elif refined is not None and refined.gain is not None:
         screen.print(
-            f"finer mesh: {refined['start']:.4g} to {refined['objective']:.4g}, "
-            f"{100 * refined['gain']:+.1f} %",
+            f"finer mesh: {refined.start:.4g} to {refined.objective:.4g}, "
+            f"{100 * refined.gain:+.1f} %",
             soft_wrap=True,
         )

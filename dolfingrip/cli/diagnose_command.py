@@ -58,7 +58,7 @@ def diagnose(
     result = write(found, data, out)
     from dolfingrip.report import diagnosis as pictures
 
-    pictures.draw(result.pictures, out)
+    pictures.draw(result.result, result.readings, out)
     for line in result.text.splitlines()[:3]:
         screen.print(line.removeprefix("# "), soft_wrap=True)
     screen.print(f"diagnosis: {out}", soft_wrap=True)

@@ -129,7 +129,7 @@ def doe(
 
 def _so_far(plan: Plan) -> Callable[[Answer], str]:
     """Says what a design and its outputs are."""
-    from dolfingrip.report.design import LABELS
+    from dolfingrip.report.design import label
     from dolfingrip.report.page.numbers import said
 
     inputs = {design.key: design.inputs for design in plan.designs()}
@@ -137,7 +137,7 @@ def _so_far(plan: Plan) -> Callable[[Answer], str]:
     def told(answer: Answer) -> str:
         def words(values: Mapping[str, Any]) -> str:
             return ", ".join(
-                f"{LABELS.get(name, name)} {said(v) if isinstance(v, float | int) else v}"
+                f"{label(name)} {said(v) if isinstance(v, float | int) else v}"
                 for name, v in values.items()
             )
 

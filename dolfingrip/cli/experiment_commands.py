@@ -29,7 +29,7 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
 
 if TYPE_CHECKING:
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.result import Result
 
 Renders = Annotated[
     str | None,

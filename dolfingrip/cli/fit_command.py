@@ -40,6 +40,7 @@ def fit_laws(
     Raises:
         ConfigError: one line, if a file or a name is wrong.
     """
+    from dolfingrip.charts import picture
     from dolfingrip.cli import progress
     from dolfingrip.experiments.material_fit import coupons, fit, material_file
     from dolfingrip.experiments.material_fit.choice import choose
@@ -77,7 +78,7 @@ def fit_laws(
             "allowed: another law, or fewer readings by --max-stretch"
         )
     material_file.write(best, data, out / "material.toml")
-    material.plot(data, fits, best, out / "fit.png")
+    picture.write(material.charts(data, fits, best), out / "fit.png", material.LOOK)
     screen.print(
         f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}",
         soft_wrap=True,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +10,6 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import FORCE
 from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Change, Config
@@ -19,8 +17,8 @@ from dolfingrip.config import Change, Config
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dolfingrip.design.optimum.optimum import Optimum
     from dolfingrip.design.optimum.resolve import Resolved
+    from dolfingrip.files.optimum import ChosenDesign, OptimumFile
 
 
 def optimise(
@@ -49,12 +47,15 @@ def optimise(
     --config names another; --set changes it. What they computed is kept in OUT/fem.
     """
     one_process("--workers, without mpirun")
+    from dolfingrip.charts import picture
     from dolfingrip.cli import progress
     from dolfingrip.design.optimum import files, optimum
     from dolfingrip.design.optimum.finite_elements import evaluator
     from dolfingrip.design.optimum.genetic import Settings
     from dolfingrip.design.surrogate import surrogate as network
+    from dolfingrip.files.surrogate import SurrogateFile
     from dolfingrip.jobs.cluster import Where
+    from dolfingrip.report.design import surrogate_front
 
     model = network.load(surrogate)
     campaign = model.facts.get("campaign") or {}
@@ -92,10 +93,12 @@ def optimise(
             )
             resolved = optimum.compute(found, evaluate)
     facts = files.write(found, resolved, out)
-    _plot(found, resolved, surrogate, out)
+    learnt = SurrogateFile.read(surrogate)
+    chart = surrogate_front(facts, learnt.failed_designs, learnt.designs(surrogate))
+    picture.write([chart], out / "pareto.png", picture.Look(across=1, key="above"))
     _print(facts, screen)
     screen.print(f"results: {out}", soft_wrap=True)
-    if found.missed or any("failure" in one for one in facts["designs"]):
+    if found.missed or any(one.failure for one in facts.designs):
         raise typer.Exit(1)
 
 
@@ -108,85 +111,46 @@ def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Con
     return configuration.changed(configuration.from_dict(campaign["base"]), overrides)
 
 
-def _plot(found: Optimum, resolved: Sequence[Resolved], surrogate: Path, out: Path) -> None:
-    """Plot the front with the surrogate's training designs, if its folder still has them."""
-    import numpy as np
-
-    from dolfingrip.design.optimum.pareto import COG
-    from dolfingrip.report.design import FrontPicture, Points, plot_front
-
-    cloud = None
-    if (surrogate / "designs.csv").is_file():
-        with (surrogate / "designs.csv").open(encoding="utf-8", newline="") as stream:
-            designs = list(csv.DictReader(stream))
-        names = (COG, FORCE.name)
-        cloud = Points(*(np.array([float(row[name]) for row in designs]) for name in names))
-    computed = [
-        (one.candidate.role, one.computed[COG], one.computed[FORCE.name])
-        for one in resolved
-        if isinstance(one.computed, dict)
-    ]
-    again = [(cog, force) for role, cog, force in computed if role in ("chosen", "front")]
-    original = next(((cog, force) for role, cog, force in computed if role == "original"), None)
-    picture = FrontPicture(
-        front=Points(found.front.cog_mm, found.front.force_N),
-        cloud=cloud,
-        failed=int(found.surrogate.facts.get("failed_designs", 0)),
-        chosen={
-            one.cog_max_mm: (one.predicted[COG], one.predicted[FORCE.name])
-            for one in found.candidates
-            if one.role == "chosen" and one.cog_max_mm is not None
-        },
-        original=original,
-        resolved=Points(*np.array(again).T) if again else None,
-    )
-    plot_front(picture, out / "pareto.png")
-
-
-def _print(facts: dict[str, Any], screen: Console) -> None:
-    for limit in facts["limits_below_the_front_mm"]:
+def _print(facts: OptimumFile, screen: Console) -> None:
+    for limit in facts.limits_below_the_front:
         screen.print(f"no design of the front has a COG offset up to {limit:g} mm")
-    if facts["designs"]:
-        screen.print(_table(facts["designs"]))
-    for one in facts["designs"]:
-        if "failure" in one:
-            screen.print(
-                f"{one['role']} design failed: {one['failure']}", style="red", soft_wrap=True
-            )
-    for name, error in facts["surrogate_error_on_front"].items():
+    if facts.designs:
+        screen.print(_table(facts.designs))
+    for one in facts.designs:
+        if one.failure:
+            screen.print(f"{one.role} design failed: {one.failure}", style="red", soft_wrap=True)
+    for name, error in facts.surrogate_error_on_front.items():
         screen.print(
-            f"surrogate on {error['designs']} points along the front, {name}: RMS error "
-            f"{error['rms']:.3g} ({100 * error['relative']:.2g} %), largest {error['largest']:.3g}",
+            f"surrogate on {error.designs} points along the front, {name}: RMS error "
+            f"{error.rms:.3g} ({100 * error.relative:.2g} %), largest {error.largest:.3g}",
             soft_wrap=True,
         )
 
 
-def _table(designs: Sequence[dict[str, Any]]) -> Table:
+def _table(designs: Sequence[ChosenDesign]) -> Table:
     """The chosen designs; by the surrogate, and by finite elements where they are checked."""
-    from dolfingrip.report.design import LABELS
+    from dolfingrip.report.design import label
     from dolfingrip.report.table import of_columns
 
     first, roles = designs[0], "Design"
     columns = {roles: [_role(one) for one in designs]}
-    for name in first["inputs"]:
-        columns[LABELS.get(name, name)] = [f"{one['inputs'][name]:z.3f}" for one in designs]
-    for name in first["surrogate"]:
-        label = LABELS.get(name, name)
-        columns[label] = [f"{one['surrogate'][name]:z.3f}" for one in designs]
-        if "fem" in first:
-            what, bracket, unit = label.partition(" (")
+    for name in first.inputs:
+        columns[label(name)] = [f"{one.inputs[name]:z.3f}" for one in designs]
+    for name in first.surrogate:
+        columns[label(name)] = [f"{one.surrogate[name]:z.3f}" for one in designs]
+        if first.resolved:
+            what, bracket, unit = label(name).partition(" (")
             columns[f"{what} by FEM{bracket}{unit}"] = [
-                "failed" if one["fem"] is None else f"{one['fem'][name]:z.3f}" for one in designs
+                "failed" if one.fem is None else f"{one.fem[name]:z.3f}" for one in designs
             ]
-    if "fem" in first:
-        gains = [one["force_over_original"] for one in designs]
+    if first.resolved:
+        gains = [one.gain for one in designs]
         columns["Gain (%)"] = ["–" if gain is None else f"{100 * gain:+z.1f}" for gain in gains]
     table = of_columns(columns, "Designs", left=(roles,))
-    if "fem" in first:
+    if first.resolved:
         table.caption = "by the surrogate; FEM: by finite elements; gain: force over the original's"
     return table
 
 
-def _role(design: dict[str, Any]) -> str:
-    limit = design["cog_max_mm"]
-    return str(design["role"]) if limit is None else f"{design['role']} ≤ {limit:g} mm"
+def _role(design: ChosenDesign) -> str:
+    return design.role if design.limit is None else f"{design.role} ≤ {design.limit:g} mm"

@@ -31,13 +31,13 @@ from dolfingrip.files import whole
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from dolfingrip.diagnosis.plan.outcome import Plan
+    from dolfingrip.files.plan import PlanFile
 
 NAMES = 26
 """Width, in characters, to which lists of names are wrapped."""
 
 
-def tables(found: Plan) -> list[Table]:
+def tables(found: PlanFile) -> list[Table]:
     """The effects and the additions of a plan, for a terminal of 80 columns."""
     from dolfingrip.report.table import of_columns
 
@@ -110,12 +110,13 @@ def plan_experiment(
                 show,
             )  # fmt: skip
         found = work.plan(rig, resolved, settings, dict(changes or ()), told)
-    found.write(out / "plan.json")
+    found.write(out)
     text = outcome.text(found)
     whole.write(out / "plan.md", text)
+    from dolfingrip.charts import picture
     from dolfingrip.report import plan as pictures
 
-    pictures.draw(found.model_dump(), out / "plan.png")
+    picture.write(pictures.charts(found), out / "plan.png", pictures.look(found))
     screen.print(text.partition("\n|")[0].lstrip("# "), soft_wrap=True)
     for table in tables(found):
         screen.print(table)

@@ -13,7 +13,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.files import whole
 
 if TYPE_CHECKING:
-    from dolfingrip.report.page.sources import Source
+    from dolfingrip.report.page.contribution import FoundResult
 
 MB = 1e6
 
@@ -69,8 +69,9 @@ def write_report(
             large.
         WriteError: one line.
     """
-    from dolfingrip.report.columns import read_csv
+    from dolfingrip.files.columns import read_csv
     from dolfingrip.report.page import build, html, sources
+    from dolfingrip.report.page.contribution import Given
 
     found = sources.find(results)
     table = None
@@ -79,7 +80,7 @@ def write_report(
             table = read_csv(measured)
         except (OSError, ValueError) as error:
             raise ConfigError(f"--measured {measured}: {error}") from None
-    page = build.build(found, designs=_designs(found), measured=table, title=title)
+    page = build.build(found, Given(_designs(found), table), title or "")
     text = html.rendered(page).encode()
     size_MB = len(text) / MB
     if size_MB > html.LARGEST_MB:
@@ -90,7 +91,7 @@ def write_report(
     return out
 
 
-def _designs(found: Sequence[Source]) -> dict[Path, list[dict[str, Any]]]:
+def _designs(found: Sequence[FoundResult]) -> dict[Path, list[dict[str, Any]]]:
     """The designs of each campaign."""
     from dolfingrip.design.campaign.campaign import read
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,6 +21,7 @@ from dolfingrip.cli.options import (
     console,
     one_process,
 )
+from dolfingrip.files.optimum import ChosenDesign, OptimumFile
 from dolfingrip.jobs.interrupts import Interrupted
 
 PAPER = {
@@ -94,19 +95,19 @@ def step(function: Any, *arguments: object) -> int:
 
 def comparison(optimum: Path) -> Table:
     """A table of an optimisation's chosen designs and the paper's, a row for each COG limit."""
-    facts = json.loads((optimum / "optimum.json").read_text(encoding="utf-8"))
+    designs = OptimumFile.read(optimum).designs
     forces = _forces_N(optimum / "fem")
-    original = _force(forces, "original", None, facts)
+    original = _force(forces, "original", None, designs)
     table = Table(title="Chosen designs and the paper's", box=SIMPLE_HEAD, padding=(0, 1))
     gain = f"gain at\n{MEASURED_KPA:g} kPa, %"
     for heading in ("COG ≤\nmm", "ξ₁", "paper", "ξ₂", "paper", gain, "paper,\nmeasured"):
         table.add_column(heading, justify="right")
-    for one in facts["designs"]:
-        if one["role"] != "chosen":
+    for one in designs:
+        if one.role != "chosen" or one.limit is None:
             continue
-        limit = one["cog_max_mm"]
-        xi1, xi2 = one["inputs"].values()
-        force = _force(forces, "chosen", limit, facts)
+        limit = one.limit
+        xi1, xi2 = one.inputs.values()
+        force = _force(forces, "chosen", limit, designs)
         ours = "–" if math.isnan(force / original) else f"{100 * (force / original - 1):+z.1f}"
         theirs = PAPER[limit]
         table.add_row(
@@ -140,9 +141,11 @@ def _forces_N(campaign: Path) -> Forces:
     return found
 
 
-def _force(forces: Forces, role: str, limit: float | None, facts: dict[str, Any]) -> float:
+def _force(
+    forces: Forces, role: str, limit: float | None, designs: Sequence[ChosenDesign]
+) -> float:
     """Force (N) of the design with this role; NaN if it is not known."""
-    for one in facts["designs"]:
-        if one["role"] == role and one["cog_max_mm"] == limit:
-            return forces.get(tuple(one["inputs"].values()), math.nan)
+    for one in designs:
+        if one.role == role and one.limit == limit:
+            return forces.get(tuple(one.inputs.values()), math.nan)
     return math.nan

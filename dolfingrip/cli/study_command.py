@@ -82,26 +82,26 @@ def study(
 def _plot(best: list[Combination], names: tuple[str, ...], out: Path) -> None:
     import numpy as np
 
-    from dolfingrip.report.design import Scatter, plot_scatter
+    from dolfingrip.charts import picture
+    from dolfingrip.report.design import scatter
 
-    scatter = {}
-    for population in sorted({one.population for one in best}):
+    sd = {}
+    for population in {one.population for one in best}:
         line = [one for one in best if one.population == population]
-        scatter[population] = Scatter(
-            np.array([one.generations for one in line]), np.array([one.sd for one in line])
-        )
-    plot_scatter(names, scatter, out / "scatter.png")
+        sd[population] = [one.generations for one in line], np.array([one.sd for one in line])
+    look = picture.Look(panel_in=(4.0, 4.0), titled=True)
+    picture.write(scatter(names, sd), out / "scatter.png", look)
 
 
 def _table(best: list[Combination], names: tuple[str, ...]) -> object:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    from dolfingrip.report.design import LABELS
+    from dolfingrip.report.design import label
 
     title = "Best rates, and their choice: mean ± standard deviation over the seeds"
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
-    short = [LABELS.get(name, name) for name in names]
+    short = [label(name) for name in names]
     rates = ("popu-\nlation", "gene-\nrations", "cross-\nover", "muta-\ntion")
     for heading in (*rates, *short, "force (N)"):
         table.add_column(heading, justify="right", no_wrap=True)

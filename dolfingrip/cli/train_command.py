@@ -80,6 +80,7 @@ def _trained(out: Path, data: Table, settings: Settings) -> bool:
 
 
 def _write(result: Training, data: Table, out: Path) -> None:
+    from dolfingrip.charts import picture
     from dolfingrip.design.surrogate.training import JUDGEMENT
     from dolfingrip.files import table
     from dolfingrip.report import design as pictures
@@ -92,15 +93,14 @@ def _write(result: Training, data: Table, out: Path) -> None:
             for epoch, known, unseen in curve
         ],
     )
-    pictures.plot_learning_curve(
-        result.epoch,
-        result.training_mse,
-        result.test_mse,
-        out / "learning_curve.png",
-        goal=JUDGEMENT.goal_mse,
-    )
+    learnt = {
+        "epoch": result.epoch, "training_mse": result.training_mse, "test_mse": result.test_mse,
+    }  # fmt: skip
+    chart = pictures.learning_curve(learnt, JUDGEMENT.goal_mse)
+    picture.write([chart], out / "learning_curve.png")
     predicted = result.surrogate.predict(data.inputs)
-    pictures.plot_fit(data.output_names, data.outputs, predicted, result.test, out / "fit.png")
+    fits = pictures.fit(data.output_names, data.outputs, predicted, result.test)
+    picture.write(fits, out / "fit.png", picture.Look(panel_in=(4.0, 4.0)))
     names = (*data.input_names, *data.output_names)
     guesses = [f"surrogate.{name}" for name in data.output_names]
     table.write(

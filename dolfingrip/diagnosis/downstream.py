@@ -13,8 +13,8 @@ from typing import Any, Final
 
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, changed, felt, from_dict
-from dolfingrip.diagnosis.outcome import DesignChange, Downstream
 from dolfingrip.diagnosis.policy import PAGE
+from dolfingrip.files.diagnosis import DesignChange, Downstream
 from dolfingrip.jobs.job import Data, Job, content_key
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.run import run

@@ -61,8 +61,11 @@ class RoutePolicy:
             factor of 1.5, beside which the regulator reads low. A curve to 1.3 made a finger that
             is two softer look like one with a cause of 5 standard deviations; 2 are left now.
         closest: least distance of two stops of a ramp, by the range of the control.
-        jump: a wait at another value begins where the control changes by more than this part of its
-            range.
+        jump: smallest change of a control that is a motion of the finger, by its largest value.
+        noisiest: standard deviation of a gauge that nobody told, by the largest value of the
+            control, at most.
+        waits: a wait lasts longer than a ramp takes for so many of the smallest changes: one that
+            turns takes two of them.
         certain: standard deviations of the gauge that are a change for certain.
         alike: difference of the ends of two tests' ramps, by the largest value, up to which one
             simulation serves both.
@@ -70,6 +73,8 @@ class RoutePolicy:
         fineness: distance of stops by the unit that they are rounded to, at least: 25 kPa apart
             they are multiples of 5 kPa. Usual distances (5, 10, 12.5, 20, 25, 50) are far from
             where the unit changes.
+        clear: part of a unit of a laboratory's stops that these may be off it.
+        tells: standard deviations of the gauge that such a unit has at least.
         straight: part of a ramp's time by which its stops may be off one rate.
         outside: how far beyond the stops that were reached rows are read, by their range.
         beyond: the same of a path that ended early.
@@ -82,10 +87,14 @@ class RoutePolicy:
     headroom: float = 1.6
     closest: float = 2e-3
     jump: float = 0.02
+    noisiest: float = 0.005
+    waits: float = 3.0
     certain: float = 5.0
     alike: float = 0.03
     alike_in_time: float = 0.1
     fineness: float = 3.5
+    clear: float = 0.4
+    tells: float = 6.0
     straight: float = 0.1
     outside: float = 0.05
     beyond: float = 10.0
@@ -150,8 +159,6 @@ class AdditionPolicy:
             at: independent between readings, so that no tie is split by less than a model can be
             trusted.
         law_error: the same of a coupon, which has no mesh: of any law.
-        alone: probability of leaving the true cause alone from which on an addition is said to do
-            so.
         strengths: of a cause that are hidden in a planned measurement: the middles of so many parts
             of its prior, which are equally probable.
         noises: draws of everything else at each strength.
@@ -173,7 +180,6 @@ class AdditionPolicy:
     other_rate: float = 2.0
     model_error: float = 0.01
     law_error: float = 0.005
-    alone: float = 0.8
     strengths: int = 8
     noises: int = 2
     faint: float = 1.5

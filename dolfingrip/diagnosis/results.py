@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis import outcome, page
+from dolfingrip.diagnosis import page
 from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
 from dolfingrip.diagnosis.answer.ten_lines import channels, scatter, ten_lines
 from dolfingrip.diagnosis.core.decision import held
@@ -21,32 +22,35 @@ from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.diagnosis.words import chance
+from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
 
 
 @dataclass(frozen=True)
 class Written:
-    """What was written.
+    """Results of a diagnosis that were written.
 
     Attributes:
         text: of the summary.
-        pictures: plain data for the report.
+        result: content of ``diagnosis.json``.
+        readings: content of ``readings.csv``.
     """
 
     text: str
-    pictures: dict[str, Any]
+    result: outcome.DiagnosisFile
+    readings: pd.DataFrame
 
 
 def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
-    """Write all files but the pictures into ``out``.
+    """Write all files but the pictures.
 
     Args:
-        found: what was found.
-        data: files of the measurement.
-        out: folder, made where missing.
+        found: the diagnosis.
+        data: files that were diagnosed.
+        out: folder.
 
     Returns:
-        The text, and what the pictures show.
+        What was written.
 
     Raises:
         WriteError: one line.
@@ -59,12 +63,12 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     except ConfigError as error:
         found.warnings.append(f"extended.toml is not written: {error}")
     result = _outcome_of(found, extended, [str(file) for file in data], out)
-    result.write(out / "diagnosis.json")
+    result.write(out)
     text = page.text(result)
     whole.write(out / "summary.md", text)
-    pictures = _pictures(found)
-    whole.write(out / "readings.csv", pictures["readings"].to_csv(index=False))
-    return Written(text, pictures)
+    readings = _readings(found)
+    whole.write(out / outcome.READINGS, readings.to_csv(index=False))
+    return Written(text, result, readings)
 
 
 def _extended_toml(found: Diagnosis, extended: Config) -> str:
@@ -102,7 +106,9 @@ def _outcome_of(
         ),
         brief=ten_lines(found, out),
         causes=tuple(
-            outcome.Cause(name=n, probability=min(p, 1.0), strength_sigma=_strength(found, n))
+            outcome.CauseProbability(
+                name=n, probability=min(p, 1.0), strength_sigma=_strength(found, n)
+            )
             for n, p in inclusion
         ),
         none=min(decision.none, 1.0),
@@ -112,14 +118,14 @@ def _outcome_of(
             for each in alone if len(each) == 1
         },
         fits=tuple(
-            outcome.Fit(
+            outcome.FittedHypothesis(
                 effects=fit.subset, log_evidence=fit.log_evidence - reference,
                 parameters=tuple(found.numbers(fit)),
             )
             for fit in fits
         ),
         sentences=tuple(_off(found)),
-        noise=outcome.Noise(
+        noise=outcome.AssumedNoise(
             std={name: float(np.median(errors.noise[at])) for name, at in channels(found).items()},
             sentences=(*errors.sentences, scatter(found)),
         ),
@@ -140,27 +146,16 @@ def _outcome_of(
     )  # fmt: skip
 
 
-def _pictures(found: Diagnosis) -> dict[str, Any]:
-    """Plain data for the report."""
+def _readings(found: Diagnosis) -> pd.DataFrame:
+    """The table of readings, measured and simulated."""
     listed = found.analysed.measurement.listed()
     rows = found.analysed.measurement.readings
-    decision = found.decision
-    after = fitted(found.analysed, decision.best)
-    readings = listed.rename(columns={"column": "channel"}).assign(
+    return listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
         run=listed["test"], noise=found.analysed.errors.noise, configured=found.as_configured(),
-        before=found.with_best_modulus(), after=after,
+        before=found.with_best_modulus(), after=fitted(found.analysed, found.decision.best),
     )  # fmt: skip
-    return {
-        "readings": readings,
-        "cause": " with ".join(decision.best.subset),
-        "probabilities": {
-            **{name.replace("_", " "): p for name, p in decision.inclusion.items()},
-            "none": decision.none, "unknown": decision.unknown,
-        },
-        "gain": [each.model_dump() for each in (found.held_out.errors if found.held_out else ())],
-    }  # fmt: skip
 
 
 def _sentence(found: Diagnosis) -> str:
@@ -181,7 +176,7 @@ def _sentence(found: Diagnosis) -> str:
 
 
 def _strength(found: Diagnosis, name: str) -> float:
-    """Of the most probable fit that has the cause; 0 where none has."""
+    """Strength of a cause in the most probable fit that has it; 0 if none has."""
     own = [
         (p, fit.strengths[fit.subset.index(name)])
         for p, fit in zip(found.posterior.probability, found.posterior.fits, strict=True)
@@ -216,7 +211,7 @@ def _off(found: Diagnosis) -> list[str]:
 
 
 def _changes(config: Config, extended: Config) -> dict[str, Any]:
-    """What ``extended.toml`` changes, by section."""
+    """Changes of ``extended.toml``, by section."""
     before = config.model_dump(mode="json", exclude_none=True)
     return {
         section: {k: v for k, v in values.items() if before.get(section, {}).get(k) != v}

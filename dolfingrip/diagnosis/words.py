@@ -1,4 +1,4 @@
-"""Probabilities, sections and tables as text, alike on all pages."""
+"""Probabilities and sections as text, alike on all pages."""
 
 from __future__ import annotations
 
@@ -13,8 +13,3 @@ def chance(p: float) -> str:
 def section(title: str, lines: Iterable[str]) -> list[str]:
     """Lines below a heading."""
     return ["", f"## {title}", "", *lines]
-
-
-def table(columns: str, rows: Iterable[str]) -> list[str]:
-    """Lines of a table; its columns and each row are told as ``| cell | cell |``."""
-    return [columns, "|" + "---|" * (columns.count("|") - 1), *rows]

@@ -11,14 +11,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from dolfingrip.experiments.loop import run
     from dolfingrip.experiments.protocol.pressurisation import pressures_kPa
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.result import Result
 
 __all__ = ["Result", "pressures_kPa", "run"]
 
-_HOME = {"Result": "results.result", "pressures_kPa": "protocol.pressurisation", "run": "loop"}
+_HOME = {"Result": "result", "pressures_kPa": "protocol.pressurisation", "run": "loop"}
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -12,7 +12,7 @@ from dolfingrip.experiments.finger_experiment import FingerExperiment
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.results.readings import Readings
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
@@ -38,7 +38,7 @@ class BlockedForce(FingerExperiment):
         plate = config.plate.model_dump(include={"gap_mm", "tilt_deg"})
         return {**super().setup(config), "plate": plate}
 
-    def conclude(self, result: Result, rig: Rig) -> None:
+    def conclude(self, result: Readings, rig: Rig) -> None:
         """Find the turning point of the loading branch."""
         from dolfingrip.experiments.results import turning_point
 
@@ -51,5 +51,5 @@ class BlockedForce(FingerExperiment):
             result.config.contact.barrier_mm,
         )
 
-    def remarks(self, result: Result) -> list[str]:
+    def remarks(self, result: Readings) -> list[str]:
         return [] if result.turning_point is None else [result.turning_point.sentence()]

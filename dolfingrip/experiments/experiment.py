@@ -18,7 +18,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.results.readings import Readings
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
@@ -122,9 +122,9 @@ class Experiment(ABC):
         """One line for each doubt about the configuration."""
         return []
 
-    def conclude(self, result: Result, rig: Rig) -> None:  # noqa: B027  # most have nothing
+    def conclude(self, result: Readings, rig: Rig) -> None:  # noqa: B027  # most have nothing
         """Add to the result what depends on all of its rows."""
 
-    def remarks(self, result: Result) -> list[str]:
+    def remarks(self, result: Readings) -> list[str]:
         """Sentences on the result, printed below its table."""
         return []

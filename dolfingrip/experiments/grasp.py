@@ -19,7 +19,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.results.readings import Readings
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
@@ -153,13 +153,13 @@ class Grasp(Experiment):
     def notes(self, config: Config) -> list[str]:
         return notes(config)
 
-    def conclude(self, result: Result, rig: Rig) -> None:
+    def conclude(self, result: Readings, rig: Rig) -> None:
         from dolfingrip.experiments.rigs.grasp_rig import GraspRig
 
         assert isinstance(rig, GraspRig)
         result.outcome = rig.outcome(complete=result.failure is None and not rig.over())
 
-    def remarks(self, result: Result) -> list[str]:
+    def remarks(self, result: Readings) -> list[str]:
         if result.outcome is None:
             return []
         return [f"{result.outcome.kind}: {result.outcome.sentence}"]

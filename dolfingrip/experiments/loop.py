@@ -13,14 +13,18 @@ from mpi4py import MPI
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
-from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities
+from dolfingrip.experiments.derivatives.sensitivities import Sensitivities
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.failures import explained
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.request import Request
-from dolfingrip.experiments.results.result import Result, Row, facts
+from dolfingrip.experiments.result import Result
+from dolfingrip.experiments.results import record
+from dolfingrip.experiments.results.readings import Row
+from dolfingrip.experiments.results.sensitivity_table import COLUMNS, SensitivityTable
 from dolfingrip.experiments.rigs.rig import Rig
+from dolfingrip.files.run import RunFailure
 from dolfingrip.mechanics.model.compilation import Tell, told_to
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.profile import Profile
@@ -32,7 +36,7 @@ def run(
     experiment: Experiment | str,
     config: Config | None = None,
     *,
-    out: Path | None = None,
+    out: Path | str | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
     gradients: Sequence[str] | None = None,
@@ -60,7 +64,9 @@ def run(
         ConfigError: one line about bad input.
         WriteError: on every rank, one line about a file that could not be written.
     """
-    asked = Request.of(experiment, config or Config(), gradients, fields=out)
+    asked = Request.of(
+        experiment, config or Config(), gradients, fields=None if out is None else Path(out)
+    )
     return follow(asked, comm, progress, tell)
 
 
@@ -90,16 +96,18 @@ def follow(
         for choice in asked:
             second = replace(request, config=choice.other, gradients=None, fields=None)
             other = _once(second, comm, progress, tell)
+            assert not isinstance(other.failure, RunFailure)
             result.second_runs[choice.key] = other.failure
             result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
     if asked:
-        result.facts["second_runs"] = {
+        ended = {
             key: "complete" if failure is None else failure.sentence()
             for key, failure in result.second_runs.items()
         }
-        out, facts, slopes = request.fields, result.facts, result.sensitivities
+        out, slopes = request.fields, result.sensitivities
+        facts = result.facts = result.facts.model_copy(update={"second_runs": ended})
         if out is not None:
-            on_root(comm, lambda: write_outcome(out, request.config, facts, slopes))
+            on_root(comm, lambda: write_outcome(out, facts, slopes))
     comm.Barrier()
     return result
 
@@ -114,7 +122,7 @@ def _once(
     stops = experiment.schedule(config)
     rig = experiment.prepare(config, comm, profile)
     rig.newton.watch.tell = tell
-    result = Result(experiment.name, config)
+    result = Result(experiment.name, config, folder=request.fields)
     derived: list[Sensitivities | AtHighest] = []
     if request.gradients is not None:
         at = stops if request.at_highest else None
@@ -139,10 +147,11 @@ def _once(
         if failure is not None:
             failure = explained(failure, rig)
         result.failure = failure
-        result.sensitivities = [row for each in derived for row in each.rows]
+        result.sensitivities = SensitivityTable(row for each in derived for row in each.rows)
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
-        result.facts = facts(result, rig.newton, profile, wall_s, experiment.notes(config))
+        notes = experiment.notes(config)
+        result.facts = record.of_run(result, rig.newton, profile, wall_s, notes)
         if recorder is not None:
             recorder.finish(result.facts, result.sensitivities)
     return result

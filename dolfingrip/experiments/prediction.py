@@ -8,7 +8,6 @@ of pressure doubles the angle where chambers balloon.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +20,8 @@ from dolfingrip import config as configuration
 from dolfingrip.channels import CAVITY_VOLUME, PRESSURE
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.experiments.loop import run
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.results.readings import Row
+from dolfingrip.files.run import RunFile
 from dolfingrip.sections.posterior import Posterior
 
 
@@ -178,8 +178,7 @@ def further(
 
 def is_simulated(folder: Path, config: Config) -> bool:
     """Whether the folder holds a finished simulation of this configuration."""
-    file = folder / "run.json"
-    if not file.exists():
+    if not RunFile.is_in(folder):
         return False
-    ended = "wall_s" in json.loads(file.read_text(encoding="utf-8"))
-    return ended and configuration.load(file) == config
+    known = RunFile.read(folder)
+    return known.wall_s is not None and configuration.from_dict(known.config) == config

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,11 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
 from dolfingrip.experiments.results.fields import FieldFile
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.results.readings import Row
+from dolfingrip.experiments.results.sensitivity_table import FILE, SensitivityTable
 from dolfingrip.files import table, whole
 from dolfingrip.files.growing import GrowingFile
+from dolfingrip.files.run import RunFailure, RunFile
 from dolfingrip.jobs.interrupts import Interrupted, interrupt_behind
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
@@ -52,21 +53,18 @@ def described(experiment: Experiment) -> list[tuple[str, str]]:
     return [(name, known[name]) for name in columns(experiment) if name in known]
 
 
-def write_outcome(
-    out: Path, config: Config, facts: dict[str, Any], sensitivities: Sequence[Row]
-) -> None:
+def write_outcome(out: Path, facts: RunFile, sensitivities: SensitivityTable) -> None:
     """Write a run's ``run.json``, and its ``sensitivity.csv`` if there are derivatives.
 
     Args:
         out: folder of the run.
-        config: configuration of the run.
-        facts: facts about the run, for ``run.json``.
-        sensitivities: one row for each reading and parameter.
+        facts: facts about the run.
+        sensitivities: derivatives of its readings.
     """
     if sensitivities:
-        rows = [{name: digits(value) for name, value in row.items()} for row in sensitivities]
-        table.write(out / "sensitivity.csv", rows)
-    record.write(out / "run.json", config, facts)
+        rows = [{name: digits(value) for name, value in each.items()} for each in sensitivities]
+        table.write(out / FILE, rows)
+    facts.write(out)
 
 
 class Recorder:
@@ -100,14 +98,13 @@ class Recorder:
         whole.write(self._out / "result.toml", described)
         return GrowingFile(self._out / "result.csv", ",".join(self._columns) + "\n")
 
-    def _write_incomplete(self, failure: dict[str, Any] | None) -> None:
+    def _write_incomplete(self, failure: RunFailure | None) -> None:
         """Write the ``run.json`` of a run that has not come to its end.
 
         Args:
             failure: why it ended; None while it goes on.
         """
-        known = {"experiment": self._experiment.name, "complete": False, "failure": failure}
-        record.write(self._out / "run.json", self._config, known)
+        record.run_file(self._config, self._experiment.name, failure=failure).write(self._out)
 
     def __enter__(self) -> Recorder:
         return self
@@ -124,9 +121,9 @@ class Recorder:
         shown = {k: digits(v) for k, v in row.items() if not _empty(v)}
         self._file.append(table.lines([shown], self._columns))
 
-    def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
+    def finish(self, facts: RunFile, sensitivities: SensitivityTable) -> None:
         """Complete ``run.json``; write ``sensitivity.csv`` if there are derivatives."""
-        on_root(self._comm, lambda: write_outcome(self._out, self._config, facts, sensitivities))
+        on_root(self._comm, lambda: write_outcome(self._out, facts, sensitivities))
         self._finished = True
 
     def __exit__(
@@ -146,11 +143,11 @@ class Recorder:
         sentence = self._kept() if interrupted else f"{type(error).__name__}: {error}"
         if self._comm.rank == 0:
             controls = (self._experiment.control.name, TIME.name)
-            failure = {
-                "kind": "interrupted" if interrupted else "error",
-                "last_good": {name: self._last[name] for name in controls if name in self._last},
-                "sentence": sentence,
-            }
+            failure = RunFailure(
+                kind="interrupted" if interrupted else "error",
+                last_good={name: self._last[name] for name in controls if name in self._last},
+                said=sentence,
+            )
             with suppress(whole.WriteError):  # which may be the error that ends the run
                 self._write_incomplete(failure)
         if interrupted:

@@ -37,7 +37,7 @@ from dolfingrip.sections.errors import MachineError
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.result import Result
     from dolfingrip.jobs.pool import Pool
 
 MODULE: Final = "dolfingrip.experiments.simulate"
@@ -232,7 +232,7 @@ def answer_of(request: Request, result: Result) -> Answer:
         None if failure is None else str(failure.kind),
         None if failure is None else failure.sentence(),
         None if result.outcome is None else asdict(result.outcome),
-        result.facts["newton"]["iterations"],
+        result.facts.newton.iterations,
         record.versions(),
     )
 

@@ -17,10 +17,11 @@ from dolfingrip.channels import WHO, measured
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.loop import run
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.results.readings import Row
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.files import table, whole
+from dolfingrip.files.run import RunFailure
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
@@ -54,7 +55,7 @@ class Measurement:
     truth: Config
     rows: list[Row]
     noise: Mapping[str, float]
-    failures: list[Failure]
+    failures: list[Failure | RunFailure]
 
 
 def check_noise(noise: Mapping[str, Any], option: str = "--noise") -> None:

@@ -10,15 +10,16 @@ from typing import Any, Final
 import numpy as np
 
 from dolfingrip.channels import ANGLE, CHANNELS, FORCE, PRESSURE
+from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.experiments.derivatives.gradients import cog_offset_mm
 from dolfingrip.experiments.index import find
 from dolfingrip.explore.library import Blend, Library
 from dolfingrip.explore.placed import placed
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted
-from dolfingrip.report.design import LABELS
+from dolfingrip.files.run import RunFile
+from dolfingrip.report.design import label
 from dolfingrip.report.page import html, runs
-from dolfingrip.report.page.content import Axis, Chart, Series, Table
 from dolfingrip.report.page.design_shape import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.report.page.run_scene import scene_of
@@ -33,7 +34,7 @@ COG: Final = "cog_offset_mm"
 
 
 def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
-    """What a tab shows of a design, as plain data.
+    """Plain data that a tab shows of a design.
 
     Args:
         space: what varies.
@@ -77,11 +78,11 @@ def _where(blend: Blend) -> str:
 
 def _failed(wanted: Wanted, solved: Path) -> tuple[Scene, str] | None:
     """The scene of a solution that ended early; None if there is none."""
-    if not (solved / "fields.pvd").is_file() or not (solved / "run.json").is_file():
+    if not (solved / "fields.pvd").is_file() or not RunFile.is_in(solved):
         return None
     run = runs.read(solved)
-    failure = run.facts.get("failure")
-    return None if failure is None else (scene_of(run), f"{run.title} {failure['sentence']}")
+    failure = run.result.failure
+    return None if failure is None else (scene_of(run), f"{run.title} {failure.sentence()}")
 
 
 def _chart(kind: str, blend: Blend, shown: bool) -> Chart:
@@ -93,14 +94,9 @@ def _chart(kind: str, blend: Blend, shown: bool) -> Chart:
         "solved" if blend.exact else "interpolated", x, y, "line", 0 if shown else None,
         None if error is None else y - error, None if error is None else y + error,
     )  # fmt: skip
-    cells = [[said(a), said(b)] for a, b in zip(x, y, strict=True)]
-    label = f"{title} ({channel.symbol})"
     note = "" if error is None else "Band: ± the interpolation's error on designs left out."
-    return Chart(
-        title, f"{title} over the pressure; the table below has the numbers.",
-        Axis(PRESSURE.label, PRESSURE.symbol), Axis(label, channel.symbol), [series],
-        Table([PRESSURE.label, label], cells), note=note,
-    )  # fmt: skip
+    up = Axis(f"{title} ({channel.symbol})", channel.symbol)
+    return Chart(title, Axis(PRESSURE.label, PRESSURE.symbol), up, [series], note=note)
 
 
 def _numbers(space: Space, wanted: Wanted, blends: dict[str, Blend | None]) -> list[dict[str, str]]:
@@ -108,7 +104,7 @@ def _numbers(space: Space, wanted: Wanted, blends: dict[str, Blend | None]) -> l
     predicted = _predicted(space, wanted)
     largest = said(wanted.config.experiment.max_pressure_kPa, "kPa")
     found = [
-        {"name": LABELS[COG].partition(" (")[0], "value": said(_offset(wanted), "mm"),
+        {"name": label(COG).partition(" (")[0], "value": said(_offset(wanted), "mm"),
          "said": "of the unloaded shape's mesh"}
     ]  # fmt: skip
     for kind, channel in READINGS.items():
@@ -162,10 +158,10 @@ def _place(space: Space, wanted: Wanted) -> dict[str, float]:
 
 def _grasp(library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
     """A grasp that was solved, or the gripper before it."""
-    if (solved / "run.json").is_file() and (solved / "fields.pvd").is_file():
+    if RunFile.is_in(solved) and (solved / "fields.pvd").is_file():
         run = runs.read(solved)
-        outcome = run.facts.get("outcome") or {}
-        kind, sentence = str(outcome.get("kind", "no outcome")), str(outcome.get("sentence", ""))
+        outcome = run.result.outcome
+        kind, sentence = ("no outcome", "") if outcome is None else (outcome.kind, outcome.sentence)
         numbers = [{"name": "Grasp", "value": kind, "said": sentence}]
         for name in ("normal_A_N", "normal_B_N", "slip_mm", "object_height_mm"):
             column, channel = run.column(name), CHANNELS[name]

@@ -53,7 +53,7 @@ class Solved:
     def reading(self, column: str) -> Floats:
         """A column, shape (rows,); NaN where it is missing."""
         found = self.run.column(column)
-        return np.full(self.run.rows, np.nan) if found is None else found
+        return np.full(len(self.run.result), np.nan) if found is None else found
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,10 +126,10 @@ class Library:
             kind = run.experiment.name
             if kind not in EXPERIMENTS or not run.fields.is_file():
                 return False
-            place = self._place(run.config, kind)
+            place = self._place(run.result.config, kind)
         except (ConfigError, OSError, ValueError, KeyError):
             return False
-        if place is None or not run.facts.get("complete"):
+        if place is None or not run.result.facts.complete:
             return False
         found = self.places[folder] = Solved(run, place)
         self.solved[kind].append(found)

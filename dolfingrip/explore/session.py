@@ -20,6 +20,7 @@ from dolfingrip.explore.library import Library
 from dolfingrip.explore.space import Space
 from dolfingrip.explore.wanted import Wanted, read
 from dolfingrip.files import whole
+from dolfingrip.files.run import RunFile
 from dolfingrip.jobs.job import Answer
 from dolfingrip.jobs.single import Single
 from dolfingrip.report import printable
@@ -101,7 +102,7 @@ class Session:
         asked = job(replace(wanted.request, fields=folder))
         key = asked.key
         known = self._single.known(key)
-        if known is not None and _shows(known) and (folder / "run.json").is_file():
+        if known is not None and _shows(known) and RunFile.is_in(folder):
             await self.work(self.library.add, folder)
             self._everyone(self.state())
             return

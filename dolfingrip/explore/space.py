@@ -14,10 +14,11 @@ from dolfingrip.design.campaign.space import Varied, parse
 from dolfingrip.design.surrogate import surrogate as surrogates
 from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.explore.policy import POLICY
+from dolfingrip.files.run import RunFile
 from dolfingrip.parameter import named
-from dolfingrip.report.design import LABELS
+from dolfingrip.report.design import label
 from dolfingrip.report.page import front
-from dolfingrip.report.page.sources import Source, read_json
+from dolfingrip.report.page.contribution import FoundResult
 from dolfingrip.sections.units import unit
 
 DEFAULTS: Final = ("morph.xi1=-0.2:1", "morph.xi2=-0.5:1", "finger.wall_mm=1:3")
@@ -55,7 +56,7 @@ class Space:
             found.append(
                 {
                     "key": each.key,
-                    "label": LABELS.get(each.key, each.key),
+                    "label": label(each.key),
                     "unit": unit(each.key),
                     "low": each.low,
                     "high": each.high,
@@ -67,7 +68,7 @@ class Space:
 
 
 def of_results(
-    found: Sequence[Source],
+    found: Sequence[FoundResult],
     designs: Mapping[Path, Sequence[Mapping[str, Any]]],
     file: Path | None,
     overrides: Change,
@@ -85,23 +86,19 @@ def of_results(
     Raises:
         ConfigError: one line.
     """
-    folders = {kind: [each.folder for each in found if each.kind == kind]
-               for kind in ("train", "optimise", "doe", "run")}  # fmt: skip
-    rows = [row for folder in folders["doe"] for row in designs.get(folder, ())]
-    trained = folders["train"][0] if folders["train"] else None
-    loop = front.Loop(trained, folders["optimise"][0] if folders["optimise"] else None, rows)
-    surrogate = surrogates.load(trained) if trained else None
-    base = None if file is not None else front.base_of(loop) or _of_runs(folders["run"])
+    campaigns, solved = (
+        [each.folder for each in found if each.kind == kind] for kind in ("doe", "run")
+    )
+    loop = front.Loop.of(found, designs)
+    surrogate = surrogates.load(loop.surrogate) if loop.surrogate else None
+    base = None if file is not None else front.base_of(loop) or _of_runs(solved)
     base = configuration.load(file, overrides) if base is None else changed(base, overrides)
-    shapes = folders["run"] or any((folder / FIELDS).is_dir() for folder in folders["doe"])
+    shapes = solved or any((folder / FIELDS).is_dir() for folder in campaigns)
     if "experiment.step_kPa" not in overrides and not shapes:  # else their steps are kept
         largest = base.experiment.max_pressure_kPa
         step = min(base.experiment.step_kPa, largest / POLICY.steps)
         base = base.changed(experiment={"step_kPa": step})
-    varied = [parse(text) for text in parameters] or _ranges(surrogate, rows, base)
-    facts = read_json(trained / "surrogate.json") if trained else {}
-    errors = {name: float(each["test"]) for name, each in facts.get("rms_error", {}).items()
-              if each.get("test") is not None}  # fmt: skip
+    varied = [parse(text) for text in parameters] or _ranges(surrogate, loop.designs, base)
     for each in varied:
         try:
             each.parameter.value(base)
@@ -109,15 +106,15 @@ def of_results(
             raise ConfigError(
                 f"--parameter {each.key}: not in this configuration; allowed: one that is"
             ) from None
-    return Space(base, tuple(varied), surrogate, errors, loop)
+    return Space(base, tuple(varied), surrogate, loop.errors, loop)
 
 
 def _of_runs(folders: Sequence[Path]) -> Config | None:
     """The configuration of the first run of a finger."""
     for folder in folders:
-        facts = read_json(folder / "run.json")
-        if facts.get("experiment") in EXPERIMENTS:
-            data = {key: table for key, table in facts["config"].items() if table}
+        facts = RunFile.read(folder)
+        if facts.experiment in EXPERIMENTS:
+            data = {key: table for key, table in facts.config.items() if table}
             return configuration.from_dict(data)
     return None
 

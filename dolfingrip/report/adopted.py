@@ -11,10 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from dolfingrip.meshes import groups
-from dolfingrip.meshes.solid import SolidMesh
-from dolfingrip.report.scene import Image, View, no_display
-from dolfingrip.report.theme import (
+from dolfingrip.charts.theme import (
     BLUE,
     DPI,
     GREEN,
@@ -25,6 +22,9 @@ from dolfingrip.report.theme import (
     save,
     scene_theme,
 )
+from dolfingrip.meshes import groups
+from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.report.scene import Image, View, no_display
 
 COLOURS: Final = {
     groups.CLAMP: INK,

@@ -1,239 +1,295 @@
-"""Pictures of the design loop: learning curve, fit, Pareto front, scatter of the optimiser."""
+"""Charts of the design loop: learning curve, fit, front, scatter, the course of a descent."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from dolfingrip.channels import ANGLE, FORCE
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme, save
+from dolfingrip.channels import CHANNELS, FORCE
+from dolfingrip.charts.chart import Axis, Chart, Mark, Series
+from dolfingrip.files.columns import Columns, numbers, required
+from dolfingrip.files.design import DesignFile
+from dolfingrip.files.front import FrontFile
+from dolfingrip.files.objective import NamedObjective
+from dolfingrip.files.optimum import OptimumFile
+from dolfingrip.files.surrogate import LearntDesign
 from dolfingrip.sections.units import unit
 
 Numbers = npt.NDArray[np.float64]
 
-LABELS = {
+LABELS: Final = {
     "morph.xi1": "ξ₁",
     "morph.xi2": "ξ₂",
     "cog_offset_mm": "COG offset (mm)",
+    "mass_g": "Mass (g)",
     FORCE.name: FORCE.called("Blocked force").label,
-    ANGLE.name: ANGLE.label,
 }
-"""Axis labels of some quantities; the others are labelled by their names, which carry units."""
+"""Labels of quantities and parameters that are no channels, or are called otherwise here."""
+
+PLACES: Final = 4
+"""Largest number of parameters whose places along a front are drawn: those that change most."""
 
 
-def plot_learning_curve(
-    epoch: npt.NDArray[np.int_], training: Numbers, test: Numbers, path: Path, *, goal: float
-) -> None:
-    """Plot the mean squared errors of the normalised outputs against epochs, shapes (samples,)."""
-    with _figure(path, 1) as (axes,):
-        axes.semilogy(epoch, training, color=BLUE, label=f"training, last {training[-1]:.1e}")
-        axes.semilogy(epoch, test, color=ORANGE, ls="--", label=f"test, last {test[-1]:.1e}")
-        axes.axhline(goal, color=GREY, lw=1.0, ls=":", label=f"goal, {goal:g}")
-        axes.set(xlabel="Epoch", ylabel="Mean squared error (normalised outputs)")
-        axes.set_xlim(0, epoch[-1])
-        axes.legend()
+def label(name: str) -> str:
+    """Say what a quantity or parameter is, with its unit.
+
+    Args:
+        name: name in a result, or key of the configuration.
+
+    Returns:
+        A label of an axis; the name itself, which carries its unit, where nothing else is known.
+    """
+    return LABELS.get(name, CHANNELS[name].label if name in CHANNELS else name)
 
 
-def plot_fit(
-    names: Sequence[str],
-    computed: Numbers,
-    predicted: Numbers,
-    test: npt.NDArray[np.bool_],
-    path: Path,
-) -> None:
-    """Plot predicted against computed outputs, one panel for each output.
+def axis(objective: NamedObjective, ending: str = "") -> Axis:
+    """Make the axis of an objective.
+
+    Args:
+        objective: what it shows.
+        ending: words after its name.
+
+    Returns:
+        The axis with the objective's unit.
+    """
+    words, bracket, rest = label(objective.name).partition(" (")
+    text = " ".join(filter(None, (words, objective.where, ending)))
+    return Axis(f"{text}{bracket}{rest}", objective.unit, words)
+
+
+def learning_curve(curve: Mapping[str, Any], goal: float | None) -> Chart:
+    """Make the chart of a surrogate's errors.
+
+    Args:
+        curve: ``epoch``, ``training_mse`` and ``test_mse`` of the normalised outputs.
+        goal: error that is aimed at; None: it is not drawn.
+
+    Returns:
+        The chart.
+    """
+    epoch, floor = np.asarray(curve["epoch"], dtype=float), 1e-30
+    series = []
+    for name, style in (("training", "line"), ("test", "dash")):
+        values = np.maximum(np.asarray(curve[f"{name}_mse"], dtype=float), floor)
+        series.append(Series(f"{name}, last {values[-1]:.1e}", epoch, values, style))  # type: ignore[arg-type]
+    marks = [] if goal is None else [Mark(goal, f"goal, {goal:g}", colour="grey")]
+    return Chart(
+        "How the surrogate learnt",
+        Axis("Epoch", ends=(0.0, float(epoch[-1]))),
+        Axis("Mean squared error (normalised outputs)", short="MSE", log=True),
+        series,
+        marks,
+    )
+
+
+def fit(
+    names: Sequence[str], computed: Numbers, predicted: Numbers, test: npt.NDArray[np.bool_]
+) -> list[Chart]:
+    """Make charts of predicted against computed outputs.
 
     Args:
         names: names of the outputs.
-        computed, predicted: shape (designs, outputs).
-        test: shape (designs,), whether a design was held out of the training.
+        computed: outputs by finite elements, shape (designs, outputs).
+        predicted: outputs by the surrogate, shape (designs, outputs).
+        test: whether a design was held out of the training, shape (designs,).
+
+    Returns:
+        A chart for each output.
     """
-    with _figure(path, len(names)) as panels:
-        for column, (name, axes) in enumerate(zip(names, panels, strict=True)):
-            x, y = computed[:, column], predicted[:, column]
-            both = [min(x.min(), y.min()), max(x.max(), y.max())]
-            axes.plot(both, both, color=GREY, lw=1.0, zorder=1)
-            rms = np.sqrt(np.mean((y - x)[test] ** 2))
-            axes.plot(x[~test], y[~test], "o", color=BLUE, ms=3, label="training")
-            label = f"test, RMS error {rms:.2g} {unit(name)}".strip()
-            axes.plot(x[test], y[test], "D", color=ORANGE, ms=4, mfc="none", label=label)
-            text = LABELS.get(name, name)
-            axes.set(xlabel=f"{text}, finite elements", ylabel=f"{text}, surrogate")
-            axes.set_aspect("equal", adjustable="datalim")
-            axes.legend(loc="upper left")
-
-
-@dataclass(frozen=True)
-class Points:
-    """Points in the plane of the objectives.
-
-    Attributes:
-        cog_mm, force_N: shape (points,).
-    """
-
-    cog_mm: Numbers
-    force_N: Numbers
-
-
-@dataclass(frozen=True)
-class FrontPicture:
-    """The contents of a Pareto front's picture; empty parts are left out.
-
-    Attributes:
-        front: Pareto front of the surrogate.
-        cloud: the designs of experiments.
-        failed: number of failed designs, for the legend.
-        chosen: the chosen design for each COG limit (mm).
-        original: the unmorphed finger, computed by finite elements or else by the surrogate.
-        resolved: designs computed again by finite elements.
-    """
-
-    front: Points
-    cloud: Points | None = None
-    failed: int = 0
-    chosen: Mapping[float, tuple[float, float]] = field(default_factory=dict)
-    original: tuple[float, float] | None = None
-    resolved: Points | None = None
-
-
-def plot_front(picture: FrontPicture, path: Path) -> None:
-    """Plot the front with the designs it was learnt from (the paper's Fig. 7d)."""
-    with _figure(path, 1) as (axes,):
-        if picture.cloud is not None:
-            count = len(picture.cloud.cog_mm)
-            lost = f"; {picture.failed} failed, not shown" if picture.failed else ""
-            axes.plot(
-                picture.cloud.cog_mm,
-                picture.cloud.force_N,
-                "o",
-                color=GREY,
-                ms=3,
-                alpha=0.6,
-                mec="none",
-                label=f"design of experiments ({count}{lost})",
+    charts = []
+    for name, x, y in zip(names, computed.T, predicted.T, strict=True):
+        both = [min(x.min(), y.min()), max(x.max(), y.max())]
+        error = f"test, RMS error {np.sqrt(np.mean((y - x)[test] ** 2)):.2g} {unit(name)}".strip()
+        text = label(name)
+        charts.append(
+            Chart(
+                f"{text}: the surrogate's fit",
+                Axis(f"{text}, finite elements", unit(name)),
+                Axis(f"{text}, surrogate", unit(name)),
+                [
+                    Series("", both, both, colour="grey"),
+                    Series("training", x[~test], y[~test], "points", colour="blue", marker="."),
+                    Series(error, x[test], y[test], "points", colour="orange", marker="D"),
+                ],
+                equal=True,
             )
-        size = len(picture.front.cog_mm)
-        axes.plot(
-            picture.front.cog_mm,
-            picture.front.force_N,
-            ".",
-            color=BLUE,
-            ms=3,
-            label=f"Pareto front of the surrogate ({size} points)",
         )
-        if picture.resolved is not None:
-            axes.plot(
-                picture.resolved.cog_mm,
-                picture.resolved.force_N,
-                "D",
-                color=INK,
-                mfc="none",
-                ms=5.5,
-                zorder=6,
-                label="computed again by finite elements",
-            )
-        if picture.original is not None:
-            axes.plot(
-                *picture.original,
-                "s",
-                color=GREEN,
-                mec=INK,
-                mew=0.6,
-                ms=6,
-                zorder=5.5,
-                label="original",
-            )
-        _draw_chosen(axes, picture.chosen)
-        axes.set(xlabel=LABELS["cog_offset_mm"], ylabel=LABELS[FORCE.name])
-        # the legend stands above: labels of the limits or the cloud may fill any corner
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
+    return charts
 
 
-def _draw_chosen(axes: Axes, chosen: Mapping[float, tuple[float, float]]) -> None:
-    for number, (limit, (cog, force)) in enumerate(sorted(chosen.items())):
-        axes.axvline(limit, color=ORANGE, lw=0.8, ls=":", zorder=1)
-        axes.plot(
-            cog,
-            force,
-            "*",
-            color=ORANGE,
-            mec=INK,
-            mew=0.6,
-            ms=11,
-            zorder=5,
-            label="chosen: largest force in a limit" if number == 0 else None,
-        )
-        # the label runs along its line, so that labels of close limits do not overlap
-        axes.annotate(
-            f"≤ {limit:g} mm",
-            (limit, 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(-2, -2),
-            textcoords="offset points",
-            rotation="vertical",
-            ha="right",
-            va="top",
-            color=ORANGE,
-            fontsize=8,
-        )
-
-
-@dataclass(frozen=True)
-class Scatter:
-    """Standard deviations over seeds for one population, by number of generations.
-
-    Attributes:
-        generations: shape (numbers,).
-        sd: shape (numbers, inputs).
-    """
-
-    generations: npt.NDArray[np.int_]
-    sd: Numbers
-
-
-def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Path) -> None:
-    """Plot standard deviations of the chosen inputs against generations (the paper's Fig. 8).
+def surrogate_front(
+    optimum: OptimumFile, failed: int = 0, learnt: Sequence[LearntDesign] = ()
+) -> Chart:
+    """Make the chart of a front and of the designs it was learnt from (the paper's Fig. 7d).
 
     Args:
-        names: names of the inputs; each has a panel.
-        scatter: standard deviations by population.
+        optimum: the front, its choices, and what of it was computed again.
+        failed: number of designs of experiments that failed, for the key.
+        learnt: designs of experiments.
+
+    Returns:
+        The chart.
     """
-    styles = [(BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (INK, "v"), (GREY, "x")]
-    with _figure(path, len(names)) as panels:
-        for column, (name, axes) in enumerate(zip(names, panels, strict=True)):
-            for number, (population, found) in enumerate(sorted(scatter.items())):
-                colour, marker = styles[number % len(styles)]
-                axes.plot(
-                    found.generations,
-                    found.sd[:, column],
-                    marker=marker,
-                    color=colour,
-                    label=f"population {population}",
-                    clip_on=False,
+    first, second = optimum.objectives
+
+    def place(values: Mapping[str, float]) -> tuple[float, float]:
+        return values[first.name], values[second.name]
+
+    def solved(*roles: str) -> list[tuple[float, float]]:
+        own = [each for each in optimum.designs if each.role in roles]
+        return [place(each.fem) for each in own if each.fem is not None]
+
+    series = []
+    if learnt:
+        lost = f"; {failed} failed, not shown" if failed else ""
+        name = f"design of experiments ({len(learnt)}{lost})"
+        series.append(_points(name, [place(each.outputs) for each in learnt], "grey", "."))
+    name = f"Pareto front of the surrogate ({len(optimum.front)} points)"
+    series.append(_points(name, [place(each.surrogate) for each in optimum.front], "blue", "."))
+    again = solved("chosen") + [place(e.fem) for e in optimum.front if e.fem is not None]
+    if again:
+        series.append(_points("computed again by finite elements", again, "ink", "D"))
+    if solved("original"):
+        series.append(_points("original", solved("original"), "green", "s"))
+    chosen = [each for each in optimum.designs if each.role == "chosen"]
+    if chosen:
+        word = "largest" if second.sense == "maximise" else "smallest"
+        name = f"chosen: {word} {label(second.name).partition(' (')[0].split()[-1].lower()}"
+        places = [place(each.surrogate) for each in chosen]
+        series.append(_points(f"{name} in a limit", places, "orange", "*"))
+    limits = sorted(each.limit for each in chosen if each.limit is not None)
+    marks = [
+        Mark(limit, f"≤ {limit:g} {first.unit}", "x", colour="orange", beside=True)
+        for limit in limits
+    ]
+    return Chart("Front of the surrogate", axis(first), axis(second), series, marks)
+
+
+def _points(name: str, places: Sequence[tuple[float, float]], colour: str, marker: str) -> Series:
+    """Points at their places."""
+    x, y = np.array(places, dtype=float).reshape(-1, 2).T
+    return Series(name, x, y, "points", colour=colour, marker=marker)
+
+
+def scatter(names: Sequence[str], sd: Mapping[int, tuple[Sequence[int], Numbers]]) -> list[Chart]:
+    """Make charts of the chosen inputs' scatter over seeds (the paper's Fig. 8).
+
+    Args:
+        names: names of the inputs.
+        sd: by population the numbers of generations, shape (numbers,), and standard deviations,
+            shape (numbers, inputs).
+
+    Returns:
+        A chart for each input.
+    """
+    return [
+        Chart(
+            f"({'abcdefgh'[column % 8]})",
+            Axis("Generations", zero=True),
+            Axis(f"Standard deviation of {label(name)}", unit(name), zero=True),
+            [
+                Series(f"population {population}", generations, found[:, column], marker=marker)
+                for (population, (generations, found)), marker in zip(
+                    sorted(sd.items()), "os^Dvx" * 9, strict=False
                 )
-            text = LABELS.get(name, name)
-            axes.set(xlabel="Generations", ylabel=f"Standard deviation of {text}")
-            axes.set_xlim(left=0)
-            axes.set_ylim(bottom=0)
-            axes.set_title(f"({'abcdefgh'[column % 8]})", loc="left", fontsize=9)
-        panels[0].legend(loc="best")
+            ],
+        )
+        for column, name in enumerate(names)
+    ]
 
 
-@contextmanager
-def _figure(path: Path, panels: int) -> Iterator[list[Axes]]:
-    """Panels side by side in one figure, which is saved on leaving."""
-    with figure_theme():
-        # A Figure of its own, not pyplot's: pyplot would keep it open and choose a backend.
-        figure = Figure(figsize=(6.0 if panels == 1 else 4.0 * panels, 4.0), layout="constrained")
-        FigureCanvasAgg(figure)
-        figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]
-        yield list(figure.subplots(1, panels, squeeze=False)[0])
-        save(figure, path)
+def course(design: DesignFile, steps: Columns) -> list[Chart]:
+    """Make the charts of a descent: objective and limits against simulations.
+
+    Args:
+        design: content of ``design.json``.
+        steps: columns of ``steps.csv``.
+
+    Returns:
+        The chart of the objective, and that of the limits if there are any; none if no design was
+        solved.
+    """
+    at, value = required(steps, "simulations"), numbers(steps, "objective")
+    if value is None:
+        return []
+    taken = np.array([str(entry) == "True" for entry in steps["accepted"]])
+    failed = np.isnan(value)
+    along = Axis("Load paths simulated", whole=True)
+    series = [Series("accepted", at[taken], value[taken], colour="blue", marker="o")]
+    rejected = ~taken & ~failed
+    if rejected.any():
+        name = "not accepted: step shortened"
+        points = at[rejected], value[rejected]
+        series.append(Series(name, *points, "points", colour="orange", marker="x"))
+    marks = [
+        Mark(place, "" if i else "solve failed", "x", colour="grey")
+        for i, place in enumerate(at[failed])
+    ]
+    up = Axis(label(design.quantity), unit(design.quantity))
+    found = [Chart("Steps of the design", along, up, series, marks, alt=design.of)]
+    names = list(steps)
+    own = names[names.index("objective") + 1 : names.index("radius")] if "radius" in names else ()
+    limits = []
+    for each, name in zip(design.constraints, own, strict=False):
+        sign = 1.0 if each.sense == "at most" else -1.0
+        left = sign * (each.limit - required(steps, name)[taken]) / (abs(each.limit) or 1.0)
+        limits.append(Series(name, at[taken], 100 * left, marker="o"))
+    if limits:
+        percent = Axis("Left to the limit (% of it)", "%")
+        found.append(Chart("Limits of the design", along, percent, limits, [Mark(0.0)]))
+    return found
+
+
+def gradient_front(found: FrontFile) -> list[Chart]:
+    """Make the charts of a front with its uncertainty.
+
+    Args:
+        found: the front.
+
+    Returns:
+        Charts of the front, of the best designs' places, and of how the front settled.
+    """
+    limited, improved = found.objectives
+    along = axis(limited, "at most")
+    limit, mean, sd = (
+        np.array([getattr(each, name) for each in found.levels])
+        for name in ("limit", "mean", "deviation")
+    )
+    designs = [each.values for each in found.simulated]
+    curve = Series("front", limit, mean, low=mean - 2 * sd, high=mean + 2 * sd, colour="blue")
+    points = _points("simulated", designs, "ink", "D")
+    note = "Band: two standard deviations."
+    charts = [Chart("Front", along, axis(improved), [curve, points], note=note)]
+    places = {
+        key: (np.array([each.inputs[key] for each in found.levels]) - low) / (high - low)
+        for key, (low, high) in found.ranges.items()
+    }
+    moving = sorted(places, key=lambda key: -float(np.ptp(places[key][:, 0])))[:PLACES]
+    series = [
+        Series(label(key), limit, places[key][:, 0], low=places[key][:, 1], high=places[key][:, 2])
+        for key in moving
+    ]
+    part = Axis("Best design, part of its range", ends=(-0.03, 1.03))
+    note = "Bands: central 90 % of each parameter."
+    charts.append(Chart("Best designs along the front", along, part, series, note=note))
+    unsure = 100 * np.array(found.unsure, dtype=float)
+    areas = np.array(found.hypervolumes, dtype=float)
+    at = len(designs) - len(areas) + 1.0 + np.arange(len(areas))
+    apart = 100 * np.maximum(np.abs(areas[:-1] / areas[-1] - 1), 1e-6) if len(areas) else areas
+    settled = [
+        Series("largest deviation (% of the front's range)", at, unsure, marker="o"),
+        Series("hypervolume, from the last one (%)", at[:-1], apart, marker="s"),
+    ]
+    count = Axis("Load paths simulated", short="Simulations", whole=True)
+    charts.append(
+        Chart(
+            "How the front settled",
+            count,
+            Axis("Deviation and change (%)", "%", "deviation (%)", log=True),
+            settled,
+        )
+    )
+    return charts

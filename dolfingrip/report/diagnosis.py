@@ -1,163 +1,211 @@
-"""Pictures of a diagnosis: readings and simulation, residuals, probabilities, before and after."""
+"""Charts of a diagnosis: readings and simulation, residuals, probabilities, before and after."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from textwrap import fill
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from dolfingrip.channels import CHANNELS, DISPLACEMENT, PRESSURE
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, save, tint
+from dolfingrip.channels import CHANNELS, DISPLACEMENT, PRESSURE, Channel
+from dolfingrip.charts.chart import Axis, Chart, Colour, Mark, Series, Style
+from dolfingrip.charts.picture import Look, write
+from dolfingrip.files.diagnosis import DiagnosisFile
 
 
 @dataclass(frozen=True, slots=True)
 class DiagnosisPictures:
-    """The contents of a diagnosis' pictures.
+    """Sizes and limits of a diagnosis' charts.
 
     Attributes:
         least_probability: probability below which a class has no bar.
-        name_width: characters of a line that names a class.
         band_std: half width of the noise band, in standard deviations.
         same: part of the range of readings within which two ways are one line.
-        across: panels side by side.
-        most_specimens: specimens up to which each has panels of its own.
+        most_specimens: specimens up to which each has charts of its own.
+        bar_in: height of a bar with its name, in inches.
     """
 
     least_probability: float = 0.002
-    name_width: int = 40
     band_std: float = 2.0
     same: float = 0.01
-    across: int = 3
     most_specimens: int = 4
+    bar_in: float = 0.34
 
 
 PICTURES: Final = DiagnosisPictures()
 
+ROUNDED: Final = 0.005
+"""Probability below which two decimals say nothing."""
 
-MARKS = {"loading": "o", "unloading": "s", "hold": "^"}
+OVERLAYS: Final = Look(panel_in=(4.6, 3.6), dpi=150, titled=True)
+RESIDUALS: Final = Look(panel_in=(4.6, 3.0), dpi=150, titled=True, title="Simulated − measured")
+GAIN: Final = Look(panel_in=(4.8, 3.6), dpi=150, key="above")
 
 
-def draw(data: Mapping[str, Any], out: Path) -> list[Path]:
+def draw(found: DiagnosisFile, readings: pd.DataFrame, out: Path) -> list[Path]:
     """Draw ``overlay.png``, ``residuals.png``, ``probabilities.png`` and ``gain.png``.
 
     Args:
-        data: ``readings``, a table with the columns channel, experiment, specimen, branch,
-            pressure_kPa, displacement_mm, value, noise, configured, before, after; ``cause``, its
-            name or ""; ``probabilities`` by class; ``gain``, rows of errors by what was left out.
+        found: content of ``diagnosis.json``.
+        readings: a table with the columns channel, experiment, specimen, run, branch, pressure_kPa,
+            displacement_mm, value, noise, configured, before, after.
         out: folder.
+
+    Returns:
+        The files.
+
+    Raises:
+        WriteError: one line.
     """
-    drawn = [_overlay(data, out / "overlay.png"), _residuals(data, out / "residuals.png"),
-             _probabilities(data, out / "probabilities.png")]  # fmt: skip
-    if data["gain"]:
-        drawn.append(_gain(data, out / "gain.png"))
+    bars = probabilities(found)
+    size = (6.4, 0.9 + PICTURES.bar_in * len(bars.y.names))
+    drawn = [
+        write(overlays(found, readings), out / "overlay.png", OVERLAYS),
+        write(residuals(found, readings), out / "residuals.png", RESIDUALS),
+        write([bars], out / "probabilities.png", Look(panel_in=size, dpi=150)),
+    ]
+    if found.gain:
+        drawn.append(write(gain(found), out / "gain.png", GAIN))
     return drawn
 
 
-def _panels(readings: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
-    """Title, channel and rows of each panel: a reading of an experiment, and of a specimen."""
+@dataclass(frozen=True, slots=True)
+class ReadingsPanel:
+    """Readings of one channel in one chart.
+
+    Attributes:
+        title: experiment, and specimen if there are several.
+        channel: that is read.
+        part: its rows.
+    """
+
+    title: str
+    channel: Channel
+    part: pd.DataFrame
+
+    @property
+    def over(self) -> Channel:
+        """Channel of the horizontal axis: the pressure if all rows have it, else the travel."""
+        return PRESSURE if self.part[PRESSURE.name].notna().all() else DISPLACEMENT
+
+    @property
+    def across(self) -> Axis:
+        """The horizontal axis."""
+        return Axis(self.over.label, self.over.symbol)
+
+
+def panels(readings: pd.DataFrame) -> list[ReadingsPanel]:
+    """Part readings into charts.
+
+    Args:
+        readings: the table of :func:`draw`.
+
+    Returns:
+        A panel for each channel of an experiment; of few specimens one for each of them.
+    """
     found = []
-    for (experiment, channel), part in readings.groupby(["experiment", "channel"], sort=False):
-        title = str(experiment).replace("_", " ")
+    for (experiment, name), part in readings.groupby(["experiment", "channel"], sort=False):
+        title, channel = str(experiment).replace("_", " "), CHANNELS[str(name)]
         specimens = list(dict.fromkeys(part["specimen"]))
         if 1 < len(specimens) <= PICTURES.most_specimens and experiment != "coupon":
-            for name in specimens:
-                own = part[part["specimen"] == name]
-                found.append((f"{title}, {name}", str(channel), own))
+            for specimen in specimens:
+                own = part[part["specimen"] == specimen]
+                found.append(ReadingsPanel(f"{title}, {specimen}", channel, own))
         else:
-            found.append((title, str(channel), part))
+            found.append(ReadingsPanel(title, channel, part))
     return found
 
 
-def _grid(axes: Any, count: int) -> list[Axes]:
-    """The first ``count`` axes row by row; the rest are taken off."""
-    every: list[Axes] = list(axes.flat)
-    for ax in every[count:]:
-        ax.set_axis_off()
-    return every[:count]
+def _with(found: DiagnosisFile) -> str:
+    """Name of the model with the leading causes; "" if it has none."""
+    causes = found.fits[0].effects if found.fits else ()
+    return f"with {' and '.join(causes)}" if causes else ""
 
 
-def _shape(count: int) -> tuple[int, int]:
-    """Rows and columns of so many panels."""
-    across = min(count, PICTURES.across)
-    return -(-count // across), across
+def overlays(found: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
+    """Make charts of measured and simulated readings, with the noise about the latter.
+
+    Args:
+        found: content of ``diagnosis.json``.
+        readings: the table of :func:`draw`.
+
+    Returns:
+        A chart for each channel of an experiment, or of a specimen.
+    """
+    ways_: list[tuple[str, str, Colour, Style]] = [
+        ("configured", "as configured", "grey", "dots"),
+        ("before", "nuisances fitted", "blue", "dash"),
+    ]
+    if _with(found):
+        ways_.append(("after", _with(found), "orange", "line"))
+    charts = []
+    for panel in panels(readings):
+        part, over = panel.part, panel.over.name
+        series = [
+            Series("measured", part[over].to_numpy(float), part["value"].to_numpy(float), "points",
+                   branches=list(map(str, part["branch"])), colour="ink")
+        ]  # fmt: skip
+        for column, name, colour, style in ways_:
+            series += lines(part, over, column, name, colour, style)
+        words = panel.channel.title.lower()
+        note = "Band: two standard deviations of the noise." if _with(found) else ""
+        up = Axis(panel.channel.label, panel.channel.symbol)
+        alt = f"{panel.title}: measured {words} with its noise, and the simulation."
+        charts.append(
+            Chart(f"{panel.title}: {words}", panel.across, up, series, note=note, alt=alt)
+        )
+    return charts
 
 
-@contextmanager
-def _figure(path: Path, rows: int, columns: int, size: tuple[float, float]) -> Iterator[Any]:
-    with figure_theme():
-        figure = Figure(figsize=size, layout="constrained")
-        FigureCanvasAgg(figure)
-        yield figure.subplots(rows, columns, squeeze=False)
-        save(figure, path, dpi=150)
-
-
-def _over(part: pd.DataFrame) -> tuple[str, str]:
-    control = PRESSURE if part[PRESSURE.name].notna().all() else DISPLACEMENT
-    return control.name, control.label
-
-
-def _overlay(data: Mapping[str, Any], path: Path) -> Path:
-    panels = _panels(data["readings"])
-    rows, across = _shape(len(panels))
-    with _figure(path, rows, across, (4.6 * across, 3.6 * rows)) as axes:
-        for ax, (title, channel, part) in zip(_grid(axes, len(panels)), panels, strict=True):
-            over, label = _over(part)
-            for branch, own in part.groupby("branch", sort=False):
-                ax.plot(own[over], own["value"], MARKS.get(str(branch), "o"), color=INK, ms=3,
-                        mfc="none", mew=0.7, label=f"measured, {branch}", zorder=2)  # fmt: skip
-            draw_lines(ax, part, over, "configured", "as configured", GREY, ":")
-            draw_lines(ax, part, over, "before", "nuisances fitted", BLUE, "--")
-            if data["cause"]:
-                draw_lines(ax, part, over, "after", _with(data["cause"]), ORANGE, "-", band=True)
-            ax.set(xlabel=label, ylabel=CHANNELS[channel].label, title=title)
-            ax.legend(loc="best", fontsize=7)
-    return path
-
-
-def draw_lines(
-    ax: Axes, part: pd.DataFrame, over: str, column: str, label: str, colour: str, style: str,
-    band: bool = False,
-) -> None:  # fmt: skip
-    """Draw one line for each run; of the first alone the band, and the label.
+def lines(
+    part: pd.DataFrame, over: str, column: str, name: str, colour: Colour, style: Style
+) -> list[Series]:
+    """Make one line for each run that differs; solid lines have a band of noise about the first.
 
     A curve is drawn once: that of an elastic body there and back, and that of specimens that are
     simulated alike. Dashes that lie on one another look like a solid line.
+
+    Args:
+        part: rows of one chart.
+        over: column of the horizontal axis.
+        column: simulated values.
+        name: what the key calls them.
+        colour: of the lines.
+        style: of the lines.
+
+    Returns:
+        The lines; those after the first have no name.
     """
     drawn: list[pd.DataFrame] = []
+    series, bands = [], []
     for number, (_, run) in enumerate(part.groupby("run", sort=False)):
         shown = first_way(run, over, column)
         if not any(_along(shown, other, over, column) for other in drawn):
+            values = shown[over].to_numpy(float), shown[column].to_numpy(float)
+            series.append(Series("" if drawn else name, *values, style, colour=colour))
             drawn.append(shown)
-            ax.plot(shown[over], shown[column], style, color=colour, lw=1.2, zorder=3,
-                    label=label if number == 0 else None)  # fmt: skip
-        if band and number == 0:
-            for way in ways(run[over].to_numpy(dtype=float)):
-                own = run.iloc[way]
-                low, high = (
-                    own[column] + side * PICTURES.band_std * own["noise"] for side in (-1, 1)
-                )
-                # not translucent: where the bands of two ways overlap they would be darker
-                ax.fill_between(own[over], low, high, color=tint(colour), lw=0, zorder=1)
+        for way in ways(run[over].to_numpy(float)) if style == "line" and number == 0 else ():
+            own = run.iloc[way]
+            middle, half = own[column].to_numpy(float), PICTURES.band_std * own["noise"]
+            nowhere = np.full(len(own), np.nan)
+            bands.append(
+                Series("", own[over].to_numpy(float), nowhere, style, None,
+                       middle - half.to_numpy(float), middle + half.to_numpy(float), colour=colour)
+            )  # fmt: skip
+    return series + bands
 
 
 def first_way(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
-    """The first way of a run alone, where all others go along it; measured loads scatter."""
+    """Take the first way of a run alone, where all others go along it; measured loads scatter."""
     first = run.iloc[ways(run[over].to_numpy(dtype=float))[0]].sort_values(over)
     return first if _along(run, first, over, column) else run
 
 
 def _along(run: pd.DataFrame, other: pd.DataFrame, over: str, column: str) -> bool:
-    """Whether a run goes along another, whose load only grows; its ends may lie a little beyond."""
+    """Tell if a run goes along another, whose load only grows; its ends may lie beyond."""
     if not other[over].is_monotonic_increasing:
         return False
     shared = run[run[over].between(other[over].iloc[0], other[over].iloc[-1])]
@@ -168,11 +216,6 @@ def _along(run: pd.DataFrame, other: pd.DataFrame, over: str, column: str) -> bo
     return apart < PICTURES.same * float(run[column].max() - run[column].min())
 
 
-def _with(cause: str) -> str:
-    """What a model with a cause, or with a pair of causes, is called."""
-    return f"with {cause.replace(' with ', ' and ')}"
-
-
 def ways(load: np.ndarray) -> list[slice]:
     """The parts of a run along which the load only grows, or only falls; turns belong to both."""
     steps = pd.Series(np.sign(np.diff(load))).replace(0, np.nan).ffill().bfill().fillna(1)
@@ -181,82 +224,95 @@ def ways(load: np.ndarray) -> list[slice]:
     return [slice(first, last + 1) for first, last in pairwise(ends)]
 
 
-def _residuals(data: Mapping[str, Any], path: Path) -> Path:
-    """For each reading the residual with nuisances fitted, and below it that with the cause."""
-    panels = _panels(data["readings"])
-    kinds = [("before", "nuisances fitted", BLUE)]
-    if data["cause"]:
-        kinds.append(("after", _with(data["cause"]), ORANGE))
-    rows, across = _shape(len(panels))
-    size = (4.6 * across, 2.6 * rows * len(kinds))
-    with _figure(path, rows * len(kinds), across, size) as axes:
-        for number, (title, channel, part) in enumerate(panels):
-            row, column = divmod(number, across)
-            pair = [axes[row * len(kinds) + kind][column] for kind in range(len(kinds))]
-            for ax, (name, what, colour) in zip(pair, kinds, strict=True):
-                _residual(ax, part, name, colour)
-                ax.set_ylabel(f"Δ {CHANNELS[channel].label}", fontsize=8)
-                ax.set_title(f"{title}, {what}", fontsize=8)
-            low = min(ax.get_ylim()[0] for ax in pair)
-            high = max(ax.get_ylim()[1] for ax in pair)
-            for ax in pair:
-                ax.set_ylim(low, high)
-        for number in range(len(panels), rows * across):
-            row, column = divmod(number, across)
-            for kind in range(len(kinds)):
-                axes[row * len(kinds) + kind][column].set_axis_off()
-        axes[0][0].figure.suptitle("Simulated − measured", fontsize=9)
-    return path
+def residuals(found: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
+    """Make charts of simulated less measured readings, with nuisances fitted and with the cause.
+
+    Args:
+        found: content of ``diagnosis.json``.
+        readings: the table of :func:`draw`.
+
+    Returns:
+        A chart for each channel of an experiment, or of a specimen.
+    """
+    kinds: list[tuple[str, str, Colour]] = [("before", "nuisances fitted", "blue")]
+    if _with(found):
+        kinds.append(("after", _with(found), "orange"))
+    charts = []
+    for panel in panels(readings):
+        rest = panel.part.sort_values(panel.over.name)
+        x, half = (
+            rest[panel.over.name].to_numpy(float),
+            PICTURES.band_std * rest["noise"].to_numpy(float),
+        )
+        series = [
+            Series("noise (2 std)", x, np.full(len(x), np.nan), low=-half, high=half, colour="grey")
+        ]
+        series += [
+            Series(name, x, (rest[column] - rest["value"]).to_numpy(float), "points",
+                   branches=list(map(str, rest["branch"])), colour=colour)
+            for column, name, colour in kinds
+        ]  # fmt: skip
+        words = panel.channel.title.lower()
+        charts.append(
+            Chart(
+                f"{panel.title}: residuals of the {words}", panel.across,
+                Axis(f"Δ {panel.channel.label}", panel.channel.symbol), series, [Mark(0.0)],
+                alt=f"{panel.title}: simulated less measured {words}, and the noise.",
+            )
+        )  # fmt: skip
+    return charts
 
 
-def _residual(ax: Axes, part: pd.DataFrame, name: str, colour: str) -> None:
-    over, label = _over(part)
-    rest = part.sort_values(over)
-    band = PICTURES.band_std * rest["noise"]
-    ax.fill_between(rest[over], -band, band,
-                    color=PALE, alpha=0.6, lw=0, label="noise (2 std)")  # fmt: skip
-    for branch, own in part.groupby("branch", sort=False):
-        ax.plot(own[over], own[name] - own["value"], MARKS.get(str(branch), "o"),
-                color=colour, ms=3, mfc="none", mew=0.8, label=str(branch))  # fmt: skip
-    ax.axhline(0, color=INK, lw=0.8)
-    ax.set(xlabel=label)
-    ax.legend(loc="best", fontsize=7)
+def probabilities(found: DiagnosisFile, least: float = PICTURES.least_probability) -> Chart:
+    """Make the chart of the probability of each cause.
+
+    Args:
+        found: content of ``diagnosis.json``.
+        least: probability below which a cause has no bar.
+
+    Returns:
+        Bars, the longest first.
+    """
+    known = {each.name.replace("_", " "): each.probability for each in found.causes}
+    shown = {name: p for name, p in known.items() if p >= least}
+    shown |= {"none: noise alone": found.none, "unknown: not in the catalogue": found.unknown}
+    names = sorted(shown, key=lambda name: -shown[name])
+    bars = []
+    for colour, of_cause in (("green", True), ("grey", False)):
+        own = [i for i, name in enumerate(names) if (name in known) is of_cause]
+        values = [shown[names[i]] for i in own]
+        said = [f"{p:.2f}" if p >= ROUNDED else "< 0.01" for p in values]
+        bars.append(Series("", values, own, "bar", colour=colour, said=said))
+    across = Axis("Probability that it takes part", ends=(0.0, 1.1))
+    title = "Probability that each cause takes part"
+    note = "Two causes can act together, so the numbers may add up to more than 1."
+    return Chart(title, across, Axis("", names=names), bars, note=note)
 
 
-def _probabilities(data: Mapping[str, Any], path: Path) -> Path:
-    shown = {k: v for k, v in data["probabilities"].items()
-             if v >= PICTURES.least_probability or k in ("none", "unknown")}  # fmt: skip
-    names = sorted(shown, key=lambda name: shown[name])
-    texts = [fill(name, PICTURES.name_width) for name in names]
-    lines = sum(1 + text.count("\n") for text in texts)
-    with _figure(path, 1, 1, (6.4, 0.9 + 0.14 * lines + 0.2 * len(names))) as axes:
-        ax = axes[0][0]
-        colours = [GREY if name in ("none", "unknown") else GREEN for name in names]
-        ax.barh(texts, [shown[n] for n in names],
-                color=colours)  # fmt: skip
-        for number, name in enumerate(names):
-            ax.text(shown[name] + 0.01, number, f"{shown[name]:.2f}", va="center", fontsize=8)
-        ax.set(xlabel="Probability that it takes part", xlim=(0, 1.1))
-        ax.grid(axis="y", visible=False)
-    return path
+def gain(found: DiagnosisFile) -> list[Chart]:
+    """Make charts of the error on readings that were left out.
 
+    Args:
+        found: content of ``diagnosis.json``.
 
-def _gain(data: Mapping[str, Any], path: Path) -> Path:
-    table = pd.DataFrame(data["gain"])
-    channels = list(dict.fromkeys(table["channel"]))
-    bars = (("before", "as configured", PALE), ("nuisances", "nuisances refitted", BLUE),
-            ("process", "process without cause", GREY),
-            ("cause", "with the cause", ORANGE))  # fmt: skip
-    down, across = _shape(len(channels))
-    with _figure(path, down, across, (4.8 * across, 3.4 * down)) as axes:
-        for ax, channel in zip(_grid(axes, len(channels)), channels, strict=True):
-            rows = table[table["channel"] == channel]
-            place = np.arange(len(rows))
-            for number, (name, label, colour) in enumerate(bars):
-                ax.bar(place + 0.2 * (number - 1.5), rows[name], 0.19, color=colour, label=label)
-            ax.vlines(place + 0.3, rows["cause_low"], rows["cause_high"], color=INK, lw=1.0)
-            ax.set_yscale("log")
-            ax.set_xticks(place, [f"{name}\nleft out" for name in rows["left_out"]])
-            ax.set(ylabel=f"Error on left-out readings\n{CHANNELS[channel].label}")
-            ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    return path
+    Returns:
+        A chart for each channel, with a bar for each model and what was left out.
+    """
+    kinds: list[tuple[str, str, Colour]] = [
+        ("before", "as configured", "pale"), ("nuisances", "nuisances refitted", "blue"),
+        ("process", "process without cause", "grey"), ("cause", "with the cause", "orange"),
+    ]  # fmt: skip
+    charts = []
+    for name in dict.fromkeys(each.channel for each in found.gain):
+        rows, channel = [each for each in found.gain if each.channel == name], CHANNELS[name]
+        low, high = ([getattr(each, f"cause_{end}") for each in rows] for end in ("low", "high"))
+        bars = [
+            Series(text, [getattr(each, kind) for each in rows], range(len(rows)), "bar",
+                   low=low if kind == "cause" else None, high=high if kind == "cause" else None,
+                   colour=colour)
+            for kind, text, colour in kinds
+        ]  # fmt: skip
+        across = Axis(f"Error on left-out readings, {channel.label}", channel.symbol, log=True)
+        names = Axis("", names=[f"{each.left_out} left out" for each in rows])
+        charts.append(Chart(f"Before and after: {channel.title.lower()}", across, names, bars))
+    return charts

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from dolfingrip.files.columns import Columns, branches, read_csv, required
 from dolfingrip.meshes.cells import from_vtk
-from dolfingrip.report.columns import Columns, branches, read_csv, required
 
 TOLERANCE_KPA = 1e-3
 """Pressures closer than this are the same: files round what the solver reaches exactly."""

@@ -17,18 +17,18 @@ from scipy.spatial.transform import Rotation
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from dolfingrip.channels import PRESSURE, TIME
+from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE, scene_theme
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.fields import COLLECTION
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
 from dolfingrip.experiments.rigs.gripper import placed, stands_of
 from dolfingrip.experiments.rigs.symmetry import MIRROR, halved
 from dolfingrip.files import whole
+from dolfingrip.files.columns import Columns
 from dolfingrip.mechanics.model.placement import Placement, to_world
-from dolfingrip.report.columns import Columns
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
 from dolfingrip.report.scene import Image, View, no_display
 from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
-from dolfingrip.report.theme import BLUE, GREEN, INK, PALE, scene_theme
 
 FOOD = "#E0B060"
 """Colour of the food, sausage or potato."""

@@ -11,8 +11,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 
+from dolfingrip.charts.theme import DPI, INK, figure_theme, save
 from dolfingrip.report.scene import Image, View
-from dolfingrip.report.theme import DPI, INK, figure_theme, save
 
 _TOP, _BOTTOM, _RIGHT, _SIDE = 0.34, 0.66, 1.05, 0.10
 """Strips for the label, the scale bar and the colour scale, and the least margin (inches)."""

@@ -17,7 +17,8 @@ from typing import Literal
 
 import numpy as np
 
-from dolfingrip.report.columns import Columns
+from dolfingrip.charts.theme import DPI, colour_map
+from dolfingrip.files.columns import Columns
 from dolfingrip.report.fields import (
     FieldMesh,
     find_steps,
@@ -30,7 +31,6 @@ from dolfingrip.report.fields import (
 from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.scene import Image, Plate, View, draw_shapes
 from dolfingrip.report.skin import Floats, extract_skin
-from dolfingrip.report.theme import DPI, colour_map
 
 __all__ = ["Pictures", "Plate", "Quantity", "Shown", "draw"]
 

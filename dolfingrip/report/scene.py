@@ -18,8 +18,8 @@ import numpy.typing as npt
 import pyvista as pv
 from matplotlib.colors import Colormap
 
+from dolfingrip.charts.theme import INK, PALE, scene_theme
 from dolfingrip.report.skin import Floats, Ints, Skin
-from dolfingrip.report.theme import INK, PALE, scene_theme
 
 Image = npt.NDArray[np.uint8]
 

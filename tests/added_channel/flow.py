@@ -22,12 +22,12 @@ from dolfingrip.config import Config, ConfigError, changed, load
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.diagnose import Settings, judged
-from dolfingrip.diagnosis.outcome import DiagnosisFile
 from dolfingrip.diagnosis.results import write as write_diagnosis
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments import Result, run, synthetic
 from dolfingrip.experiments.index import find
 from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.report import diagnosis as pictures
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections.tables import assignments
@@ -94,8 +94,9 @@ def of_a_diagnosis(file: Path, out: Path) -> None:
     measurement = selected(read([file]), Config())[0]
     settings = Settings(effects=("bulk_modulus", "ogden_terms"))
     found = judged(measurement, Config(), Here(out / "simulations"), settings)
-    drawn = pictures.draw(write_diagnosis(found, [file], out).pictures, out)
-    files = Delivered(out, DiagnosisFile.read(out / "diagnosis.json"))
+    written = write_diagnosis(found, [file], out)
+    drawn = pictures.draw(written.result, written.readings, out)
+    files = Delivered(out, DiagnosisFile.read(out))
     mine = files.readings[files.readings["channel"] == NAME]
     assert np.isfinite(mine["configured"]).all()
     np.testing.assert_allclose(mine["noise"], 0.006, rtol=0.5)

@@ -5,7 +5,6 @@ Margins are invented, so that the best design is known.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.search import SearchPolicy
 from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.files.design import DesignFile
 
 EXAMPLE = EXAMPLES / "gripper_design.toml"
 
@@ -79,10 +79,11 @@ def test_the_worse_food_counts(tmp_path: Path) -> None:
     assert found.best.objective == pytest.approx(1.0, abs=0.06)
     assert found.best.values == pytest.approx([0.2, 45.0], abs=12.0)
     told = run.facts(problem, found, None, 0.0)
-    by = {each["condition"]: each["objective"] for each in told["by_condition"]}
+    by = {each.condition: each.objective for each in told.by_condition}
     assert min(by.values()) == pytest.approx(found.best.objective)
     assert set(by) == {"nominal", "food.kind=sausage-short"}
-    json.dumps(told)
+    assert told.write(tmp_path).is_file()
+    assert DesignFile.read(tmp_path) == told
 
 
 @pytest.mark.parametrize(

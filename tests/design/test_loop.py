@@ -15,6 +15,7 @@ from dolfingrip.cli import optimise_command, reproduce_command
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, space
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.interrupts import Interrupted
 
@@ -71,23 +72,24 @@ def test_optimising_computes_again_and_resumes(
     result = _call(*command, "--cog-max", 2.0, "--cog-max", 2.2)
     assert result.exit_code == 0
     assert "surrogate on 10 points along the front, force_N: RMS error" in result.stdout
-    facts = json.loads((tmp_path / "optimum.json").read_text(encoding="utf-8"))
-    roles = [one["role"] for one in facts["designs"]]
+    facts = OptimumFile.read(tmp_path)
+    roles = [one.role for one in facts.designs]
     assert roles[:3] == ["chosen", "chosen", "original"]
-    original = facts["designs"][2]
-    assert original["fem"] == {"cog_offset_mm": 2.8, "force_N": 4.0}
-    for one in facts["designs"]:  # finite elements are the analytic objective here
-        xi1, xi2 = one["inputs"].values()
-        assert one["fem"]["force_N"] == pytest.approx(4 + xi1 - xi2)
-        assert one["force_over_original"] == pytest.approx((xi1 - xi2) / 4)
+    original = facts.designs[2]
+    assert original.fem == {"cog_offset_mm": 2.8, "force_N": 4.0}
+    for one in facts.designs:  # finite elements are the analytic objective here
+        xi1, xi2 = one.inputs.values()
+        assert one.fem is not None
+        assert one.fem["force_N"] == pytest.approx(4 + xi1 - xi2)
+        assert one.gain == pytest.approx((xi1 - xi2) / 4)
     assert (tmp_path / "pareto.png").stat().st_size > 20_000
     with (tmp_path / "front.csv").open(encoding="utf-8") as stream:
-        assert len(list(csv.DictReader(stream))) == facts["front_points"]
+        assert len(list(csv.DictReader(stream))) == len(facts.front)
     started = log.read_text(encoding="utf-8")
-    assert len(started.splitlines()) <= len(facts["designs"]) + 10
+    assert len(started.splitlines()) <= len(facts.designs) + 10
     _call(*command, "--cog-max", 2.0, "--cog-max", 2.2)
     assert log.read_text(encoding="utf-8") == started  # nothing is computed twice
-    assert json.loads((tmp_path / "optimum.json").read_text(encoding="utf-8")) == facts
+    assert OptimumFile.read(tmp_path) == facts
 
 
 def test_without_finite_elements_nothing_is_computed(surrogate: Path, tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from dolfingrip.design.optimum.genetic import Settings
 from dolfingrip.design.optimum.optimum import Optimum
 from dolfingrip.design.optimum.resolve import Failure, Outputs, Resolved, SelectedDesign
 from dolfingrip.design.surrogate.training import Training
+from dolfingrip.files.optimum import OptimumFile
 
 SMALL = Settings(population=60, generations=20)
 
@@ -83,10 +83,9 @@ def test_failed_designs_are_told_and_never_numbers(found: Optimum, tmp_path: Pat
     assert math.isnan(resolved[0].miss("force_N"))
     assert resolve.errors(resolved)["force_N"]["designs"] == 9
     facts = files.write(found, resolved, tmp_path)
-    assert facts["designs"][0]["fem"] is None
-    assert facts["designs"][0]["failure"] == "stopped at 12 kPa"
-    written = json.loads((tmp_path / "optimum.json").read_text(encoding="utf-8"))
-    assert written["designs"] == facts["designs"]
+    assert facts.designs[0].fem is None
+    assert facts.designs[0].failure == "stopped at 12 kPa"
+    assert OptimumFile.read(tmp_path) == facts
     lines = (tmp_path / "resolved.csv").read_text(encoding="utf-8").splitlines()
     assert lines[1].endswith(",,failed,stopped at 12 kPa")
     assert "nan" not in "".join(lines).lower()

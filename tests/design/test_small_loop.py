@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import matplotlib.image
@@ -13,6 +12,7 @@ from support.small import short
 from dolfingrip.cli import small_loop
 from dolfingrip.config import load
 from dolfingrip.design.campaign.campaign import read
+from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.sections.tables import assignments
 
 DESIGNS = ("morph.xi1=0:0.6:4", "morph.xi2=-0.4:0:3")
@@ -38,17 +38,17 @@ def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None
     rows = read(tmp_path / "doe").by_key()
     assert len(rows) == 12
     assert {row["status"] for row in rows.values()} == {"done"}
-    facts = json.loads((tmp_path / "optimum" / "optimum.json").read_text(encoding="utf-8"))
-    by_role = {one["role"]: one for one in facts["designs"]}
+    designs = OptimumFile.read(tmp_path / "optimum").designs
+    by_role = {one.role: one for one in designs}
     assert set(by_role) == {"chosen", "original", "polished"}
     chosen, original = by_role["chosen"], by_role["original"]
-    assert chosen["surrogate"]["cog_offset_mm"] <= small_loop.POLICY.cog_max_mm
+    assert chosen.surrogate["cog_offset_mm"] <= small_loop.POLICY.cog_max_mm
     # the original is a design of the campaign, too
     computed = next(row for row in rows.values() if not any(row["inputs"].values()))
-    assert original["fem"]["force_N"] == pytest.approx(computed["outputs"]["force_N"], rel=1e-9)
-    assert chosen["force_over_original"] == pytest.approx(
-        chosen["fem"]["force_N"] / original["fem"]["force_N"] - 1
-    )
+    assert original.fem is not None
+    assert chosen.fem is not None
+    assert original.fem["force_N"] == pytest.approx(computed["outputs"]["force_N"], rel=1e-9)
+    assert chosen.gain == pytest.approx(chosen.fem["force_N"] / original.fem["force_N"] - 1)
     assert matplotlib.image.imread(tmp_path / "optimum" / "pareto.png")[..., :3].std() > 0.01
     small_loop.run(SETTINGS, tmp_path, DESIGNS)
     assert read(tmp_path / "doe").by_key() == rows

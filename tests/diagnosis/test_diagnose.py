@@ -15,7 +15,6 @@ from support.invented_coupon import made
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.additions.next_experiment import Then, next_experiments
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.evidence import Fit
@@ -25,6 +24,7 @@ from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.selection import selected
+from dolfingrip.files import diagnosis as outcome
 from dolfingrip.report import diagnosis as pictures
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
@@ -133,7 +133,7 @@ def test_an_extension_that_is_not_allowed_is_a_warning(
     monkeypatch.setattr(CouponDiagnosis, "overrides", lambda self, fit: {"material.mu_MPa": -1})
     found = replace(ninjaflex, warnings=[])
     write(found, [COUPONS], tmp_path)
-    result = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json")
+    result = outcome.DiagnosisFile.read(tmp_path)
     assert result.extended == {}
     assert not result.quick
     assert any(
@@ -146,7 +146,7 @@ def test_an_extension_that_is_not_allowed_is_a_warning(
 def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
     found = write(ninjaflex, [COUPONS], tmp_path)
     text = (tmp_path / "diagnosis.json").read_text(encoding="utf-8")
-    result = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json")
+    result = outcome.DiagnosisFile.read(tmp_path)
     assert result.model_dump_json(indent=1, by_alias=True) + "\n" == text
     assert result.verdict.effects == ninjaflex.decision.first
     assert '"class"' in text
@@ -154,7 +154,7 @@ def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
     extended = configuration.load(tmp_path / "extended.toml")
     assert extended.material.mu_MPa > Config().material.mu_MPa
     assert extended.extensions.mooney_rivlin is not None  # type: ignore[attr-defined]
-    assert {file.name for file in pictures.draw(found.pictures, tmp_path)} == {
+    assert {file.name for file in pictures.draw(found.result, found.readings, tmp_path)} == {
         "overlay.png", "residuals.png", "probabilities.png", "gain.png"
     }  # fmt: skip
 
@@ -172,7 +172,7 @@ def test_a_far_modulus_is_told_with_a_cause_that_does_as_well(
     assert "(modulus) or another" in page
     assert "(coupon_area) or a polynomial" in page
     assert "measure the coupons' cross-section" in page
-    verdict = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json").verdict
+    verdict = outcome.DiagnosisFile.read(tmp_path).verdict
     assert verdict.effects == own.first
 
 

@@ -15,11 +15,11 @@ from support.invented_coupon import TOLD, made
 from support.measured_files import written
 
 from dolfingrip.config import Config, changed
-from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.files import diagnosis as outcome
 from dolfingrip.sections.tables import assignments
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
@@ -36,7 +36,7 @@ def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert said[0].count("RESULT") == 1
     assert "Nothing else is to be seen" in said[0]
     assert said[1].splitlines()[-4:] == said[0].splitlines()[-4:]
-    assert outcome.DiagnosisFile.read(out / "diagnosis.json").verdict.answer == "none"
+    assert outcome.DiagnosisFile.read(out).verdict.answer == "none"
     assert {"summary.md", "extended.toml", "overlay.png"} <= {each.name for each in out.iterdir()}
 
 

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from dolfingrip.cli.app import app
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.outcome import DiagnosisFile
+from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Store
 
@@ -66,9 +66,9 @@ def test_killed_in_the_middle(tmp_path: Path, request: pytest.FixtureRequest) ->
     after = finished(out / "simulations")
     assert len(after) > len(before) >= KILLED_AFTER
     assert {key: after[key] for key in before} == before
-    resumed = DiagnosisFile.read(out / "diagnosis.json")
+    resumed = DiagnosisFile.read(out)
     # a third run computes nothing, and says the same
     done = CliRunner().invoke(app, arguments(out))
     assert done.exit_code == 0, done.output
     assert finished(out / "simulations") == after
-    assert DiagnosisFile.read(out / "diagnosis.json") == resumed
+    assert DiagnosisFile.read(out) == resumed

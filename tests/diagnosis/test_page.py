@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dolfingrip.diagnosis import outcome, page
+from dolfingrip.diagnosis import page
 from dolfingrip.diagnosis.answer.found import OfTheRig
 from dolfingrip.diagnosis.answer.ten_lines import _off
-from dolfingrip.diagnosis.page import HEADINGS
+from dolfingrip.files import diagnosis as outcome
+from dolfingrip.files.diagnosis import HEADINGS
 
 LINES = outcome.Brief(
     result="the cause is a regulator whose scale is off (pressure_gain)", size="6 %", fit="0.1 deg",
@@ -19,7 +20,7 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
         {"answer": "cause", "class": ("pressure_gain",), "probability": 0.95, "takes_part": 0.95,
          "sentence": "the cause is pressure_gain"}
     )  # fmt: skip
-    noise = outcome.Noise(std={}, sentences=())
+    noise = outcome.AssumedNoise(std={}, sentences=())
     proposed = outcome.NextExperiment(
         name="a hold", minutes=3.0, gain=4.0, gain_per_minute=1.3, chance=0.3
     )

@@ -13,7 +13,7 @@ from dolfingrip.diagnosis.additions.worth import Expected, Tied, chance_alone, s
 from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.outcome import NextExperiment
+from dolfingrip.files.diagnosis import NextExperiment
 
 SEED = 4
 STD = 0.02

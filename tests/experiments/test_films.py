@@ -13,7 +13,7 @@ from support import small
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
-from dolfingrip.experiments.results.result import Result
+from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.experiments.rigs.gripper import build_gripper
 from dolfingrip.experiments.rigs.perturbation import constant_values

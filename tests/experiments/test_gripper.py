@@ -13,12 +13,12 @@ from support import small, taylor
 
 from dolfingrip.config import ConfigError, Solver
 from dolfingrip.experiments import run
-from dolfingrip.experiments.results.outcome import Kind
-from dolfingrip.experiments.results.result import Result
+from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.grasp_energy import EnergyBook
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
 from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
+from dolfingrip.files.run import GraspKind
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.tangent import Tangent
 
@@ -147,7 +147,7 @@ def test_a_light_block_is_picked_up(light: tuple[Result, Path]) -> None:
     assert result.failure is None
     assert result.outcome is not None
     print(result.outcome)
-    assert result.outcome.kind is Kind.PICKED_UP
+    assert result.outcome.kind is GraspKind.PICKED_UP
     first, last = result.rows[0], result.rows[-1]
     assert 0 < last["momentum_error_N"] < 6e-6
     weight = 9.81 * 300e-9 * 14 * 30 * 24
@@ -186,7 +186,7 @@ def test_friction_takes_what_it_holds_along_the_way_that_food_slides() -> None:
     mu = 0.02
     result = grasped(*LIGHT, f"food.friction={mu}", "gripper.lift_mm=3")
     assert result.outcome is not None
-    assert result.outcome.kind is Kind.NOT_LIFTED
+    assert result.outcome.kind is GraspKind.NOT_LIFTED
     sliding, last = result.rows[-5], result.rows[-2]  # half of the lift, and all of it
     normal_N = sum(last[f"normal_{letter}_N"] for letter in "ABC")
     way_mm = last["slip_mm"] - sliding["slip_mm"]
@@ -307,10 +307,10 @@ def light(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
 def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path]) -> None:
     """But for how far friction's normal forces may be behind."""
     whole, half = light[0], grasped(*LIGHT)
-    assert half.facts["mesh"]["half"]
-    assert half.facts["mesh"]["dofs"] < 0.6 * whole.facts["mesh"]["dofs"]
+    assert half.facts.mesh.half
+    assert half.facts.mesh.dofs < 0.6 * whole.facts.mesh.dofs
     assert half.outcome is not None
-    assert half.outcome.kind is Kind.PICKED_UP
+    assert half.outcome.kind is GraspKind.PICKED_UP
     for name in ("angle_A_deg", "angle_B_deg", "normal_A_N", "normal_C_N", "table_N"):
         one, other = whole.column(name), half.column(name)
         np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
@@ -344,7 +344,7 @@ def test_what_is_not_symmetric_has_no_half() -> None:
 def test_without_pressure_it_stays_on_the_table() -> None:
     result = grasped("experiment.max_pressure_kPa=1", "experiment.step_kPa=1")
     assert result.outcome is not None
-    assert result.outcome.kind is Kind.NOT_LIFTED
+    assert result.outcome.kind is GraspKind.NOT_LIFTED
     assert result.rows[-1]["object_z_mm"] < result.rows[0]["object_z_mm"] - 5.9
 
 

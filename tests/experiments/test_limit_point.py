@@ -51,7 +51,7 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     assert at_once.failure.kind is FailureKind.LIMIT_POINT
     assert at_once.failure.last_good["pressure_kPa"] <= last
     np.testing.assert_allclose(at_once.column("angle_deg"), stopped.column("angle_deg"), rtol=1e-9)
-    many, few = (each.facts["newton"]["iterations"] for each in (stopped, at_once))
+    many, few = (each.facts.newton.iterations for each in (stopped, at_once))
     print(f"{many} iterations, {few} without a search for a state beyond")
     assert few < 0.5 * many
 

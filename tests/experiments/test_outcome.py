@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.experiments.results.outcome import Kind, Moment, Ring, decided, judge
+from dolfingrip.experiments.results.outcome import Moment, Ring, decided, judge
+from dolfingrip.files.run import GraspKind as Kind
 
 LIFT_S = 1.0
 
@@ -22,8 +23,18 @@ START = [moment(0.0, 20.0, 0.0, 1.0), moment(0.5, 20.0, 1.0, 0.6), moment(1.0, 2
 @pytest.mark.parametrize(
     ("then", "kind", "at", "said"),
     [
-        ([moment(1.5, 19.8, 2, 0, 9), moment(2, 19.8, 2, 0, 20)], Kind.PICKED_UP, 1.5, "by 20 mm"),
-        ([moment(1.5, 19, 2, 0, 9), moment(2, 12, 2, 0, 12)], Kind.SLIPPED, 2.0, "sank by 8.0 mm"),
+        (
+            [moment(1.5, 19.8, 2, 0, 9), moment(2, 19.8, 2, 0, 20)],
+            Kind.PICKED_UP,
+            1.5,
+            "by 20 mm",
+        ),
+        (
+            [moment(1.5, 19, 2, 0, 9), moment(2, 12, 2, 0, 12)],
+            Kind.SLIPPED,
+            2.0,
+            "sank by 8.0 mm",
+        ),
         ([moment(1.5, 19, 2, 0, 9), moment(2, 0, 0, 1, 0)], Kind.DROPPED, 1.5, "9 mm up"),
         ([moment(1.5, 10, 1, 0.9, 0), moment(2, 0, 1, 0.9, 0)], Kind.NOT_LIFTED, 1.5, "10 %"),
         ([moment(1.5, 10, 0, 1, 0), moment(2, 0, 0, 1, 0)], Kind.NOT_LIFTED, 1.5, "no finger"),

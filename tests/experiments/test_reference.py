@@ -57,11 +57,11 @@ def result(request: pytest.FixtureRequest) -> Result:
 def test_figures_stay(result: Result) -> None:
     assert result.failure is None
     rows = {(result.kind, row["pressure_kPa"]): row for row in result.rows}
-    print(f"ELEMENTS = {result.facts['mesh']['elements']}")
+    print(f"ELEMENTS = {result.facts.mesh.elements}")
     for key, row in rows.items():
         names = [name for name in ("angle_deg", "tip_x_mm", "tip_z_mm", "force_N") if name in row]
         print(f"    {key}: { ({name: round(row[name], 8) for name in names}) },")
-    assert result.facts["mesh"]["elements"] == ELEMENTS
+    assert result.facts.mesh.elements == ELEMENTS
     expected = {key: figures for key, figures in FIGURES.items() if key[0] == result.kind}
     assert expected
     for key, figures in expected.items():
@@ -71,8 +71,8 @@ def test_figures_stay(result: Result) -> None:
 
 def test_effort_stays(result: Result) -> None:
     """What a run costs on any machine."""
-    newton = result.facts["newton"]
+    newton = result.facts.newton
     iterations, factorisations = MOST[result.kind]
     print(f"{result.kind}: {newton}")
-    assert newton["iterations"] <= iterations
-    assert newton["factorisations"] <= factorisations
+    assert newton.iterations <= iterations
+    assert newton.factorisations <= factorisations

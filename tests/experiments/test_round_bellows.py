@@ -23,7 +23,7 @@ def test_thin_walls_take_few_iterations() -> None:
     result = run("bending", config.load(None, assignments(SHORT)), comm=MPI.COMM_SELF)
     assert result.failure is None
     angle, iterations = result.column("angle_deg"), result.column("iterations")
-    print(angle, iterations, result.column("tip_z_mm"), result.facts["mesh"])
+    print(angle, iterations, result.column("tip_z_mm"), result.facts.mesh)
     assert angle[2] > angle[1] > 1.0
     assert result.column("tip_z_mm")[1] > 0.1
     assert iterations.sum() <= 30

@@ -198,9 +198,9 @@ def test_a_run_with_derivatives_is_the_same_run() -> None:
     )
     for name in ("angle_deg", "tip_x_mm", "cavity_volume_mm3"):
         np.testing.assert_array_equal(plain.column(name), derived.column(name))
-    newton = [result.facts["newton"] for result in (plain, derived)]
-    assert newton[0]["iterations"] == newton[1]["iterations"]
-    more = newton[1]["factorisations"] - newton[0]["factorisations"]
+    newton = [result.facts.newton for result in (plain, derived)]
+    assert newton[0].iterations == newton[1].iterations
+    more = newton[1].factorisations - newton[0].factorisations
     assert more == len(derived.rows)
     assert {row["parameter"] for row in derived.sensitivities} == {
         "material.mu_MPa", "finger.wall_mm",

@@ -65,7 +65,7 @@ def test_two_cycles(smooth: Result, rough: Result) -> None:
 
 def test_it_takes_few_iterations(rough: Result) -> None:
     """72, and 58 without friction."""
-    assert rough.facts["newton"]["iterations"] <= 74
+    assert rough.facts.newton.iterations <= 74
 
 
 def test_half_the_step_leads_to_the_same(rough: Result) -> None:

@@ -89,7 +89,7 @@ def test_it_takes_few_iterations() -> None:
 
     51 and 34 in 20 steps; 80 where normal forces are held in each step, and taken anew after it.
     """
-    rough, smooth = (blocked(mu, 10.0, 2).facts["newton"]["iterations"] for mu in (0.6, None))
+    rough, smooth = (blocked(mu, 10.0, 2).facts.newton.iterations for mu in (0.6, None))
     print("iterations", rough, "without friction", smooth)
     assert rough <= 52
     assert rough <= 1.55 * smooth

@@ -152,7 +152,7 @@ def test_a_run_is_the_direct_solver_s(case: str) -> None:
         settings = small.short(*EXACT, *overrides, f"solver.linear={linear}")
         result = run(experiment, settings, comm=MPI.COMM_SELF)
         assert result.failure is None
-        assert result.facts["newton"]["linear_solver"] == linear
+        assert result.facts.newton.linear_solver == linear
         names = ("angle_deg", "tip_x_mm", "tip_z_mm", "cavity_volume_mm3", "force_N")
         had = result.columns()
         return {name: result.column(name) for name in names if name in had}, int(

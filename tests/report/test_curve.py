@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from dolfingrip.charts.picture import Look, write
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.blocked_force import BlockedForce
-from dolfingrip.report.curve import plot
+from dolfingrip.experiments.chart import DrawnResult, chart
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.files.columns import Columns
+from dolfingrip.files.run import TurningPoint
 
 LOADING = [0.0, 50.0, 100.0, 150.0, 200.0, 250.0]
 RETURN = [200.0, 150.0, 100.0, 50.0, 0.0]
 
 
-@dataclass(frozen=True)
-class Turn:
-    pressure_kPa: float = 170.0
-    force_N: float = 1.7
-    slope_before_N_per_kPa: float = 0.01
-    slope_after_N_per_kPa: float = 0.02
+TURN = TurningPoint(170.0, 1.7, 0.01, 0.02)
+
+
+def plot(experiment: Experiment, result: Columns, file: Path, **more: Any) -> Path:
+    return write([chart(experiment, [DrawnResult(result)], **more)], file, Look(across=1))
 
 
 def _legend(figure: Figure) -> list[str]:
@@ -79,7 +82,7 @@ def test_bending_with_the_least_columns(tmp_path: Path, figures: list[Figure]) -
 
 def test_blocked_force_with_turning_point(tmp_path: Path, figures: list[Figure]) -> None:
     result = {"pressure_kPa": LOADING, "force_N": [0.0, 0.5, 1.0, 1.5, 2.3, 3.3]}
-    file = plot(BlockedForce(), result, tmp_path / "curve.png", Turn())
+    file = plot(BlockedForce(), result, tmp_path / "curve.png", turning_point=TURN)
     assert matplotlib.image.imread(file).std() > 0.05
     (figure,) = figures
     assert figure.axes[0].get_ylabel() == "Blocked force (N)"

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
-from dolfingrip.report import diagnosis as pictures
-from dolfingrip.report.diagnosis import first_way, ways
+from dolfingrip.report.diagnosis import first_way, lines, ways
 
 LOAD = [0.0, 50.0, 100.0, 100.0, 50.0, 0.0, 50.0]
 
@@ -29,9 +27,8 @@ def test_specimens_that_are_simulated_alike_have_one_line() -> None:
     ]
     for number, run in enumerate(runs):
         run["force"] = (1.0 + 0.1 * (number == 2)) * run["load"]
-    axes = Figure().subplots()
-    pictures.draw_lines(axes, pd.concat(runs), "load", "force", "", "blue", "--")
-    assert [len(line.get_xdata()) for line in axes.lines] == [11, 11]
+    drawn = lines(pd.concat(runs), "load", "force", "fitted", "blue", "dash")
+    assert [(each.name, len(each.x)) for each in drawn] == [("fitted", 11), ("", 11)]
 
 
 def test_ways_end_where_the_load_turns() -> None:

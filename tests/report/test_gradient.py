@@ -22,11 +22,11 @@ STEPS = "simulations,accepted,objective\n1,True,2.5\n2,False,2.4\n3,True,3.0\n"
 def test_what_the_page_has(tmp_path: Path) -> None:
     (tmp_path / "design.json").write_text(json.dumps(CONTENT), encoding="utf-8")
     (tmp_path / "steps.csv").write_text(STEPS, encoding="utf-8")
-    page = build.build(sources.find([tmp_path]), designs={}, pictures=False)
-    accepted, every = page.charts[0].series
+    page = build.build(sources.find([tmp_path]))
+    accepted, refused = page.charts[0].series
     assert list(accepted.y) == [2.5, 3.0]
-    assert list(every.y) == [2.5, 2.4, 3.0]
-    assert page.charts[0].y.label == "Force (N)"
+    assert list(refused.y) == [2.4]
+    assert page.charts[0].y.label == "Blocked force (N)"
     assert page.tables[0].rows == [["morph.xi1", "0", "0.51", "-0.2 to 1"]]
     assert [(check.name, check.verdict) for check in page.checks] == [
         ("Design: cog_offset_mm", "pass"), ("Design: mass_g", "fail"),

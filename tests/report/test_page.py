@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 from collections.abc import Iterator
@@ -15,8 +14,19 @@ from playwright.sync_api import Browser, Page
 from support import chromium, synthetic_run
 
 from dolfingrip import config
+from dolfingrip.charts.chart import Axis
+from dolfingrip.files import table
+from dolfingrip.files.diagnosis import (
+    HEADINGS,
+    AssumedNoise,
+    Brief,
+    CauseProbability,
+    DiagnosisFile,
+    FittedHypothesis,
+    Verdict,
+)
 from dolfingrip.report.page import build, front, html, sources
-from dolfingrip.report.page.content import Axis, Front, FrontPoint
+from dolfingrip.report.page.content import Front, FrontPoint
 from dolfingrip.report.page.design_shape import unloaded_shape
 from dolfingrip.sections.tables import assignments
 
@@ -48,24 +58,33 @@ def write_run(folder: Path) -> None:
     (folder / "run.json").write_text(json.dumps(facts), encoding="utf-8")
 
 
+LINES = {heading: f"{heading} says something" for heading in HEADINGS.values()}
+
+
 def write_diagnosis(folder: Path) -> None:
     """A diagnosis whose cause removes a difference of ten sigma."""
-    folder.mkdir()
-    lines = [f"LINE {i} says something" for i in range(12)]
-    (folder / "summary.md").write_text("\n".join(lines), encoding="utf-8")
-    verdict = {"answer": "cause", "class": ["yeoh"], "probability": 0.9}
-    facts = {"verdict": verdict, "classes": [{"effects": ["yeoh"], "probability": 0.9}]}
-    (folder / "diagnosis.json").write_text(json.dumps(facts), encoding="utf-8")
-    with (folder / "readings.csv").open("w", encoding="utf-8", newline="") as stream:
-        rows = csv.writer(stream)
-        names = ("channel", "experiment", "specimen", "branch", "pressure_kPa", "value", "noise",
-                 "configured", "before", "after")  # fmt: skip
-        rows.writerow(names)
-        for p in np.linspace(0, 200, 9):
-            for branch, lag in (("loading", 0.0), ("unloading", 2.0)):
-                angle = 0.5 * p + lag
-                told = (p, angle, 0.5, angle - 5, angle - 5, angle)
-                rows.writerow(("angle_deg", "bending", "A", branch, *told))
+    verdict = {"answer": "cause", "class": ["yeoh"], "probability": 0.9, "takes_part": 0.9,
+               "sentence": "the cause is yeoh"}  # fmt: skip
+    fit = FittedHypothesis(effects=("yeoh",), log_evidence=50.0, parameters=())
+    DiagnosisFile(
+        version="0", data=(), quick=False, readings=18, verdict=Verdict.model_validate(verdict),
+        brief=Brief(**{key: LINES[heading] for key, heading in HEADINGS.items()}),
+        causes=(CauseProbability(name="yeoh", probability=0.9, strength_sigma=10.0),),
+        none=0.01, unknown=0.09, screen={}, fits=(fit,), sentences=(),
+        noise=AssumedNoise(std={}, sentences=()), under_other_priors={}, nuisances={},
+        simulated_s=0.0,
+    ).write(folder)  # fmt: skip
+    names = ("channel", "experiment", "specimen", "run", "branch", "pressure_kPa",
+             "displacement_mm", "value", "noise", "configured", "before", "after")  # fmt: skip
+    loads = np.linspace(0, 200, 9)
+    rows = []
+    for branch, lag, load in (("loading", 0.0, loads), ("unloading", 2.0, loads[::-1])):
+        for p in load:
+            angle = 0.5 * p + lag
+            told = (p, None, angle, 0.5, angle - lag - 5, angle - lag - 5, angle)
+            who = ("angle_deg", "bending", "A", 0, branch)
+            rows.append(dict(zip(names, (*who, *told), strict=True)))
+    table.write(folder / "readings.csv", rows)
 
 
 def two_designs() -> Front:
@@ -87,7 +106,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("a", "b"):
         write_run(folder / name)
     write_diagnosis(folder / "diagnosed")
-    page = build.build(sources.find([folder]), designs={})
+    page = build.build(sources.find([folder]))
     page.front = two_designs()
     written = folder / "report.html"
     written.write_text(html.rendered(page), encoding="utf-8")
@@ -227,11 +246,17 @@ def test_pointing_at_the_front_shows_the_design(seen: Opened) -> None:
 def test_the_diagnosis_begins_with_ten_lines(seen: Opened) -> None:
     section = seen.page.locator("section.diagnosis")
     lines = section.locator(".lines li").all_inner_texts()
-    assert lines == [f"LINE {i} says something" for i in range(10)]
+    assert lines == [f"{heading} {said}" for heading, said in LINES.items()]
     titles = section.locator("figure h3").all_inner_texts()
-    assert titles == ["bending, A: tip angle", "bending, A: residuals of the tip angle"]
-    assert section.locator("figure path.line").count() == 10  # three ways and two, by two branches
-    assert section.locator("figure path.band").count() == 2
+    assert titles == ["bending: tip angle", "bending: residuals of the tip angle"]
+    key = section.locator("figure").first.locator(".key span").all_inner_texts()
+    assert key == ["measured", "as configured", "nuisances fitted", "with yeoh"]
+    # an elastic way is drawn once; both ways of the cause have a band, and the noise has one
+    drawn = "figure path.line:not([d=''])"
+    assert section.locator(drawn).count() == 3
+    assert section.locator("figure path.band").count() == 3
+    bars = section.locator(".bars text").all_text_contents()
+    assert bars[:2] == ["yeoh", "0.90"]
 
 
 def test_dark_and_light(seen: Opened) -> None:
@@ -276,4 +301,4 @@ def test_without_webgl_there_are_pictures_and_curves(browser: Browser, file: Pat
 
 
 def test_a_front_without_shapes() -> None:
-    assert front.front(front.Loop(None, None, ())) is None
+    assert front.front(front.Loop()) is None

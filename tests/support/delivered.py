@@ -12,8 +12,8 @@ import pandas as pd
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.found import Diagnosis
-from dolfingrip.diagnosis.outcome import DiagnosisFile, Parameter, Verdict
 from dolfingrip.diagnosis.results import write
+from dolfingrip.files.diagnosis import READINGS, DiagnosisFile, FittedNumber, Verdict
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Delivered:
         return {cause.name: cause.probability for cause in self.result.causes}
 
     @property
-    def numbers(self) -> dict[str, Parameter]:
+    def numbers(self) -> dict[str, FittedNumber]:
         """Fitted numbers of the answer by key."""
         return {each.key: each for each in self.result.fits[0].parameters}
 
-    def numbers_of(self, *effects: str) -> dict[str, Parameter]:
+    def numbers_of(self, *effects: str) -> dict[str, FittedNumber]:
         """Fitted numbers of a hypothesis by key."""
         (fit,) = (fit for fit in self.result.fits if fit.effects == effects)
         return {each.key: each for each in fit.parameters}
@@ -56,7 +56,7 @@ class Delivered:
     @property
     def readings(self) -> pd.DataFrame:
         """``readings.csv``: values, noise, and the model before and after."""
-        return pd.read_csv(self.folder / "readings.csv")
+        return pd.read_csv(self.folder / READINGS)
 
     @property
     def left(self) -> np.ndarray:
@@ -68,4 +68,4 @@ class Delivered:
 def delivered(found: Diagnosis, folder: Path, data: Sequence[Path] = ()) -> Delivered:
     """Write a diagnosis into a folder, and read it back."""
     write(found, data, folder)
-    return Delivered(folder, DiagnosisFile.read(folder / "diagnosis.json"))
+    return Delivered(folder, DiagnosisFile.read(folder))

@@ -80,7 +80,7 @@ def outputs_of(answer: Answer) -> dict[str, float]:
     Returns:
         Values of all :data:`QUANTITIES`, and of :data:`PICKUP`.
     """
-    from dolfingrip.experiments.results.outcome import Kind
+    from dolfingrip.files.run import GraspKind
 
     assert answer.outcome is not None
     columns = answer.columns
@@ -89,15 +89,15 @@ def outputs_of(answer: Answer) -> dict[str, float]:
     normal_N = np.sum([columns[f"normal_{letter}_N"] for letter in FINGERS], axis=0)
     weight_N = float(columns["table_N"][0])
     margin = float(columns["force_closure"][-1] * normal_N[-1] / weight_N)
-    kind = Kind(answer.outcome["kind"])
+    kind = GraspKind(answer.outcome["kind"])
     on_table = min(max(float(columns["table_N"][-1]) / weight_N, 0.0), 1.0)
-    if kind in (Kind.DROPPED, Kind.EJECTED):
+    if kind in (GraspKind.DROPPED, GraspKind.EJECTED):
         on_table = 1.0
     return {
-        "picked_up": float(kind is Kind.PICKED_UP),
+        "picked_up": float(kind is GraspKind.PICKED_UP),
         "outcome_s": float(answer.outcome["time_s"]),
         "margin": margin,
-        PICKUP: margin if kind is Kind.PICKED_UP else -on_table,
+        PICKUP: margin if kind is GraspKind.PICKED_UP else -on_table,
         "normal_N": float(normal_N[held]),
         "weight_N": weight_N,
         "contact_pressure_kPa": float(columns["contact_pressure_kPa"].max()),

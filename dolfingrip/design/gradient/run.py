@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +14,17 @@ from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.experiments.simulate import simulate
 from dolfingrip.files import table, whole
+from dolfingrip.files.design import (
+    ConditionObjective,
+    DesignConstraint,
+    DesignFile,
+    DesignParameter,
+    RefinedDesign,
+)
+from dolfingrip.files.front import FrontFile, FrontLevel, SimulatedDesign
+from dolfingrip.files.objective import NamedObjective
 from dolfingrip.jobs.pool import Pool
+from dolfingrip.sections.units import unit
 
 FOLDER: Final = "simulations"
 """Folder in ``--out`` that holds what was computed."""
@@ -27,29 +35,6 @@ REFINED: Final = 2
 
 NOTHING: Final = 1e-6
 """Part of the best objective below which the start's has no gain that means anything."""
-
-
-@dataclass(slots=True)
-class Refined:
-    """Start and best design on a finer mesh.
-
-    Attributes:
-        start, best: objective.
-        failure: class and sentence; "" if both were solved.
-        simulations: load paths.
-        limits: values of each simulated limit's quantity at start and best, by the limit's text.
-    """
-
-    start: float
-    best: float
-    failure: str
-    simulations: int
-    limits: dict[str, list[float]]
-
-    @property
-    def gain(self) -> float:
-        """Change of the objective as a part of the start's."""
-        return self.best / self.start - 1
 
 
 def computed_in(folder: Path, pool: Pool) -> Compute:
@@ -65,8 +50,17 @@ def computed_in(folder: Path, pool: Pool) -> Compute:
     return lambda requests: simulate(requests, folder, pool)
 
 
-def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
-    """Solve start and best design again on a finer mesh, without gradients."""
+def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
+    """Solve start and best design again on a finer mesh, without gradients.
+
+    Args:
+        problem: what was asked.
+        found: how it was solved.
+        compute: what computes jobs.
+
+    Returns:
+        Objective and limits there, or why they are not known.
+    """
 
     def finer(config: Config) -> Config:
         if config.hexahedra:
@@ -94,144 +88,186 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
             if limit.quantity.experiment is not None:
                 every = [limit.sign * by[limit.quantity].value for by in solved.by_condition]
                 limits.setdefault(str(limit), []).append(limit.sign * max(every))
-    return Refined(values[0], values[1], failure, count, limits)
+    start, best = map(_known, values)
+    return RefinedDesign(
+        objective=best,
+        start=start,
+        gain=best / start - 1 if start and best is not None else None,
+        constraints={name: tuple(each) for name, each in limits.items()},
+        failure=failure,
+        simulations=count,
+    )
 
 
 def facts(
-    problem: Problem, found: Descent, refined: Refined | None, wall_s: float
-) -> dict[str, Any]:
-    """Contents of ``design.json``."""
+    problem: Problem, found: Descent, refined: RefinedDesign | None, wall_s: float, **several: Any
+) -> DesignFile:
+    """Make the ``design.json`` of a problem.
+
+    Args:
+        problem: what was asked.
+        found: how it was solved.
+        refined: start and design on a finer mesh; None: they were not solved there.
+        wall_s: time that it took (s).
+        several: ``starts`` and ``differ``, if there were several starts.
+
+    Returns:
+        The content of the file.
+    """
     word = "minimise" if problem.sign > 0 else "maximise"
     start, best = found.start, found.best
     from_nothing = abs(start.objective) < NOTHING * abs(best.objective)
-    gain = None if from_nothing else best.objective / start.objective - 1
-    limits = []
-    for i, (limit, value) in enumerate(found.limits):
-        left = limit.sign * (value - best.limits[i])
-        limits.append(
-            {
-                "of": str(limit.quantity),
-                "sense": "at most" if limit.sign > 0 else "at least",
-                "limit": value,
-                "start": start.limits[i],
-                "value": best.limits[i],
-                "kept": left >= -1e-4 * max(abs(value), 1e-9),
-            }
-        )
-    parameters = {
-        each.key: {
-            "start": float(start.values[i]),
-            "value": float(best.values[i]),
-            "low": each.low,
-            "high": each.high,
-        }
-        for i, each in enumerate(problem.variables)
-    }
-    told: dict[str, Any] = {
-        "of": f"{word} {problem.objective}",
-        "objective": best.objective,
-        "start": start.objective,
-        "gain": gain,
-        "constraints": limits,
-        "simulations": found.simulations,
-        "designs": len(found.trials),
-        "failed_designs": sum(bool(each.failure) for each in found.trials),
-        "ending": found.ending,
-        "wall_s": round(wall_s, 1),
-        "simulations_s": round(found.seconds, 1),
-        "conditions": [each.name for each in problem.conditions],
-        "by_condition": _by_condition(problem, found),
-        "parameters": parameters,
-    }
-    if refined is not None:
-        told["refined"] = {
-            "objective": refined.best,
-            "start": refined.start,
-            "gain": None if refined.failure or not refined.start else refined.gain,
-            "constraints": refined.limits,
-            "failure": refined.failure,
-            "simulations": refined.simulations,
-        }
-    return _plain(told)
+    return DesignFile(
+        of=f"{word} {problem.objective}",
+        objective=best.objective,
+        start=start.objective,
+        gain=None if from_nothing else best.objective / start.objective - 1,
+        constraints=tuple(
+            DesignConstraint(
+                of=str(limit.quantity),
+                sense="at most" if limit.sign > 0 else "at least",
+                limit=value,
+                start=start.limits[i],
+                value=best.limits[i],
+                kept=limit.sign * (value - best.limits[i]) >= -1e-4 * max(abs(value), 1e-9),
+            )
+            for i, (limit, value) in enumerate(found.limits)
+        ),
+        simulations=found.simulations,
+        designs=len(found.trials),
+        failed_designs=sum(bool(each.failure) for each in found.trials),
+        ending=found.ending,
+        wall_s=round(wall_s, 1),
+        simulations_s=round(found.seconds, 1),
+        conditions=tuple(each.name for each in problem.conditions),
+        by_condition=_by_condition(problem, found),
+        parameters={
+            each.key: DesignParameter(
+                start=float(start.values[i]),
+                value=float(best.values[i]),
+                low=each.low,
+                high=each.high,
+            )
+            for i, each in enumerate(problem.variables)
+        },
+        refined=refined,
+        **several,
+    )
 
 
-def _by_condition(problem: Problem, found: Descent) -> list[dict[str, Any]]:
+def _by_condition(problem: Problem, found: Descent) -> tuple[ConditionObjective, ...]:
     """The objective of start and best design under each condition."""
     if len(found.best.signed) != len(problem.conditions):  # of the unloaded shape
-        return []
-    return [
-        {
-            "condition": each.name,
-            "start": problem.sign * float(found.start.signed[i]),
-            "objective": problem.sign * float(found.best.signed[i]),
-        }
+        return ()
+    return tuple(
+        ConditionObjective(
+            condition=each.name,
+            start=problem.sign * float(found.start.signed[i]),
+            objective=problem.sign * float(found.best.signed[i]),
+        )
         for i, each in enumerate(problem.conditions)
-    ]
+    )
 
 
-def _plain(value: Any) -> Any:
-    """Plain data without numbers that JSON lacks."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_plain(each) for each in value]
-    return None if isinstance(value, float) and value != value else value
+def _known(value: float) -> float | None:
+    return None if value != value else value
 
 
-def write(told: dict[str, Any], found: Descent, out: Path) -> None:
-    """Write ``design.json``, ``steps.csv`` and ``design.toml``."""
-    text = json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False)
-    whole.write(out / "design.json", text + "\n")
+def write(told: DesignFile, found: Descent, out: Path) -> None:
+    """Write ``design.json``, ``steps.csv`` and ``design.toml``.
+
+    Args:
+        told: content of the first.
+        found: the descent.
+        out: folder.
+
+    Raises:
+        WriteError: one line.
+    """
+    told.write(out)
     table.write(out / "steps.csv", [_step(each, found) for each in found.trials])
     whole.write(out / "design.toml", configuration.dumps(found.best.shape.config))
 
 
-def write_front(problem: Problem, found: Front, wall_s: float, out: Path) -> None:
-    """Write ``front.json`` and ``front.csv``."""
+def front_facts(problem: Problem, found: Front, wall_s: float) -> FrontFile:
+    """Make the ``front.json`` of a problem.
+
+    Args:
+        problem: what was asked.
+        found: the front.
+        wall_s: time that it took (s).
+
+    Returns:
+        The content of the file.
+    """
     keys = [each.key for each in problem.variables]
-    table.write(
-        out / "front.csv",
-        [
-            {
-                f"{found.name} at most": float(limit),
-                problem.objective.name: float(mean),
-                "standard_deviation": float(deviation),
-                **dict(zip(keys, map(float, found.values[i]), strict=True)),
-                **{
-                    f"{key} from": float(value)
-                    for key, value in zip(keys, found.lowest[i], strict=True)
+    objective = problem.objective
+    return FrontFile(
+        objectives=(
+            NamedObjective(name=found.name, unit=unit(found.name), sense="at most"),
+            NamedObjective(
+                name=objective.name,
+                unit=unit(objective.name),
+                sense="minimise" if problem.sign > 0 else "maximise",
+                where=str(objective).removeprefix(objective.name).strip(),
+            ),
+        ),
+        ranges={each.key: (each.low, each.high) for each in problem.variables},
+        levels=tuple(
+            FrontLevel(
+                limit=float(found.limit[i]),
+                mean=float(found.mean[i]),
+                deviation=float(found.deviation[i]),
+                inputs={
+                    key: tuple(float(each[i, j]) for each in parts) for j, key in enumerate(keys)
                 },
-                **{
-                    f"{key} to": float(value)
-                    for key, value in zip(keys, found.highest[i], strict=True)
-                },
-            }
-            for i, (limit, mean, deviation) in enumerate(
-                zip(found.limit, found.mean, found.deviation, strict=True)
             )
-        ],
-    )
-    told = {
-        "of": str(problem.objective),
-        "against": found.name,
-        "simulations": len(found.objective) + found.failed,
-        "failed": found.failed,
-        "hypervolumes": found.areas,
-        "unsure": found.unsure,
-        "wall_s": round(wall_s, 1),
-        "simulated": [
-            {
-                **dict(zip(keys, map(float, values), strict=True)),
-                found.name: float(against),
-                problem.objective.name: float(objective),
-            }
-            for values, against, objective in zip(
+            for parts in [(found.values, found.lowest, found.highest)]
+            for i in range(len(found.limit))
+        ),
+        simulated=tuple(
+            SimulatedDesign(
+                inputs=dict(zip(keys, map(float, values), strict=True)),
+                values=(float(against), float(value)),
+            )
+            for values, against, value in zip(
                 found.simulated, found.against, found.objective, strict=True
             )
-        ],
-    }
-    text = json.dumps(_plain(told), indent=2, ensure_ascii=False, allow_nan=False)
-    whole.write(out / "front.json", text + "\n")
+        ),
+        simulations=len(found.objective) + found.failed,
+        failed=found.failed,
+        hypervolumes=tuple(map(_known, found.areas)),
+        unsure=tuple(map(_known, found.unsure)),
+        wall_s=round(wall_s, 1),
+    )
+
+
+def write_front(told: FrontFile, out: Path) -> None:
+    """Write ``front.json`` and ``front.csv``.
+
+    Args:
+        told: the front.
+        out: folder.
+
+    Raises:
+        WriteError: one line.
+    """
+    told.write(out)
+    limited, improved = told.objectives
+    rows = [
+        {
+            f"{limited.name} at most": each.limit,
+            improved.name: each.mean,
+            "standard_deviation": each.deviation,
+            **{
+                f"{key}{word}": values[i]
+                for i, word in enumerate(("", " from", " to"))
+                for key, values in each.inputs.items()
+            },
+        }
+        for each in told.levels
+    ]
+    table.write(out / "front.csv", rows)
 
 
 def _step(trial: Trial, found: Descent) -> dict[str, object]:

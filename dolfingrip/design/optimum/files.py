@@ -2,82 +2,133 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import dolfingrip
+from dolfingrip.channels import FORCE
 from dolfingrip.design.optimum import resolve
 from dolfingrip.design.optimum.optimum import Optimum
 from dolfingrip.design.optimum.pareto import COG
 from dolfingrip.design.optimum.resolve import Failure, Resolved
-from dolfingrip.files import table, whole
+from dolfingrip.files import table
+from dolfingrip.files.objective import NamedObjective
+from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile, SurrogateError
+from dolfingrip.files.surrogate import PREFIX
+from dolfingrip.sections.units import unit
+
+SENSES = {COG: "at most", FORCE.name: "maximise"}
+"""The objectives of the front, and what is done with each."""
+
+
+def front(optimum: Optimum, resolved: Sequence[Resolved] = ()) -> list[FrontDesign]:
+    """List the designs of a front with the surrogate's outputs.
+
+    Args:
+        optimum: whose front it is.
+        resolved: designs that were computed again.
+
+    Returns:
+        A design for each of its points.
+    """
+    surrogate = optimum.surrogate
+    predicted = surrogate.predict(optimum.front.designs, warn=False)
+    again = {
+        tuple(each.candidate.inputs.values()): each.computed
+        for each in resolved
+        if each.candidate.role == "front" and not isinstance(each.computed, Failure)
+    }
+    return [
+        FrontDesign(
+            inputs=dict(zip(surrogate.input_names, map(float, x), strict=True)),
+            fem=again.get(tuple(map(float, x))),
+            surrogate=dict(zip(surrogate.output_names, map(float, y), strict=True)),
+        )
+        for x, y in zip(optimum.front.designs, predicted, strict=True)
+    ]
 
 
 def write_front(optimum: Optimum, out: Path) -> None:
-    """Write ``front.csv``: the designs of the front and the surrogate's outputs."""
-    predicted = optimum.surrogate.predict(optimum.front.designs, warn=False)
-    names = (
-        *optimum.surrogate.input_names,
-        *(f"surrogate.{name}" for name in optimum.surrogate.output_names),
-    )
+    """Write ``front.csv``: the designs of the front and the surrogate's outputs.
+
+    Args:
+        optimum: whose front it is.
+        out: folder.
+
+    Raises:
+        WriteError: one line.
+    """
     table.write(
         out / "front.csv",
         [
-            dict(zip(names, [*map(float, x), *map(float, y)], strict=True))
-            for x, y in zip(optimum.front.designs, predicted, strict=True)
+            {**each.inputs, **{PREFIX + name: value for name, value in each.surrogate.items()}}
+            for each in front(optimum)
         ],
     )
 
 
-def write(optimum: Optimum, resolved: Sequence[Resolved], out: Path) -> dict[str, Any]:
-    """Write ``optimum.json`` and, where there is one, ``resolved.csv``; the JSON's content."""
+def write(optimum: Optimum, resolved: Sequence[Resolved], out: Path) -> OptimumFile:
+    """Write ``optimum.json`` and, where there is one, ``resolved.csv``.
+
+    Args:
+        optimum: the front and its choices.
+        resolved: those that were computed again.
+        out: folder.
+
+    Returns:
+        Content of the JSON.
+
+    Raises:
+        WriteError: one line.
+    """
     if resolved:
         table.write(out / "resolved.csv", resolve.rows(resolved))
-    facts = {
-        "settings": asdict(optimum.settings),
-        "surrogate_sha256": optimum.surrogate.sha256(),
-        "front_points": len(optimum.front),
-        "front_cog_offset_mm": [float(optimum.front.cog_mm[0]), float(optimum.front.cog_mm[-1])],
-        "limits_below_the_front_mm": optimum.missed,
-        "designs": _designs(optimum, resolved),
-        "surrogate_error_on_front": resolve.errors(resolved),
-        "versions": {
+    errors = resolve.errors(resolved)
+    first, second = (
+        NamedObjective(name=name, unit=unit(name), sense=sense) for name, sense in SENSES.items()
+    )
+    found = OptimumFile(
+        objectives=(first, second),
+        settings=asdict(optimum.settings),
+        surrogate_sha256=optimum.surrogate.sha256(),
+        front=tuple(front(optimum, resolved)),
+        limits_below_the_front=tuple(optimum.missed),
+        designs=_designs(optimum, resolved),
+        surrogate_error_on_front={n: SurrogateError.model_validate(e) for n, e in errors.items()},
+        versions={
             "dolfingrip": dolfingrip.__version__,
             "python": platform.python_version(),
             **{name: metadata.version(name) for name in ("numpy", "pymoo", "moocore", "torch")},
         },
-    }
-    text = json.dumps(facts, indent=2, ensure_ascii=False) + "\n"
-    whole.write(out / "optimum.json", text)
-    return facts
+    )
+    found.write(out)
+    return found
 
 
-def _designs(optimum: Optimum, resolved: Sequence[Resolved]) -> list[dict[str, Any]]:
+def _designs(optimum: Optimum, resolved: Sequence[Resolved]) -> tuple[ChosenDesign, ...]:
     known = {id(one.candidate): one for one in resolved}
     found = []
-    for candidate in optimum.candidates:
-        if candidate.role == "front":
+    for each in optimum.candidates:
+        if each.role == "front":
             continue
-        facts: dict[str, Any] = {
-            "role": candidate.role,
-            "cog_max_mm": candidate.cog_max_mm,
-            "inputs": candidate.inputs,
-            "surrogate": candidate.predicted,
-        }
-        one = known.get(id(candidate))
-        if one is not None:
-            failed = isinstance(one.computed, Failure)
-            facts["fem"] = None if failed else one.computed
-            if isinstance(one.computed, Failure):
-                facts["failure"] = one.computed.sentence
-            cog = resolve.computed(one, COG)
-            if candidate.cog_max_mm is not None and cog is not None:
-                facts["fem_within_limit"] = cog <= candidate.cog_max_mm
-            facts["force_over_original"] = resolve.improvement(resolved, one)
-        found.append(facts)
-    return found
+        one = known.get(id(each))
+        computed = None if one is None else one.computed
+        first = None if one is None else resolve.computed(one, COG)
+        checked = each.cog_max_mm is not None and first is not None
+        found.append(
+            ChosenDesign(
+                role=each.role,
+                limit=each.cog_max_mm,
+                inputs=each.inputs,
+                surrogate=each.predicted,
+                resolved=one is not None,
+                fem=None if isinstance(computed, Failure) else computed,
+                failure=computed.sentence if isinstance(computed, Failure) else "",
+                within_limit=first <= each.cog_max_mm if checked else None,  # type: ignore[operator]
+                gain=None if one is None else resolve.improvement(resolved, one),
+            )
+        )
+    return tuple(found)

@@ -14,7 +14,7 @@ from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.outcome import NextExperiment
+from dolfingrip.files.diagnosis import NextExperiment
 
 Then = tuple[Sequence[Tied], np.ndarray, float | np.ndarray, bool | np.ndarray]
 """What :meth:`Comparison.worth` asks of an addition: each hypothesis at its readings, covariances,

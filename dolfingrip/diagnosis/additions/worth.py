@@ -30,8 +30,8 @@ from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.outcome import NextExperiment
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.files.diagnosis import NextExperiment
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,9 @@ from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.core.sensitivity import Sensitivity
-from dolfingrip.diagnosis.outcome import Downstream, NextExperiment, Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
+from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
 from dolfingrip.parameter import find
 
 
@@ -91,7 +91,7 @@ class Diagnosis(ABC):
         middle = np.zeros((1, self.analysed.case.own))
         return {key: float(values[0]) for key, values in self.own(np.ones(1), middle).items()}
 
-    def numbers(self, fit: Fit) -> list[Parameter]:
+    def numbers(self, fit: Fit) -> list[FittedNumber]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
         told, case = self.analysed, self.analysed.case
         draws, weights = fit.draws or _by_hessian(fit)
@@ -213,13 +213,13 @@ def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     return draws, np.full(POLICY.draws, 1 / POLICY.draws)
 
 
-def _estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Parameter:
+def _estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> FittedNumber:
     """A number and its interval, by draws of it with weights, shapes (draws,)."""
     order = np.argsort(draws)
     total = np.cumsum(weights[order])
     tail = (1 - POLICY.interval) / 2
     low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
-    return Parameter(key=key, value=value, low=min(low, value), high=max(high, value))
+    return FittedNumber(key=key, value=value, low=min(low, value), high=max(high, value))
 
 
 def _times(factor: float) -> str:

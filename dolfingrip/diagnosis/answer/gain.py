@@ -19,8 +19,8 @@ from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior, searched_again
-from dolfingrip.diagnosis.outcome import Gain
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.files.diagnosis import HeldOutError
 
 SPECIMENS = "specimens"
 BANDS = "bands of load"
@@ -59,7 +59,7 @@ class HeldOut:
             by channel; empty where there is one.
     """
 
-    errors: tuple[Gain, ...]
+    errors: tuple[HeldOutError, ...]
     claimed: bool
     scatter: dict[str, float]
 
@@ -162,7 +162,7 @@ def _log_odds(whole: Posterior, rest: Posterior) -> tuple[float, float]:
 
 def _error(
     folds: list[Fold], kind: str, channel: str, which: np.ndarray, value: np.ndarray
-) -> Gain:
+) -> HeldOutError:
     def rms(of: Callable[[Fold], np.ndarray], chosen: np.ndarray) -> float:
         squares = [((of(folds[i]) - value)[folds[i].part & which]) ** 2 for i in chosen]
         together = np.concatenate(squares)
@@ -178,7 +178,7 @@ def _error(
     ends = np.quantile(errors[:, 0], [tail, 1 - tail])
     ratios = np.quantile(errors[:, 0] / np.maximum(errors[:, 1], 1e-300), [tail, 1 - tail])
     odds = np.sum([fold.log_odds for fold in folds], axis=0)
-    return Gain(
+    return HeldOutError(
         left_out=kind, channel=channel, folds=len(folds), before=rms(lambda f: f.configured, every),
         nuisances=rms(lambda f: f.nuisances, every), process=rms(lambda f: f.process, every),
         cause=rms(lambda f: f.cause, every), cause_low=float(ends[0]), cause_high=float(ends[1]),

@@ -11,7 +11,6 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, fitted
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
@@ -20,6 +19,7 @@ from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.diagnosis.words import chance
 from dolfingrip.extensions.index import NAMES, effect
+from dolfingrip.files.diagnosis import Brief
 from dolfingrip.parameter import named
 
 ONE_OF = {
@@ -37,12 +37,12 @@ NUISANCES: Final = {
 """Causes that are no effects of the catalogue, in words."""
 
 
-def ten_lines(found: Diagnosis, out: Path) -> outcome.Brief:
+def ten_lines(found: Diagnosis, out: Path) -> Brief:
     """All of them; ``out`` is the folder of the results."""
     use_it = f"dolfingrip bend --config {out / 'extended.toml'}"
     if found.decision.answer != "cause":
         use_it += " (as fitted, without a cause)"
-    return outcome.Brief(
+    return Brief(
         result=f"{_doubts(found)}{_configured(found)} {_result(found)}",
         size=_size(found),
         fit=_fit(found),

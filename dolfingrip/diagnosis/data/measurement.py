@@ -21,6 +21,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
+from dolfingrip.diagnosis.data.motion import motion, smallest_change
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +57,11 @@ class Measurement:
 
     Attributes:
         readings: a row for each row of the files: ``test``, ``line`` in the file, ``experiment``,
-            ``specimen``, ``cycle``, ``branch``, ``time_s``, ``pressure_kPa``, ``displacement_mm``
-            and the columns of readings, NaN where absent. Rows of a test stand in the order in
-            which they were read; ``time_s`` is never absent.
+            ``specimen``, ``cycle``, ``branch``, ``leg``, ``time_s``, ``pressure_kPa``,
+            ``displacement_mm`` and the columns of readings, NaN where absent. Rows of a test stand
+            in the order in which they were read; ``time_s`` is never absent. Branch, leg and cycle
+            follow from control and time (:mod:`dolfingrip.diagnosis.data.motion`); cycles are as
+            told where several are told.
         tests: by their numbers.
         warnings: sentences on suspicions about the data, for the verdict.
     """
@@ -67,6 +70,20 @@ class Measurement:
     tests: Sequence[SpecimenTest]
     warnings: list[str] = field(default_factory=list)
     _listed: pd.DataFrame | None = field(default=None, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Find how the control moved in each test."""
+        self.readings = self.readings.assign(leg=0)
+        for test in self.tests:
+            legs, cycles = 0, self.rows(test.number).groupby("cycle", sort=False)
+            for _, rows in cycles:
+                value, time_s = (rows[name].to_numpy() for name in (test.control, "time_s"))
+                found = motion(value, time_s, test.setup.noise.get(test.control, 0.0))
+                self.readings.loc[rows.index, "branch"] = found.branch
+                self.readings.loc[rows.index, "leg"] = legs + found.leg
+                legs += int(found.leg[-1]) + 1
+                if len(cycles) == 1:
+                    self.readings.loc[rows.index, "cycle"] = found.cycle
 
     def rows(self, test: int) -> pd.DataFrame:
         """The rows of a test."""
@@ -106,7 +123,7 @@ class Measurement:
             "column": np.array(READING_COLUMNS, dtype=object)[column],
             "value": wide[row, column],
             **{name: told[name] for name in
-               ("test", "experiment", "specimen", "cycle", "branch", "time_s")},
+               ("test", "experiment", "specimen", "cycle", "branch", "leg", "time_s")},
             "control": told[PRESSURE.name].where(by_pressure, told[DISPLACEMENT.name]),
         })  # fmt: skip
 
@@ -167,22 +184,45 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
             tests.append(test)
             tables.append(timed.assign(test=test.number))
     readings = pd.concat(tables, ignore_index=True)
-    return Measurement(readings, tests, warnings)
+    found = Measurement(readings, tests, warnings)
+    warnings += [line for test in tests for line in _contradictions(found, test, readings)]
+    return found
+
+
+def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataFrame) -> list[str]:
+    """Doubt rows whose control moves against the branch that they are named after."""
+    rows = measurement.rows(test.number)
+    named, moves = told.loc[rows.index, "branch"], rows["branch"]
+    found = []
+    for branch, other, does in (
+        ("loading", "unloading", "falls"),
+        ("unloading", "loading", "rises"),
+    ):
+        against = rows[(named == branch) & (moves == other)]
+        if len(against):
+            first = against["line"].iloc[0]
+            found.append(
+                f"{test}: {len(against)} rows are named {branch}, the first in line {first:.0f}, "
+                f"but {test.control} {does} there; they are taken as it moves"
+            )
+    return found
 
 
 def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.DataFrame, list[str]]:
     """Rows with times, which follow from the rate if there are no time stamps."""
     if rows["time_s"].notna().all():
         return rows, []
-    if (rows["branch"] == "hold").any():
-        raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are holds")
+    control = rows[test.control].to_numpy()
+    held = (rows["branch"] == "hold").to_numpy()
+    change = smallest_change(control, test.setup.noise.get(test.control, 0.0))
+    if (held[1:] & held[:-1] & (np.abs(np.diff(control)) <= change)).any():
+        raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are waits")
     rate, doubts = test.setup.rate, []
     if rate is None:
         coupon = test.experiment == "coupon"
         rate = base.coupon.rate_mm_per_s if coupon else base.experiment.rate_kPa_per_s
         unit = "mm/s" if coupon else "kPa/s"
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit} is assumed"]
-    control = rows[test.control].to_numpy()
     steps = np.abs(np.diff(control, prepend=min(0.0, float(control[0]))))
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts
 

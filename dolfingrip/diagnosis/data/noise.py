@@ -84,7 +84,7 @@ def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tup
 
 def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
     """Third differences of dense ramps, divided by those of noise of 1."""
-    for (_, branch), part in rows.groupby(["cycle", "branch"], sort=False):
+    for (branch, _), part in rows.groupby(["branch", "leg"], sort=False):
         in_order = part if branch == "hold" else part.sort_values(control)
         value, order = in_order[column].dropna().to_numpy(), DATA.differences
         if len(value) >= DATA.dense:

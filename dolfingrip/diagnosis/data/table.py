@@ -50,8 +50,8 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
 
     Returns:
         A row for each of the file: ``line`` in the file and the format's columns. An absent
-        specimen is called like the file, an absent cycle is 1, an absent branch is found from the
-        highest value of its cycle. Absent numbers are NaN.
+        specimen is called like the file, an absent cycle is 1, an absent branch is "". Absent
+        numbers are NaN.
 
     Raises:
         ConfigError: one line naming the file, the line, the column, its value and what is allowed.
@@ -186,9 +186,7 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
                 f"{file}: {who}: {count} reading{'' if count == 1 else 's'}; allowed: at least 2"
             )
         named = rows["branch"] != ""
-        if not named.any():
-            table.loc[rows.index, "branch"] = _branches(rows, CONTROL[str(experiment)])
-        elif not named.all():
+        if named.any() and not named.all():
             line = _first(file, rows, ~named)
             raise line.refuse(f"branch: missing; allowed: {', '.join(BRANCHES)}, or in no row")
 
@@ -220,12 +218,3 @@ def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
         raise _first(file, rows, again).refuse(
             f"the same as line {first[again].iloc[0]} ({who}); allowed: each row once"
         )
-
-
-def _branches(rows: pd.DataFrame, control: str) -> pd.Series:
-    """Branches: loading up to the highest value of each cycle, unloading after it."""
-    found = pd.Series("loading", rows.index)
-    for _, cycle in rows.groupby("cycle", sort=False):
-        top = int(cycle[control].to_numpy().argmax())
-        found[cycle.index[top + 1 :]] = "unloading"
-    return found

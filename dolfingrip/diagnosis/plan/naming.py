@@ -17,11 +17,11 @@ import numpy as np
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.plan.hiding import Hidden, Judge
-from dolfingrip.diagnosis.plan.outcome import Effect
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.files.plan import EffectOutlook
 
 
-def namings(planned: Analysed[Any], before: Sequence[Effect] = ()) -> list[Effect]:
+def namings(planned: Analysed[Any], before: Sequence[EffectOutlook] = ()) -> list[EffectOutlook]:
     """Of each effect, the strongest first.
 
     Args:
@@ -31,21 +31,21 @@ def namings(planned: Analysed[Any], before: Sequence[Effect] = ()) -> list[Effec
     judge = Judge(planned)
     known = {each.effect: each for each in before}
     found = [_naming(judge, cause, known.get(name)) for name, cause in planned.causes.items()]
-    found += [Effect(effect=name) for name in planned.unseen]
+    found += [EffectOutlook(effect=name) for name in planned.unseen]
     return sorted(found, key=lambda each: -each.strength_sigma)
 
 
-def share(found: Sequence[Effect]) -> float:
+def share(found: Sequence[EffectOutlook]) -> float:
     """Part of the effects that is named, strengths from their priors."""
     return float(np.mean([each.share for each in found] or [0.0]))
 
 
-def share_of_classes(found: Sequence[Effect]) -> float:
+def share_of_classes(found: Sequence[EffectOutlook]) -> float:
     """Part of the effects that is named at least within a set."""
     return float(np.mean([each.class_share for each in found] or [0.0]))
 
 
-def _naming(judge: Judge, cause: Cause, before: Effect | None) -> Effect:
+def _naming(judge: Judge, cause: Cause, before: EffectOutlook | None) -> EffectOutlook:
     hidden = Hidden(judge, cause)
     noises = ADDITIONS.noises
     full = ADDITIONS.strengths if before is None or before.sure is None else before.sure
@@ -53,7 +53,7 @@ def _naming(judge: Judge, cause: Cause, before: Effect | None) -> Effect:
     # of an addition it is told what it names, not what it nearly does
     within = alone if before else hidden.counted(lambda judged: judged.within)
     named = threshold(hidden.strengths, alone)
-    return Effect(
+    return EffectOutlook(
         effect=cause.name, ordinary=hidden.label,
         strength_sigma=judge.strength(cause.name, hidden.at(1.0)), named_from=named,
         named_from_sigma=None

@@ -1,78 +1,24 @@
-"""``plan.json``: what a rig could find out, with a versioned schema; and the same as text."""
+"""A plan as one page of text."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
-from pydantic import Field
-
-from dolfingrip import __version__
-from dolfingrip.diagnosis.outcome import Outcome, Part
 from dolfingrip.diagnosis.policy import PAGE, POLICY
-from dolfingrip.diagnosis.words import section, table
+from dolfingrip.diagnosis.words import section
+from dolfingrip.files.columns import TextTable
+from dolfingrip.files.plan import PlanFile
 
 
-class Effect(Part):
-    """What the rig says about one effect."""
+def text(result: PlanFile) -> str:
+    """Write a plan as one page of text.
 
-    effect: str
-    ordinary: str = Field("", description="its parameters at the ordinary strength")
-    strength_sigma: float = Field(
-        0.0, description="length of its change at its ordinary strength, nuisances fitted"
-    )
-    named_from: float | None = Field(
-        None, description="strength, by the ordinary one, from which on it is rather named alone "
-        "than not; null: none that occurs",
-    )  # fmt: skip
-    named_from_sigma: float | None = Field(None, description="the same in standard deviations")
-    class_from: float | None = Field(None, description="the same for a set of effects that has it")
-    share: float = Field(0.0, description="probability that a strength from its prior is named")
-    class_share: float = Field(0.0, description="that a set that has it is")
-    confused_with: tuple[str, ...] = Field(
-        (), description="effects that are as probable as it about the ordinary strength, or nearly"
-    )
-    sure: int | None = Field(
-        None, exclude=True, description="place among the strengths from which on all draws are "
-        "named alone; not written",
-    )  # fmt: skip
+    Args:
+        result: the plan.
 
-    @property
-    def at_ordinary(self) -> bool:
-        """Whether it is named at its ordinary strength."""
-        return self.named_from is not None and self.named_from <= 1.0
-
-
-class Addition(Part):
-    """What an addition buys."""
-
-    name: str
-    kind: str = Field(description="as in can_vary")
-    minutes: float = Field(description="set-up included, a guess")
-    share: float = Field(description="part of the effects that is named with it")
-    gain_per_minute: float = Field(description="by how much that rises, by the minute")
-    lifts: tuple[str, ...] = Field(
-        description="effects that are named at their ordinary strength, thanks to it"
-    )
-
-
-class Plan(Outcome):
-    """What a rig could find out."""
-
-    schema_version: Literal[1] = 1
-    version: str = Field(__version__, description="of dolfingrip")
-    experiments: tuple[str, ...]
-    readings: int
-    minutes: float = Field(description="that the protocol takes, without setting up")
-    share: float = Field(description="part of the effects named, strengths from their priors")
-    class_share: float = Field(description="part of the effects whose class is named")
-    effects: tuple[Effect, ...] = Field(description="the strongest first")
-    additions: tuple[Addition, ...] = Field(description="the best per minute first")
-    warnings: tuple[str, ...] = ()
-
-
-def text(result: Plan) -> str:
-    """One page."""
+    Returns:
+        Markdown.
+    """
     rig = ", ".join(result.experiments)
     lines = [
         f"# {rig}: {100 * result.share:.0f} % of the effects of the catalogue would be named, "
@@ -85,25 +31,23 @@ def text(result: Plan) -> str:
         "effect is.",
         "",
     ]
-    effects = []
-    for each in result.effects:
-        least = "–" if each.named_from is None else f"{each.named_from:.2g}"
-        effects.append(
-            f"| {each.effect} | {each.ordinary} | {each.strength_sigma:.1f} | {least} | "
-            f"{each.share:.2f} | {each.class_share:.2f} | {_listed(each.confused_with)} |"
-        )
-    lines += table(
-        "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
-        effects,
-    )
+    rows = [
+        [each.effect, each.ordinary, f"{each.strength_sigma:.1f}",
+         "–" if each.named_from is None else f"{each.named_from:.2g}", f"{each.share:.2f}",
+         f"{each.class_share:.2f}", _listed(each.confused_with)]
+        for each in result.effects
+    ]  # fmt: skip
+    headings = ["effect", "ordinary strength", "σ", "from × ordinary", "named", "its class",
+                "not told from"]  # fmt: skip
+    lines += TextTable(headings, rows).markdown()
     if result.additions:
-        additions = (
-            f"| {each.name} | {each.minutes:.0f} | {each.share:.2f} | "
-            f"{100 * each.gain_per_minute:+.2f} % | {_listed(each.lifts)} |"
+        rows = [
+            [each.name, f"{each.minutes:.0f}", f"{each.share:.2f}",
+             f"{100 * each.gain_per_minute:+.2f} %", _listed(each.lifts)]
             for each in result.additions
-        )
-        columns = "| addition | minutes | share named | gain per minute | newly named |"
-        lines += section("Additions", table(columns, additions))
+        ]  # fmt: skip
+        headings = ["addition", "minutes", "share named", "gain per minute", "newly named"]
+        lines += section("Additions", TextTable(headings, rows).markdown())
     if result.warnings:
         lines += section("Beware", (f"- {each}" for each in result.warnings))
     return "\n".join(lines) + "\n"

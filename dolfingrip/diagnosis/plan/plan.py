@@ -14,9 +14,9 @@ from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.case import joined, planned_case
 from dolfingrip.diagnosis.plan.naming import namings, share, share_of_classes
-from dolfingrip.diagnosis.plan.outcome import Addition, Effect, Plan
 from dolfingrip.diagnosis.simulation.runner import NotAtHand, staying
 from dolfingrip.experiments.synthetic import NOISE
+from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
 from dolfingrip.jobs.run import Progress, silent
 
 ALONE: Final = (
@@ -53,7 +53,7 @@ def plan(
     settings: Settings,
     changes: Mapping[str, Any] = MappingProxyType({}),
     noise: Mapping[str, float] | None = None,
-) -> Plan:
+) -> PlanFile:
     """What a rig could find out.
 
     Args:
@@ -74,7 +74,7 @@ def plan(
         own = planned_case(measurement, config, workers, names)
         found = namings(own)
         before = share(found)
-        additions: list[Addition] = []
+        additions: list[AdditionWorth] = []
         failed = [f"{name} could not be tried: {why}" for name, why in own.failed.items()]
         if names is not None:
             failed.append(ALONE)
@@ -90,7 +90,7 @@ def plan(
                 continue
             additions.append(_judged(proposal, found, before, more))
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
-    return Plan(
+    return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
         readings=len(measurement.listed()), minutes=float(lasting), share=before,
         class_share=share_of_classes(found), effects=tuple(found),
@@ -113,12 +113,15 @@ def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
 
 
 def _judged(
-    proposal: Proposal, before: Sequence[Effect], share_before: float, after: Sequence[Effect]
-) -> Addition:
+    proposal: Proposal,
+    before: Sequence[EffectOutlook],
+    share_before: float,
+    after: Sequence[EffectOutlook],
+) -> AdditionWorth:
     named = {each.effect for each in before if each.at_ordinary}
     lifts = [each.effect for each in after if each.at_ordinary and each.effect not in named]
     whole = share(after)
-    return Addition(
+    return AdditionWorth(
         name=proposal.name, kind=proposal.kind, minutes=proposal.minutes, share=whole,
         gain_per_minute=(whole - share_before) / proposal.minutes, lifts=tuple(lifts),
     )  # fmt: skip

@@ -91,8 +91,10 @@ class Leg:
 
 def _spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
     """(where, at) weights of a value, or of a derivative."""
-    if len(at) == 1:
-        return np.full((len(where), 1), float(derivative == 0))
+    if len(set(at.tolist())) == 1:
+        found = np.zeros((len(where), len(at)))
+        found[:, -1] = float(derivative == 0)
+        return found
     spline = _spline(tuple(at.tolist()))
     x = spline.x
     inside = np.clip(where, x[0], x[-1])
@@ -105,8 +107,9 @@ def _spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.nd
 @functools.lru_cache(maxsize=1024)  # a fit reads the same stops anew for each modulus that it tries
 def _spline(at: tuple[float, ...]) -> CubicSpline:
     """Column j: through 1 at stop j and 0 at the others; a line or parabola for 2 or 3 stops."""
-    order = np.argsort(at, kind="stable")
-    return CubicSpline(np.array(at)[order], np.eye(len(at))[order])
+    # of stops at one place, as between two cycles at rest, the last one counts
+    places, last = np.unique(np.array(at)[::-1], return_index=True)
+    return CubicSpline(places, np.eye(len(at))[len(at) - 1 - last])
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,28 @@ def unit_for(distance: float) -> float:
     return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
 
 
+def common_unit(read: np.ndarray, sigma: float) -> float:
+    """Return the unit that the places of a laboratory's stops are multiples of.
+
+    It is the largest of 1, 2, 2.5, 5 times a power of ten that all readings of the gauge are within
+    its noise of, and that its noise does not reach half of. So like data have the same stops. Where
+    there is none, the stops' distance tells how fine the unit is; it is never finer than that.
+
+    Args:
+        read: (n,) stops as read, of which no two are the same.
+        sigma: standard deviation of the gauge, above 0.
+    """
+    distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
+    power = 10.0 ** math.floor(math.log10(distance) + 1e-9)
+    finest = unit_for(distance)
+    for unit in (step * power for step in (5.0, 2.5, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)):
+        within = min(ROUTES.certain * sigma, ROUTES.clear * unit)
+        told = max(finest, ROUTES.tells * sigma) <= unit <= distance * (1 + ROUTES.alike)
+        if told and np.abs(read - unit * np.round(read / unit)).max() <= within:
+            return unit
+    return finest
+
+
 def rounded(value: float, unit: float) -> float:
     """The nearest multiple of a unit."""
     return float(f"{round(value / unit) * unit:.9g}")
@@ -51,7 +73,7 @@ def values(read: np.ndarray, sigma: float) -> np.ndarray:
     if len(read) < 2 or not sigma:
         return read
     distance = float(read[-1] - read[0]) / (len(read) - 1)
-    unit, last = unit_for(distance), end(float(read[-1]), distance, sigma)
+    unit, last = common_unit(read, sigma), end(float(read[-1]), distance, sigma)
     inner = dict.fromkeys(rounded(float(value), unit) for value in read[:-1])
     return np.array([*(value for value in inner if value < last), last])
 
@@ -73,7 +95,8 @@ def ramp(found: Sequence[Stop], before: Stop | None, sigma: float, leads_to: flo
     distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
     if not distance:
         return list(found)
-    meant = np.array([rounded(float(value), unit_for(distance)) for value in read])
+    unit = common_unit(read, sigma)
+    meant = np.array([rounded(float(value), unit) for value in read])
     meant[-1] = leads_to if not math.isnan(leads_to) else end(float(read[-1]), distance, sigma)
     meant[0] = before.value if before else end(float(read[0]), distance, sigma)
     rises = meant[-1] > meant[0]

@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import PRESSURE
+from dolfingrip.diagnosis.data.motion import smallest_change
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation import nominal
 from dolfingrip.diagnosis.simulation.legs import Leg, Route
@@ -80,12 +81,12 @@ def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
     value, time_s = rows[control].to_numpy(), rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
     size = max(float(np.abs(value).max()), 1e-12)
-    jump = max(ROUTES.jump * size, ROUTES.certain * sigma)
+    jump = smallest_change(value, sigma)
     rounds_by = sigma if control == PRESSURE.name else 0.0
     if abs(value[0]) < jump:  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
-    new = (cycle[1:] != cycle[:-1]) | (branch[1:] != branch[:-1])
-    new |= (branch[1:] == "hold") & (np.abs(np.diff(value)) > jump)
+    leg = rows["leg"].to_numpy()
+    new = (cycle[1:] != cycle[:-1]) | (leg[1:] != leg[:-1])
     cuts = np.flatnonzero(np.concatenate([[True], new]))
     ends = [*cuts[1:], len(rows)]
     places = rows.index.to_numpy()
@@ -126,13 +127,14 @@ def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float) -
     every = [segment for test in tests for segment in test]
     values = np.concatenate([segment.value for segment in every])
     low, high = min(0.0, float(values.min())), float(values.max())
-    ramps = [segment for segment in every if segment.branch == "loading"] or every
-    longest = max(ramps, key=lambda segment: len(segment.rows))
-    if len(longest.rows) <= ROUTES.most:
-        at = _rising([low, *np.sort(longest.value), high], ROUTES.closest * (high - low))
+    longest = max(every, key=lambda segment: len(segment.rows))
+    least = max(ROUTES.closest * (high - low), ROUTES.certain * longest.sigma)
+    at = _rising([low, *np.sort(values), high], least)
+    if len(at) <= ROUTES.most:
         at = nominal.values(at, longest.rounds_by)
     else:
-        at = np.linspace(low, high, ROUTES.most)
+        last = nominal.end(high, (high - low) / ROUTES.most, longest.rounds_by)
+        at = np.linspace(low, last, ROUTES.most)
     core = len(at)
     if headroom > 1:
         more = max(round((headroom - 1) * high / max(float(np.median(np.diff(at))), 1e-12)), 1)

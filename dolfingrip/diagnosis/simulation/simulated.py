@@ -209,5 +209,5 @@ def _in_a_mean(measurement: Measurement) -> np.ndarray:
     """Number of rows whose mean each row's pressure or travel is: in a wait all of them."""
     rows = measurement.readings
     waits = (rows["branch"] == "hold").to_numpy()
-    counts = rows.groupby(["test", "cycle", "branch"])["line"].transform("size").to_numpy()
+    counts = rows.groupby(["test", "leg"])["leg"].transform("size").to_numpy()
     return np.where(waits, counts, 1)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.results.readings import Row
 
 NUMERICAL = tuple(
     f"extensions.{effect.name()}"

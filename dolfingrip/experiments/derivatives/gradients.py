@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
-from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities, chosen
+from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, chosen
 from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.results.sensitivity_table import COLUMNS
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.rig import Rig

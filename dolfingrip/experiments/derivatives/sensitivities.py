@@ -9,7 +9,8 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.derivatives.choices import NUMERICAL
-from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.results.readings import Row
+from dolfingrip.experiments.results.sensitivity_table import COLUMNS
 from dolfingrip.mechanics.newton.callbacks import callback
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
@@ -17,10 +18,6 @@ from dolfingrip.parameter import Entry, Parameter, every, find
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.rig import Rig
-
-COLUMNS = ("row", "column", "parameter", "derivative")
-"""Columns of ``sensitivity.csv``: the row of ``result.csv`` from 0 on, its column, the key of the
-configuration, and the derivative in the column's unit for each unit of the parameter."""
 
 
 def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:

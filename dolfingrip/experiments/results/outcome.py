@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Final
 
 import numpy as np
+
+from dolfingrip.files.run import GraspKind, GraspOutcome
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +43,6 @@ EARLY = " (the computation ended there)"
 """Added to the sentence if the class follows from the last step of a run that ended early."""
 
 
-class Kind(StrEnum):
-    """The classes of outcomes."""
-
-    PICKED_UP = "picked up"
-    SLIPPED = "slipped"
-    DROPPED = "dropped"
-    EJECTED = "ejected"
-    NOT_LIFTED = "not lifted"
-
-
 @dataclass(frozen=True, slots=True)
 class Moment:
     """One accepted step of a grasp.
@@ -73,21 +64,6 @@ class Moment:
     table_part: float
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """The class of a grasp, with its time and a sentence.
-
-    Attributes:
-        kind: the class.
-        time_s: when it was decided.
-        sentence: what happened.
-    """
-
-    kind: Kind
-    time_s: float
-    sentence: str
-
-
 @dataclass(frozen=True)
 class Ring:
     """The places of the fingers around the object, seen from above.
@@ -102,7 +78,7 @@ class Ring:
     outward: np.ndarray
 
     def is_open(self, way: np.ndarray) -> bool:
-        """Whether no finger stands in the way of an object that moves along (2,) ``way``."""
+        """Tell if no finger stands in the way of an object that moves along (2,) ``way``."""
         length = float(np.linalg.norm(way))
         return bool((self.outward @ way < POLICY.ahead * length).all())
 
@@ -111,8 +87,8 @@ NOWHERE = Ring(np.inf, np.zeros((1, 2)))
 """Fingers whose places are not known."""
 
 
-def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> Outcome | None:
-    """Whether the object has left the fingers sideways or upwards, before or in the lift.
+def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> GraspOutcome | None:
+    """Tell if the object has left the fingers sideways or upwards, before or in the lift.
 
     It has left them if no finger touches it any more and it is far away, if it lies outside of them
     on the table, or if it rolls out between them ever faster.
@@ -137,7 +113,7 @@ def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> Outcome | None:
     left = touched[-1].time_s
     direction = "sideways" if sideways >= upwards else "upwards"
     said = f"squeezed out {direction} at {left:.2f} s; it is {max(sideways, upwards):.0f} mm away"
-    return Outcome(Kind.EJECTED, left, said)
+    return GraspOutcome(GraspKind.EJECTED, left, said)
 
 
 def _speed_mm_per_s(moments: Sequence[Moment]) -> float:
@@ -151,7 +127,9 @@ def _speed_mm_per_s(moments: Sequence[Moment]) -> float:
     return float(rates[-1]) if faster else 0.0
 
 
-def judge(moments: Sequence[Moment], *, complete: bool, ring: Ring = NOWHERE) -> Outcome | None:
+def judge(
+    moments: Sequence[Moment], *, complete: bool, ring: Ring = NOWHERE
+) -> GraspOutcome | None:
     """The outcome of a grasp; None if it ended early and its class is not decided.
 
     If the computation ended early, the last accepted step decides the class. It can do so if the
@@ -174,7 +152,9 @@ def judge(moments: Sequence[Moment], *, complete: bool, ring: Ring = NOWHERE) ->
     last = moments[-1]
     if up and (last.table_part >= POLICY.borne or not last.fingers_N.any()):
         time_s = up[-1].time_s
-        return Outcome(Kind.DROPPED, time_s, f"lost at {time_s:.2f} s, {up[-1].rise_mm:.0f} mm up")
+        return GraspOutcome(
+            GraspKind.DROPPED, time_s, f"lost at {time_s:.2f} s, {up[-1].rise_mm:.0f} mm up"
+        )
     if not complete and not (up or _left_behind(moments)):
         return None
     early = "" if complete else EARLY
@@ -185,12 +165,12 @@ def judge(moments: Sequence[Moment], *, complete: bool, ring: Ring = NOWHERE) ->
             else "no finger touched it at the end"
         )
         time_s = lift[0].time_s if lift else last.time_s
-        return Outcome(Kind.NOT_LIFTED, time_s, said + early)
+        return GraspOutcome(GraspKind.NOT_LIFTED, time_s, said + early)
     return _borne(moments, up[0].time_s, early)
 
 
 def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
-    """Whether the class will not change any more: the object has left the fingers.
+    """Tell if the class will not change any more, as the object has left the fingers.
 
     Args:
         moments: all accepted steps so far, in order.
@@ -204,11 +184,11 @@ def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
 
 
 def _is_up(moment: Moment) -> bool:
-    """Whether the object is off the table, and the table bears nothing of it."""
+    """Tell if the object is off the table, and the table bears nothing of it."""
     return moment.rise_mm > POLICY.held_mm and moment.table_part < POLICY.borne
 
 
-def _borne(moments: Sequence[Moment], up_s: float, early: str) -> Outcome:
+def _borne(moments: Sequence[Moment], up_s: float, early: str) -> GraspOutcome:
     """The outcome if the fingers bear the object at the end: picked up or slipped."""
     last, before = moments[-1], [moment for moment in moments if not moment.lifting][-1]
     fallen = float(before.centre_mm[2] - last.centre_mm[2])
@@ -216,23 +196,23 @@ def _borne(moments: Sequence[Moment], up_s: float, early: str) -> Outcome:
     sunk = [m for m in lift if before.centre_mm[2] - m.centre_mm[2] > POLICY.held_mm]
     if sunk:
         said = f"sank by {fallen:z.1f} mm against the fingers, and is held"
-        return Outcome(Kind.SLIPPED, sunk[0].time_s, said + early)
+        return GraspOutcome(GraspKind.SLIPPED, sunk[0].time_s, said + early)
     said = f"lifted by {last.rise_mm:.0f} mm; it moved by {abs(fallen):.2g} mm against the fingers"
-    return Outcome(Kind.PICKED_UP, up_s, said + early)
+    return GraspOutcome(GraspKind.PICKED_UP, up_s, said + early)
 
 
-def _leaving(moments: Sequence[Moment]) -> Outcome | None:
+def _leaving(moments: Sequence[Moment]) -> GraspOutcome | None:
     """The outcome if the object was leaving the fingers ever faster at the last step, else None."""
     way = moments[-1].centre_mm - moments[0].centre_mm
     sideways, speed = float(np.linalg.norm(way[:2])), _speed_mm_per_s(moments)
     if speed <= 0 or sideways < POLICY.held_mm:
         return None
     said = f"on its way out sideways at {speed:.0f} mm/s, {sideways:.0f} mm away"
-    return Outcome(Kind.EJECTED, moments[-1].time_s, said + EARLY)
+    return GraspOutcome(GraspKind.EJECTED, moments[-1].time_s, said + EARLY)
 
 
 def _left_behind(moments: Sequence[Moment]) -> bool:
-    """Whether the table, in the lift, has taken the object along by more than it may sink."""
+    """Tell if the table, in the lift, took the object along by more than it may sink."""
     lift = [moment for moment in moments if moment.lifting]
     if not lift:
         return False

@@ -1,22 +1,27 @@
-"""``run.json``: everything that is needed to repeat a run and to judge it."""
+"""The facts of a run: what is needed to repeat it and to judge it."""
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import sys
+from collections.abc import Sequence
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import basix
 import dolfinx
 import petsc4py
+from mpi4py import MPI
 
 import dolfingrip
 from dolfingrip.config import Config
-from dolfingrip.files import whole
+from dolfingrip.experiments.results.readings import Readings
+from dolfingrip.files.run import MeshCounts, RunFailure, RunFile, SolverCounts
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton import memory
+from dolfingrip.mechanics.newton.newton import Newton
 
 PACKAGES = ("fenics-ffcx", "fenics-ufl", "ipctk", "meshio", "numpy", "scipy")
 
@@ -41,27 +46,73 @@ def versions() -> dict[str, str]:
     return found
 
 
-def machine() -> dict[str, Any]:
-    """The operating system and the number of processors."""
-    return {"system": platform.platform(), "processors": os.cpu_count()}
-
-
-def write(path: Path, config: Config, facts: dict[str, Any]) -> None:
-    """Write ``run.json``.
+def run_file(config: Config, experiment: str, **facts: Any) -> RunFile:
+    """Make the ``run.json`` of this process' run.
 
     Args:
-        path: of the file.
         config: resolved configuration; ``dolfingrip … --config run.json`` repeats the run.
-        facts: facts about the run, JSON-serialisable.
+        experiment: its name.
+        facts: further fields.
 
-    Raises:
-        WriteError: one line.
+    Returns:
+        The content, with the command, the versions and the machine.
     """
-    content = {
-        "command": sys.argv[1:],
-        "config": config.model_dump(mode="json", exclude_none=True),
+    return RunFile(
+        command=tuple(sys.argv[1:]),
+        config=config.model_dump(mode="json", exclude_none=True),
+        experiment=experiment,
+        versions=versions(),
+        machine={"system": platform.platform(), "processors": os.cpu_count()},
         **facts,
-        "versions": versions(),
-        "machine": machine(),
-    }
-    whole.write(path, json.dumps(content, indent=2) + "\n")
+    )
+
+
+def of_run(
+    readings: Readings, newton: Newton, profile: Profile, wall_s: float, notes: Sequence[str]
+) -> RunFile:
+    """Make the ``run.json`` of a run that has ended.
+
+    Args:
+        readings: what it read.
+        newton: its solver.
+        profile: time of each phase.
+        wall_s: time that it took (s).
+        notes: doubts about the configuration.
+
+    Returns:
+        The content, the same on every rank but for the machine.
+    """
+    model, failure = newton.model, readings.failure
+    return run_file(
+        readings.config,
+        readings.kind,
+        complete=failure is None,
+        mesh=MeshCounts(
+            elements=int(model.domain.mesh.topology.index_map(3).size_global),
+            dofs=model.dofs,
+            half=model.domain.half,
+        ),
+        newton=SolverCounts(
+            iterations=newton.counts.iterations,
+            factorisations=newton.counts.factorisations,
+            load_steps=sum(row["load_steps"] for row in readings.rows),
+            damped_steps=newton.counts.damped,
+            linear_solver="iterative" if newton.linear_solver.iterative else "direct",
+            matrix_patterns=newton.tangent.patterns + 1,
+        ),
+        failure=None
+        if failure is None
+        else RunFailure(
+            kind=str(failure.kind), last_good=failure.last_good, said=failure.sentence()
+        ),
+        notes=tuple(notes),
+        turning_point=readings.turning_point,
+        outcome=readings.outcome,
+        plate=readings.plate,
+        ranks=model.comm.size,
+        compiled_for=jit.PROCESSOR,
+        wall_s=round(wall_s, 3),
+        memory_forecast_MB=round(newton.linear_solver.forecast_MB),
+        peak_memory_MB=round(model.comm.allreduce(memory.peak_MB(), MPI.SUM)),
+        profile=profile.as_dict(),
+    )

@@ -3,45 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from dolfingrip.files.run import TurningPoint
+
 STEEPER = 1.1
 """Smallest ratio of the slopes after and before a turning point."""
-
-
-@dataclass(frozen=True, slots=True)
-class TurningPoint:
-    """The point at which the two straight lines that fit the curve best meet.
-
-    Attributes:
-        pressure_kPa: pressure at which the lines meet.
-        force_N: force at which the lines meet.
-        slope_before_N_per_kPa: slope of the first line.
-        slope_after_N_per_kPa: slope of the second line.
-        touch_kPa: pressure at which the first bellows touch; None if none touch.
-        touching: names of the first bellows that touch; None if none touch.
-    """
-
-    pressure_kPa: float
-    force_N: float
-    slope_before_N_per_kPa: float
-    slope_after_N_per_kPa: float
-    touch_kPa: float | None = None
-    touching: str | None = None
-
-    def sentence(self) -> str:
-        """A sentence with the turning point, the slopes and the first touch."""
-        text = (
-            f"turning point at {self.pressure_kPa:.0f} kPa, {self.force_N:.2f} N: slope "
-            f"{self.slope_before_N_per_kPa:.4f} N/kPa before, "
-            f"{self.slope_after_N_per_kPa:.4f} N/kPa after"
-        )
-        if self.touch_kPa is not None:
-            text += f"; first to touch: {self.touching}, at {self.touch_kPa:.0f} kPa"
-        return text
 
 
 def find(

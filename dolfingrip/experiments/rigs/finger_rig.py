@@ -11,7 +11,6 @@ from mpi4py import MPI
 from dolfingrip.config import Config
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.results.result import PlatePose
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.observation import Observation
@@ -20,6 +19,7 @@ from dolfingrip.experiments.rigs.rest import UNPRESSURISED, go_to_rest, has_weig
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.extensions.site import Site
+from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled

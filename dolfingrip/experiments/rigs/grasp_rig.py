@@ -11,11 +11,12 @@ from mpi4py import MPI
 from dolfingrip.config import Config
 from dolfingrip.experiments.protocol.grasping import lift_mm, lift_starts_s
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.results.outcome import Outcome, Ring, decided, judge
+from dolfingrip.experiments.results.outcome import Ring, decided, judge
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
 from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
 from dolfingrip.experiments.rigs.policy import GRASP_PATH
 from dolfingrip.experiments.rigs.rig import Rig
+from dolfingrip.files.run import GraspOutcome
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.policy import CorrectionPolicy, LagPolicy, NewtonPolicy, StepPolicy
@@ -92,6 +93,6 @@ class GraspRig(Rig):
         """Whether the food has left the fingers."""
         return decided(self._reads.moments, self._ring)
 
-    def outcome(self, *, complete: bool) -> Outcome | None:
-        """Outcome of the grasp; see :func:`~dolfingrip.experiments.results.outcome.judge`."""
+    def outcome(self, *, complete: bool) -> GraspOutcome | None:
+        """The grasp's outcome; see :func:`~dolfingrip.experiments.results.outcome.judge`."""
         return judge(self._reads.moments, complete=complete, ring=self._ring)

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.results.result import PlatePose
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
+from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
-Style = Literal["line", "dash", "points"]
-"""How a curve is drawn."""
+from dolfingrip.charts.chart import Axis, Chart
+from dolfingrip.files.columns import TextTable
 
 Verdict = Literal["pass", "fail", "open", ""]
 """Of a number or a check; "open" if it was not checked, "" if there is nothing to check."""
@@ -54,97 +53,12 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Series:
-    """A curve of a chart.
-
-    Attributes:
-        name: in the key and beside the pointer.
-        x, y: shape (points,); NaN makes a gap.
-        style: "line", "dash" (a comparison), or "points" (a measurement).
-        scene: number of the scene whose steps the points are, if they are.
-        low, high: ends of a band, shape (points,).
-    """
-
-    name: str
-    x: Sequence[float] | npt.NDArray[np.float64]
-    y: Sequence[float] | npt.NDArray[np.float64]
-    style: Style = "line"
-    scene: int | None = None
-    low: npt.NDArray[np.float64] | None = None
-    high: npt.NDArray[np.float64] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Axis:
-    """An axis.
-
-    Attributes:
-        label: with the unit.
-        unit: alone, as printed.
-        short: label without the unit.
-        ends: what the axis spans; None: what the curves span.
-    """
-
-    label: str
-    unit: str = ""
-    short: str = ""
-    ends: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Limit:
-    """A horizontal line that a reader compares a curve with."""
-
-    y: float
-    label: str
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Numbers as text: headings, rows, and a title."""
-
-    headings: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    title: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Chart:
-    """Curves over one axis, with the table of their numbers.
-
-    Attributes:
-        title: what it shows, in words.
-        alt: the same for those who cannot see it.
-        section: "curves" or "diagnosis".
-    """
-
-    title: str
-    alt: str
-    x: Axis
-    y: Axis
-    series: Sequence[Series]
-    table: Table
-    limits: Sequence[Limit] = ()
-    section: str = "curves"
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Bar:
-    """A share between 0 and 1 that is drawn as a bar."""
-
-    name: str
-    share: float
-    said: str
-
-
-@dataclass(frozen=True, slots=True)
 class DiagnosisPart:
     """The section on a diagnosis.
 
     Attributes:
         lines: the first ten lines, each with its label, such as "FIT"; "" where it has none.
-        bars: causes with their probabilities.
+        bars: chart of the causes' probabilities.
         charts: measured against simulated, residuals.
         tables: what causes explain, before and after, and the like.
         unexplained: sentences on what stays unexplained, and where.
@@ -152,9 +66,9 @@ class DiagnosisPart:
 
     title: str
     lines: Sequence[tuple[str, str]]
-    bars: Sequence[Bar] = ()
+    bars: Chart
     charts: Sequence[Chart] = ()
-    tables: Sequence[Table] = ()
+    tables: Sequence[TextTable] = ()
     unexplained: Sequence[str] = ()
 
 
@@ -232,15 +146,11 @@ class Page:
     stills: list[tuple[str, Path | bytes]] = field(default_factory=list)
     charts: list[Chart] = field(default_factory=list)
     front: Front | None = None
-    tables: list[Table] = field(default_factory=list)
+    tables: list[TextTable] = field(default_factory=list)
     diagnoses: list[DiagnosisPart] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     sources: list[Source] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-
-    def all_charts(self) -> list[Chart]:
-        """Charts in the order of the page."""
-        return [*self.charts, *(chart for part in self.diagnoses for chart in part.charts)]
 
 
 def plain(value: Any) -> Any:

@@ -123,7 +123,7 @@ def balance(run: Run, fields: Fields) -> float | str:
     Returns:
         The share; or why it cannot be told.
     """
-    config = run.config
+    config = run.result.config
     effects = sorted(config.extensions.model_fields_set)
     if effects:
         return f"the energy of {', '.join(effects)} is not known here"
@@ -141,6 +141,6 @@ def balance(run: Run, fields: Fields) -> float | str:
         return "too few readings"
     work = MPA_PER_KPA * float(curve.integrate(volume[0], volume[-1]))
     energy = strain_energy_mJ(config, fields.mesh, fields.displacements[-1])
-    if run.facts.get("mesh", {}).get("half"):
+    if run.result.facts.mesh.half:
         energy *= 2
     return abs(energy - work) / work

@@ -10,10 +10,10 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from dolfingrip.charts.theme import PALE
 from dolfingrip.report.fields import FieldMesh, list_steps, read_grid, read_mesh, read_point_data
 from dolfingrip.report.page.scene import UPRIGHT, Floats, Part
 from dolfingrip.report.skin import Ints, Skin, extract_skin
-from dolfingrip.report.theme import PALE
 
 CELL_CORNERS: Final = {4: 4, 10: 4, 8: 8, 20: 8, 27: 8}
 """Corners of an element, by its nodes."""

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import CHANNELS
+from dolfingrip.charts.chart import Axis, Chart
 from dolfingrip.config import Config
-from dolfingrip.report.design import LABELS
-from dolfingrip.report.page.content import Axis, Chart, Front, FrontPoint, Series, Table
+from dolfingrip.files.optimum import OptimumFile
+from dolfingrip.files.surrogate import LearntDesign, SurrogateFile
+from dolfingrip.report.design import label, learning_curve
+from dolfingrip.report.page.content import Front, FrontPoint
+from dolfingrip.report.page.contribution import FoundResult
 from dolfingrip.report.page.design_shape import design_shape
 from dolfingrip.report.page.numbers import said, with_error
-from dolfingrip.report.page.sources import read_json
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.units import unit
-
-Rows = list[dict[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,16 +43,51 @@ POLICY: Final = FrontPolicy()
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """What is known of a design loop; each folder may be missing.
+    """Results of a design loop; each part may be missing.
 
     Attributes:
-        surrogate, optimum: folders of the training and of the optimisation.
+        surrogate: folder of the training.
+        learnt: what the surrogate learnt.
+        optimum: the optimisation.
         designs: computed designs: ``inputs`` and ``outputs`` by name, and the ``config`` of each.
     """
 
-    surrogate: Path | None
-    optimum: Path | None
-    designs: Sequence[Mapping[str, Any]]
+    surrogate: Path | None = None
+    learnt: SurrogateFile | None = None
+    optimum: OptimumFile | None = None
+    designs: Sequence[Mapping[str, Any]] = ()
+
+    @classmethod
+    def of(
+        cls, found: Sequence[FoundResult], designs: Mapping[Path, Sequence[Mapping[str, Any]]]
+    ) -> Loop:
+        """Read a design loop.
+
+        Args:
+            found: results; the first of a kind counts.
+            designs: the designs of each campaign among them, by folder.
+
+        Returns:
+            What is known of it.
+
+        Raises:
+            ResultFileError: one line, if a result cannot be read.
+        """
+        trained, chosen, campaigns = (
+            [each.folder for each in found if each.kind == kind]
+            for kind in ("train", "optimise", "doe")
+        )
+        return cls(
+            trained[0] if trained else None,
+            SurrogateFile.read(trained[0]) if trained else None,
+            OptimumFile.read(chosen[0]) if chosen else None,
+            [row for folder in campaigns for row in designs.get(folder, ())],
+        )
+
+    @property
+    def errors(self) -> Mapping[str, float]:
+        """Root mean square error of the surrogate on designs held out, by output."""
+        return {} if self.learnt is None else self.learnt.errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +98,7 @@ class _Design:
     group: str
     inputs: dict[str, float]
     predicted: dict[str, float]
-    computed: dict[str, float]
+    computed: dict[str, float] = field(default_factory=dict)
     failure: str = ""
 
 
@@ -74,14 +108,18 @@ def front(loop: Loop, most_shapes: int = POLICY.shapes) -> Front | None:
     Args:
         loop: what is known of it.
         most_shapes: designs with a shape.
+
+    Returns:
+        The front with the shapes of its designs.
     """
-    facts = read_json(loop.surrogate / "surrogate.json") if loop.surrogate else {}
     found = [*_chosen(loop.optimum), *_along(loop.optimum), *_computed(loop)]
-    outputs = list(facts.get("outputs", {})) or _outputs(found)
+    outputs = list(loop.learnt.outputs) if loop.learnt else _outputs(found)
     if len(outputs) < 2 or not found:
         return None
     across, up = outputs[:2]
-    errors = {k: v.get("test") for k, v in facts.get("rms_error", {}).items()}
+    if loop.optimum is not None:
+        across, up = (each.name for each in loop.optimum.objectives)
+    errors = loop.errors
     shapes = _Shapes(base_of(loop), most_shapes)
     points = []
     for each in found:
@@ -105,42 +143,16 @@ def front(loop: Loop, most_shapes: int = POLICY.shapes) -> Front | None:
 
 
 def charts(surrogate: Path | None) -> list[Chart]:
-    """How the surrogate learnt."""
-    file = surrogate / "learning_curve.csv" if surrogate else None
-    if file is None or not file.is_file():
-        return []
-    rows = _csv(file)
-    epoch = np.array([float(row["epoch"]) for row in rows])
-    series, columns = [], []
-    for name, key in (("training", "training_mse"), ("test", "test_mse")):
-        values = np.log10([max(float(row[key]), 1e-30) for row in rows])
-        series.append(Series(name, epoch, values, "line" if name == "training" else "dash"))
-        columns.append([said(10**v) for v in values])
-    cells = [[said(e), a, b] for e, a, b in zip(epoch, *columns, strict=True)]
-    return [
-        Chart(
-            "How the surrogate learnt",
-            "Mean squared error of the normalised outputs over the epochs of the training.",
-            Axis("Epoch"), Axis("log₁₀ of the MSE"), series,
-            Table(["Epoch", "Training error", "Test error"], cells),
-        )
-    ]  # fmt: skip
+    """Make the chart of how the surrogate learnt.
 
+    Args:
+        surrogate: folder of the training; None: there is none.
 
-def study(folder: Path) -> Table:
-    """The best rates of a study of hyperparameters."""
-    file = folder / "best.csv"
-    rows = _csv(file if file.is_file() else folder / "combinations.csv")
-    headings = list(rows[0]) if rows else []
-    cells = [[_cell(row[name]) for name in headings] for row in rows[:20]]
-    return Table(headings, cells, "How the optimiser's choice scatters")
-
-
-def _cell(text: str) -> str:
-    try:
-        return said(float(text))
-    except ValueError:
-        return text
+    Returns:
+        One chart; none if the errors are not known.
+    """
+    curve = SurrogateFile.learning_curve(surrogate) if surrogate else {}
+    return [learning_curve(curve, None)] if curve else []
 
 
 class _Shapes:
@@ -173,9 +185,15 @@ class _Shapes:
 
 
 def base_of(loop: Loop) -> Config | None:
-    """The configuration that a design's inputs are set in."""
-    facts = read_json(loop.surrogate / "surrogate.json") if loop.surrogate else {}
-    data = (facts.get("campaign") or {}).get("base")
+    """The configuration that a design's inputs are set in.
+
+    Args:
+        loop: what is known of a design loop.
+
+    Returns:
+        The configuration; None if it is not known.
+    """
+    data = loop.learnt.base if loop.learnt else None
     if data is None and loop.designs:
         data = loop.designs[0].get("config")
     if not data:
@@ -187,39 +205,36 @@ def base_of(loop: Loop) -> Config | None:
         return None
 
 
-def _chosen(optimum: Path | None) -> list[_Design]:
+def _chosen(optimum: OptimumFile | None) -> list[_Design]:
     """The original and the chosen designs, with finite elements where they were computed."""
     if optimum is None:
         return []
+    limited = optimum.objectives[0]
+    words = label(limited.name).partition(" (")[0]
     found = []
-    for one in read_json(optimum / "optimum.json").get("designs", ()):
-        limit = one.get("cog_max_mm")
-        role = str(one.get("role", "chosen"))
-        label = role.capitalize() + (f", COG offset ≤ {said(limit, 'mm')}" if limit else "")
-        group = "original" if role == "original" else "chosen"
+    for one in optimum.designs:
+        limit = "" if one.limit is None else f", {words} ≤ {said(one.limit, limited.unit)}"
         found.append(
             _Design(
-                label, group, dict(one["inputs"]), dict(one.get("surrogate") or {}),
-                dict(one.get("fem") or {}), str(one.get("failure", "")),
+                one.role.capitalize() + limit,
+                "original" if one.role == "original" else "chosen",
+                one.inputs,
+                one.surrogate,
+                one.fem or {},
+                one.failure,
             )
-        )  # fmt: skip
+        )
     return found
 
 
-def _along(optimum: Path | None) -> list[_Design]:
+def _along(optimum: OptimumFile | None) -> list[_Design]:
     """Points along the surrogate's front."""
-    file = optimum / "front.csv" if optimum else None
-    if file is None or not file.is_file():
-        return []
-    rows = _csv(file)
-    keep = np.unique(
-        np.linspace(0, len(rows) - 1, min(POLICY.along, len(rows))).round().astype(int)
-    )
-    found = []
-    for number, place in enumerate(keep, 1):
-        inputs, outputs = _split(rows[place])
-        found.append(_Design(f"Front {number} of {len(keep)}", "front", inputs, outputs, {}))
-    return found
+    points = () if optimum is None else optimum.front
+    keep = np.unique(np.linspace(0, len(points) - 1, min(POLICY.along, len(points))).round())
+    return [
+        _Design(f"Front {number} of {len(keep)}", "front", each.inputs, each.surrogate)
+        for number, each in enumerate([points[int(i)] for i in keep], 1)
+    ]
 
 
 def _computed(loop: Loop) -> list[_Design]:
@@ -232,78 +247,57 @@ def _computed(loop: Loop) -> list[_Design]:
                     {k: float(v) for k, v in done[i]["outputs"].items() if v is not None})
             for i in keep
         ]  # fmt: skip
-    file = loop.surrogate / "designs.csv" if loop.surrogate else None
-    if file is None or not file.is_file():
-        return []
-    facts = read_json(file.parent / "surrogate.json")
-    found = []
-    for number, row in enumerate(_csv(file)[: POLICY.designs], 1):
-        inputs = {name: float(row[name]) for name in facts.get("inputs", ())}
-        outputs = {name: float(row[name]) for name in facts.get("outputs", ())}
-        _, predicted = _split({k: v for k, v in row.items() if k.startswith("surrogate.")})
-        found.append(_Design(f"Design {number}", "design", inputs, predicted, outputs))
-    return found
+    learnt: list[LearntDesign] = []
+    if loop.learnt is not None and loop.surrogate is not None:
+        learnt = loop.learnt.designs(loop.surrogate)
+    return [
+        _Design(f"Design {number}", "design", each.inputs, each.predicted, each.outputs)
+        for number, each in enumerate(learnt[: POLICY.designs], 1)
+    ]
 
 
 def _outputs(designs: Sequence[_Design]) -> list[str]:
     return list(dict.fromkeys(name for d in designs for name in (*d.predicted, *d.computed)))
 
 
-def _split(row: Mapping[str, str]) -> tuple[dict[str, float], dict[str, float]]:
-    """Inputs of a row, and the surrogate's outputs by their own names."""
-    prefix = "surrogate."
-    inputs = {k: float(v) for k, v in row.items() if not k.startswith(prefix)}
-    outputs = {k.removeprefix(prefix): float(v) for k, v in row.items() if k.startswith(prefix)}
-    return inputs, outputs
-
-
 def _rows(
-    design: _Design, outputs: Sequence[str], errors: Mapping[str, float | None]
+    design: _Design, outputs: Sequence[str], errors: Mapping[str, float]
 ) -> list[tuple[str, str]]:
     """Parameters and outputs of a design, the surrogate's with its error on designs held out."""
-    found = [(_label(name), said(value)) for name, value in design.inputs.items()]
+    found = [(label(name), said(value)) for name, value in design.inputs.items()]
     for name in outputs:
         error = errors.get(name)
         if name in design.computed:
-            found.append((f"{_label(name)}, finite elements", said(design.computed[name])))
+            found.append((f"{label(name)}, finite elements", said(design.computed[name])))
         if name in design.predicted:
             value = design.predicted[name]
             told = said(value) if error is None else with_error(value, error)
-            found.append((f"{_label(name)}, surrogate", told))
+            found.append((f"{label(name)}, surrogate", told))
     if design.failure:
         found.append(("Finite elements", f"failed: {design.failure}"))
     return found
 
 
-def _label(name: str) -> str:
-    return LABELS.get(name, CHANNELS[name].label if name in CHANNELS else name)
-
-
 def _axis(name: str) -> Axis:
-    label = _label(name)
-    return Axis(label, unit(name), label.partition(" (")[0])
+    return Axis(label(name), unit(name), label(name).partition(" (")[0])
 
 
-def _line(optimum: Path | None, across: str, up: str) -> tuple[list[float], list[float]] | None:
-    file = optimum / "front.csv" if optimum else None
-    if file is None or not file.is_file():
-        return None
-    values = [_split(row)[1] for row in _csv(file)]
-    if not values or across not in values[0] or up not in values[0]:
+def _line(
+    optimum: OptimumFile | None, across: str, up: str
+) -> tuple[list[float], list[float]] | None:
+    points = () if optimum is None else optimum.front
+    values = [each.surrogate for each in points if {across, up} <= set(each.surrogate)]
+    if not values:
         return None
     values.sort(key=lambda each: each[across])
     return [float(f"{v[across]:.6g}") for v in values], [float(f"{v[up]:.6g}") for v in values]
 
 
-def _said(
-    designs: Sequence[_Design], errors: Mapping[str, float | None], shapes: _Shapes
-) -> list[str]:
+def _said(designs: Sequence[_Design], errors: Mapping[str, float], shapes: _Shapes) -> list[str]:
     count = sum(design.group == "design" for design in designs)
     found = [f"{count} designs were computed. Point at one, or reach it with the Tab key."]
     if errors:
-        told = ", ".join(
-            f"{_label(name)} {said(error)}" for name, error in errors.items() if error is not None
-        )
+        told = ", ".join(f"{label(name)} {said(error)}" for name, error in errors.items())
         found.append(f"± is the surrogate's root mean square error on designs held out: {told}.")
     if shapes.packed:
         text = "Shapes are drawn without load."
@@ -311,8 +305,3 @@ def _said(
             text += f" {shapes.missed} designs are shown without a shape."
         found.append(text)
     return found
-
-
-def _csv(file: Path) -> Rows:
-    with file.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))

@@ -8,15 +8,15 @@ from typing import Any, Final
 
 import numpy as np
 
+from dolfingrip.charts.theme import PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
-from dolfingrip.report.columns import Columns
+from dolfingrip.files.columns import Columns
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
 from dolfingrip.report.gripper import FOOD, moments_of
 from dolfingrip.report.page.finger import DETAIL, Detail, box_skin
 from dolfingrip.report.page.scene import Floats, Part
 from dolfingrip.report.skin import Ints, Skin
-from dolfingrip.report.theme import PALE
 
 NAMES: Final = ("thumb A", "finger B", "finger C")
 

@@ -12,14 +12,19 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import dolfingrip
-from dolfingrip.report.page.content import Chart, Front, Page, as_data
+from dolfingrip.charts.chart import Axis, Chart, Numbers
+from dolfingrip.files.columns import TextTable
+from dolfingrip.report.page.content import Front, Page, as_data, plain
+from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.scene import palettes
 
 LARGEST_MB: Final = 15.0
@@ -27,6 +32,13 @@ LARGEST_MB: Final = 15.0
 
 COLOURS: Final = ("c1", "c2", "c3", "c4", "c5", "c6", "c7", "c8")
 """Classes of a chart's curves, in order; colours of Okabe and Ito."""
+
+NAMED: Final = {"blue": "c1", "orange": "c2", "green": "c3", "purple": "c4", "ink": "ink",
+                "grey": "c8", "pale": "c8"}  # fmt: skip
+"""Classes of curves whose colour is told."""
+
+STYLES: Final = {"line": "line", "dash": "dash", "dots": "dash", "points": "points"}
+"""Styles of the page's script, by those of charts."""
 
 PACKAGE: Final = "dolfingrip.report.page"
 
@@ -43,16 +55,25 @@ class Licence:
 
 
 def rendered(page: Page) -> str:
-    """The HTML of a page."""
+    """The HTML of a page.
+
+    Args:
+        page: what it shows.
+
+    Returns:
+        One file that fetches nothing.
+    """
     scripts = [script("vendor.js"), script("report.js")]
     style = asset("report.css")
-    charts = [{"id": f"chart-{i}", **e} for i, e in enumerate(charts_data(page.all_charts()))]
+    every = [*page.charts, *(chart for part in page.diagnoses for chart in part.charts)]
+    charts = [{"id": f"chart-{i}", **each} for i, each in enumerate(charts_data(every))]
     return (
         templates()
         .get_template("report.html.j2")
         .render(
             page=page,
             charts=charts,
+            bars=bars,
             version=dolfingrip.__version__,
             policy=content_policy(scripts, style),
             style=Markup(style),
@@ -78,7 +99,14 @@ def templates(*packages: str) -> Environment:
 
 
 def licences(script: str) -> list[Licence]:
-    """Full texts of the licences of what is inside the page with this script of its own."""
+    """Full texts of the licences of what is inside the page with this script of its own.
+
+    Args:
+        script: name of the bundled script.
+
+    Returns:
+        The licences, with name and version of each part.
+    """
     facts = json.loads(asset("bundle.json"))
     own = asset("gpl-3.0.txt")
     return [
@@ -95,21 +123,107 @@ def licences(script: str) -> list[Licence]:
 
 
 def charts_data(charts: Sequence[Chart]) -> list[dict[str, Any]]:
-    """Charts as ``web/src/chart.js`` reads them, with colours."""
+    """Write charts as ``web/src/chart.js`` reads them.
+
+    Args:
+        charts: without bars.
+
+    Returns:
+        Their plain data with colours, and a table of the numbers.
+    """
+    return [_chart_data(each) for each in charts]
+
+
+def _chart_data(chart: Chart) -> dict[str, Any]:
+    free = iter(
+        [each for each in COLOURS if each not in {NAMED.get(s.colour) for s in chart.series}] * 9
+    )
+    colour, name, series = "ink", "", []
+    for each in chart.series:
+        if each.colour or each.name:  # else it belongs to the one before it
+            name = each.name or name
+            colour = NAMED[each.colour] if each.colour else next(free)
+        series.append(
+            {
+                "name": name, "key": bool(each.name), "colour": colour, "scene": each.scene,
+                "style": STYLES[each.style], "x": _scaled(each.x, chart.x),
+                "y": _scaled(each.y, chart.y), "low": _scaled(each.low, chart.y),
+                "high": _scaled(each.high, chart.y),
+            }
+        )  # fmt: skip
+    found: dict[str, Any] = plain(
+        {
+            "title": chart.title,
+            "alt": chart.description,
+            "note": chart.note,
+            "x": _axis(chart.x),
+            "y": _axis(chart.y),
+            "series": series,
+            "limits": [
+                {"y": _scaled([each.at], chart.y)[0], "label": each.label}
+                for each in chart.marks
+                if each.axis == "y"
+            ],
+        }
+    )
+    return {**found, "table": as_data(table(chart))}
+
+
+def _scaled(values: Numbers | None, axis: Axis) -> Any:
+    """Values as the page draws them: it has no logarithmic scale."""
+    if values is None:
+        return None
+    return np.log10(np.asarray(values, dtype=float)) if axis.log else np.asarray(values)
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    ends = axis.ends if axis.ends and None not in axis.ends else None
+    label = f"log₁₀ of the {axis.short or axis.label}" if axis.log else axis.label
+    return {"label": label, "unit": "" if axis.log else axis.unit, "ends": ends}
+
+
+def table(chart: Chart) -> TextTable:
+    """Write the numbers of a chart as a table.
+
+    Args:
+        chart: without bars.
+
+    Returns:
+        A column for the horizontal axis, and one for each curve; a curve over values of its own
+        has a column of them, too.
+    """
+    headings: list[str] = []
+    columns: list[list[str]] = []
+    known: Numbers = []
+    for each in chart.series:
+        if not np.isfinite(np.asarray(each.y, dtype=float)).any():  # a band alone
+            continue
+        if len(known) != len(each.x) or not np.allclose(known, each.x, equal_nan=True):
+            known = each.x
+            headings.append(chart.x.label)
+            columns.append([said(float(value)) for value in known])
+        unit = f" ({chart.y.unit})" if chart.y.unit else ""
+        headings.append(f"{each.name}{unit}" if each.name else chart.y.label)
+        columns.append([said(float(value)) for value in each.y])
+    return TextTable(headings, list(zip_longest(*columns, fillvalue="")))
+
+
+def bars(chart: Chart) -> list[dict[str, Any]]:
+    """Write the bars of a chart for the page's template.
+
+    Args:
+        chart: with one bar for each name.
+
+    Returns:
+        Name, length as a part of 1, and text of each bar, in the order of the names.
+    """
     found = []
-    for chart in charts:
-        data = as_data(chart)
-        colours = _colours([each["style"] for each in data["series"]])
-        for series, colour in zip(data["series"], colours, strict=True):
-            series["colour"] = colour
-        found.append(data)
-    return found
-
-
-def _colours(styles: list[str]) -> list[str]:
-    """Colours in order; measured points are those of ink."""
-    rest = iter(COLOURS * (1 + len(styles) // len(COLOURS)))
-    return ["ink" if style == "points" else next(rest) for style in styles]
+    for each in chart.series:
+        for place, length, text in zip(each.y, each.x, each.said, strict=True):
+            found.append(
+                (place, {"name": chart.y.names[int(place)], "share": length, "said": text})
+            )
+    return [each for _, each in sorted(found, key=lambda pair: pair[0])]
 
 
 def _data(page: Page, charts: list[dict[str, Any]]) -> dict[str, Any]:
@@ -119,7 +233,14 @@ def _data(page: Page, charts: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def front_data(front: Front) -> dict[str, Any]:
-    """A front as ``web/src/chart.js`` reads it."""
+    """A front as ``web/src/chart.js`` reads it.
+
+    Args:
+        front: designs and their shapes.
+
+    Returns:
+        Plain data.
+    """
     models = list(front.models)  # packed already
     found = as_data(replace(front, models=[]))
     line = found["line"]
@@ -132,13 +253,27 @@ def front_data(front: Front) -> dict[str, Any]:
 
 
 def json_text(content: dict[str, Any]) -> str:
-    """Data of scripts, to stand in a page."""
+    """Data of scripts, to stand in a page.
+
+    Args:
+        content: plain data.
+
+    Returns:
+        JSON in which no "<" occurs.
+    """
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def script(name: str) -> str:
-    """A bundled script, to stand in a page."""
+    """A bundled script, to stand in a page.
+
+    Args:
+        name: of its file.
+
+    Returns:
+        Its text.
+    """
     text = asset(name)
     # what would end the element, or open a comment in it
     assert not any(mark in text.lower() for mark in ("</script", "<!--")), name
@@ -146,7 +281,14 @@ def script(name: str) -> str:
 
 
 def asset(name: str) -> str:
-    """A bundled text."""
+    """A bundled text.
+
+    Args:
+        name: of its file.
+
+    Returns:
+        The text.
+    """
     return resources.files(PACKAGE).joinpath("bundle", name).read_text(encoding="utf-8")
 
 

@@ -8,7 +8,8 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, FORCE
-from dolfingrip.report.page.content import Check, Front, KeyNumber
+from dolfingrip.files.run import GraspKind
+from dolfingrip.report.page.content import Check, KeyNumber
 from dolfingrip.report.page.finger import Fields
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.runs import Run, over
@@ -22,10 +23,16 @@ STRETCH_LIMIT: Final = 2.5
 """Largest stretch up to which printed NinjaFlex follows this law; it stiffens beyond."""
 
 
-def numbers_of(
-    runs: Sequence[Run], fields: dict[int, Fields], checks: Sequence[Check], front: Front | None
-) -> list[KeyNumber]:
-    """At most five: how all checks ended, then the main reading of each kind of result."""
+def of_runs(runs: Sequence[Run], fields: dict[int, Fields]) -> list[KeyNumber]:
+    """List the main readings of each experiment.
+
+    Args:
+        runs: results.
+        fields: of the runs that have them, by the run's place.
+
+    Returns:
+        Numbers of the first run of each experiment.
+    """
     found: list[KeyNumber] = []
     seen: set[str] = set()
     for place, run in enumerate(runs):
@@ -35,18 +42,18 @@ def numbers_of(
         found += OWN.get(run.experiment.name, _main)(run)
         if run.experiment.name in ("bending", "blocked_force", "cycle", "push", "coupon"):
             found += _stretch(run, fields.get(place), {each.name for each in found})
-    if front is not None:
-        chosen = [point for point in front.points if point.group == "chosen"]
-        for point in chosen[:1]:
-            value = said(point.y, front.y.unit)
-            at = f"at {said(point.x, front.x.unit)} of {front.x.short}"
-            found.append(KeyNumber(f"{front.y.short} of the chosen design", value, "", at))
-    summary = _summary(checks)
-    return found[: MOST - len(summary)] + summary
+    return found
 
 
-def _summary(checks: Sequence[Check]) -> list[KeyNumber]:
-    """How many checks pass."""
+def summary(checks: Sequence[Check]) -> list[KeyNumber]:
+    """Count the checks that pass.
+
+    Args:
+        checks: of all results.
+
+    Returns:
+        One number; none without checks.
+    """
     done = [check for check in checks if check.verdict in ("pass", "fail")]
     if not checks:
         return []
@@ -69,8 +76,8 @@ def _at(run: Run, row: int) -> str:
 
 
 def _verdict(run: Run) -> tuple[str, str]:
-    """Whether the path reached its end, for the number that is read there."""
-    if run.facts.get("complete"):
+    """Verdict on a number that is read at the end of the path."""
+    if run.result.facts.complete:
         return "pass", "reached"
     return "fail", "the path ended early"
 
@@ -101,18 +108,18 @@ def _bending(run: Run) -> list[KeyNumber]:
 def _blocked(run: Run) -> list[KeyNumber]:
     found = _main(run)
     found = [KeyNumber(f"Blocked {FORCE.title.lower()}", e.value, e.verdict, e.said) for e in found]
-    turn = run.facts.get("turning_point")
+    turn = run.result.turning_point
     if turn:
-        value = said(turn.get("pressure_kPa"), "kPa")
+        value = said(turn.pressure_kPa, "kPa")
         found.append(KeyNumber("Bellows touch, force rises faster", value, "", "turning point"))
     return found
 
 
 def _grasp(run: Run) -> list[KeyNumber]:
-    outcome = run.facts.get("outcome") or {}
-    kind = str(outcome.get("kind", "unknown"))
-    good = kind == "picked up"
-    found = [KeyNumber("Grasp", kind, "pass" if good else "fail", str(outcome.get("sentence", "")))]
+    outcome = run.result.outcome
+    kind, words = ("unknown", "") if outcome is None else (outcome.kind, outcome.sentence)
+    good = kind == GraspKind.PICKED_UP
+    found = [KeyNumber("Grasp", kind, "pass" if good else "fail", words)]
     for name, title in (("normal_A_N", "Thumb's normal force"), ("slip_mm", "Slip")):
         y = run.column(name)
         if y is not None:
@@ -126,7 +133,7 @@ def _stretch(run: Run, fields: Fields | None, there: set[str]) -> list[KeyNumber
     if fields is None or not fields.stretches or name in there:
         return []
     most = max(float(each.max()) for each in fields.stretches)
-    if run.config.material.law != PRINTED:
+    if run.result.config.material.law != PRINTED:
         return [KeyNumber(name, said(most), "", "at a node, over all steps")]
     good = most <= STRETCH_LIMIT
     words = f"{'below' if good else 'above'} {STRETCH_LIMIT:g}, where the print stiffens"

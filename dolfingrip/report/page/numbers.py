@@ -12,7 +12,15 @@ import math
 
 
 def said(value: float | None, unit: str = "") -> str:
-    """Three or four digits with the unit; "–" if it is not a number."""
+    """Three or four digits with the unit; "–" if it is not a number.
+
+    Args:
+        value: number; None: it is not known.
+        unit: as printed.
+
+    Returns:
+        Text such as ``12.3 kPa``.
+    """
     if value is None or not math.isfinite(value):
         return "–"
     size = abs(value)
@@ -26,7 +34,16 @@ def said(value: float | None, unit: str = "") -> str:
 
 
 def with_error(value: float, error: float, unit: str = "") -> str:
-    """A number and its error of two digits, both with as many decimals, and the unit."""
+    """A number and its error of two digits, both with as many decimals, and the unit.
+
+    Args:
+        value: number.
+        error: in the same unit.
+        unit: as printed.
+
+    Returns:
+        Text such as ``11.123 ± 0.097 N``.
+    """
     if not (math.isfinite(value) and math.isfinite(error)) or error <= 0:
         return said(value) + f" ± {said(error, unit)}"
     decimals = max(1 - math.floor(math.log10(error)), 0)

@@ -17,7 +17,7 @@ AROUND_MM: Final = 3.0
 
 def plate(run: Run, fields: Fields) -> Part:
     """A slab whose face is the gap of the first reading away from the finger's tip."""
-    config = run.config.plate
+    config = run.result.config.plate
     turn = Rotation.from_euler("y", config.tilt_deg, degrees=True)
     normal = turn.apply(np.asarray(config.normal, dtype=float))
     normal /= np.linalg.norm(normal)

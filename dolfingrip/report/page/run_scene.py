@@ -38,8 +38,8 @@ def _finger(run: Run, fields: finger.Fields) -> Scene:
 
 
 def _grasp(run: Run) -> Scene:
-    parts, rows = gripper.parts(run.folder, run.config, run.table)
-    outcome = (run.facts.get("outcome") or {}).get("kind", "")
+    parts, rows = gripper.parts(run.folder, run.result.config, run.result)
+    outcome = "" if run.result.outcome is None else run.result.outcome.kind
     alt = f"{run.title}: three fingers, food and table in 3D; {outcome}"
     return Scene(
         run.title, alt, run.experiment.name, parts, _load(run, rows), towards(GRIPPER_VIEW)
@@ -50,7 +50,7 @@ def _load(run: Run, rows: np.ndarray) -> Load:
     over = run.experiment.plot.over
     values = run.column(over.name)
     if values is None:
-        values = np.arange(run.rows, dtype=float)
+        values = np.arange(len(run.result), dtype=float)
     branch = run.branch
     several = len(set(branch)) > 1
     names = [branch[row] if several else "" for row in rows]

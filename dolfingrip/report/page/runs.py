@@ -2,67 +2,55 @@
 
 from __future__ import annotations
 
-import csv
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import CHANNELS, PRESSURE
-from dolfingrip.config import Config
+from dolfingrip.experiments import chart
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.report.columns import branches, numbers
+from dolfingrip.experiments.result import TABLE, Result
+from dolfingrip.files.columns import branches, numbers
+from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.report.page.content import Source
 from dolfingrip.report.page.numbers import said
-from dolfingrip.report.page.sources import read_json
-from dolfingrip.sections.errors import ConfigError
 
 Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Run:
-    """An experiment's result.
+    """An experiment's result on a page.
 
     Attributes:
-        folder: where its files are.
+        result: read from its folder.
         experiment: whose result it is.
-        facts: content of ``run.json``.
-        table: columns of ``result.csv``, as text.
         title: of the result on the page; titles of a page differ.
     """
 
-    folder: Path
+    result: Result
     experiment: Experiment
-    facts: Mapping[str, Any]
-    table: Mapping[str, Sequence[str]]
     title: str
-
-    @cached_property
-    def config(self) -> Config:
-        """The configuration of the run."""
-        return configuration.from_dict(dict(self.facts.get("config", {})))
 
     def column(self, name: str) -> Floats | None:
         """A column as numbers, shape (rows,); None if it is missing or empty."""
-        return numbers(self.table, name)
+        return numbers(self.result, name)
 
     @property
-    def rows(self) -> int:
-        """Number of readings."""
-        return len(next(iter(self.table.values()), ()))
+    def folder(self) -> Path:
+        """Where its files are."""
+        assert self.result.folder is not None
+        return self.result.folder
 
     @property
     def branch(self) -> list[str]:
         """Branch of each row."""
-        return [str(each) for each in branches(self.table)]
+        return [str(each) for each in branches(self.result)]
 
     @property
     def fields(self) -> Path:
@@ -72,32 +60,27 @@ class Run:
     @property
     def elements(self) -> int | None:
         """Number of the mesh's elements."""
-        found = self.facts.get("mesh", {}).get("elements")
-        return int(found) if found else None
+        return self.result.facts.mesh.elements or None
 
 
 def read(folder: Path) -> Run:
     """Read a run.
 
+    Args:
+        folder: of the run.
+
+    Returns:
+        The run, with its experiment's title.
+
     Raises:
-        ConfigError: one line, if its files are missing or of something else.
+        ResultFileError: one line, if its files are missing or of something else.
+        ConfigError: one line, if this version has no such experiment or configuration.
     """
-    facts = read_json(folder / "run.json")
-    name = str(facts.get("experiment"))
-    if name not in EXPERIMENTS:
-        allowed = ", ".join(EXPERIMENTS)
-        raise ConfigError(f"{folder / 'run.json'}: experiment {name}; allowed: {allowed}")
-    file = folder / "result.csv"
-    try:
-        with file.open(encoding="utf-8", newline="") as stream:
-            lines = [row for row in csv.reader(stream) if row]
-    except OSError as error:
-        raise ConfigError(f"{file}: {error.strerror}") from None
-    if len(lines) < 2:
-        raise ConfigError(f"{file}: no readings; allowed: a run that has some")
-    table = {name: [row[i] for row in lines[1:]] for i, name in enumerate(lines[0])}
-    experiment = EXPERIMENTS[name]
-    return Run(folder, experiment, facts, table, experiment.title)
+    result = Result.read(folder)
+    if not result.rows:
+        raise ResultFileError(f"{folder / TABLE}: no readings; allowed: a run that has some")
+    experiment = EXPERIMENTS[result.kind]
+    return Run(result, experiment, experiment.title)
 
 
 def titled(runs: Sequence[Run]) -> list[Run]:
@@ -111,13 +94,13 @@ def titled(runs: Sequence[Run]) -> list[Run]:
             own = run.folder.resolve()
             same = names.count(own.name) > 1
             title = f"{title}, {own.parent.name}/{own.name}" if same else f"{title}, {own.name}"
-        found.append(Run(run.folder, run.experiment, run.facts, run.table, title))
+        found.append(Run(run.result, run.experiment, title))
     return found
 
 
 def conditions(run: Run) -> str:
-    """What was simulated, in one line: specimen, material, mesh, loads."""
-    config, control = run.config, run.experiment.control
+    """One line on what was simulated: specimen, material, mesh, loads."""
+    config, control = run.result.config, run.experiment.control
     parts = []
     if "finger" in run.experiment.parts or run.experiment.name == "grasp":
         parts.append(f"{config.finger.kind} finger")
@@ -130,38 +113,38 @@ def conditions(run: Run) -> str:
     if values is not None:
         parts.append(f"{said(np.nanmin(values))} to {said(np.nanmax(values), control.symbol)}")
     if run.elements:
-        half = " of half the finger" if run.facts["mesh"].get("half") else ""
+        half = " of half the finger" if run.result.facts.mesh.half else ""
         parts.append(f"{run.elements:,} elements{half}".replace(",", " "))
     return " · ".join(parts)
 
 
 def source(run: Run) -> Source:
     """Where the run comes from, and how it is computed again."""
-    facts = run.facts
-    command = " ".join(shlex.quote(str(each)) for each in facts.get("command", ()))
+    facts = run.result.facts
+    command = " ".join(map(shlex.quote, facts.command))
     again = (
         f"dolfingrip {run.experiment.command} --config {shlex.quote(str(run.folder / 'run.json'))}"
     )
-    machine = facts.get("machine", {})
     lines = [
         ("command", f"dolfingrip {command}" if command else "from Python"),
-        ("time", said(facts.get("wall_s"), "s")),
-        ("processes", str(facts.get("ranks", "–"))),
-        ("system", str(machine.get("system", "–"))),
-        *((name, str(version)) for name, version in facts.get("versions", {}).items()),
+        ("time", said(facts.wall_s, "s")),
+        ("processes", str(facts.ranks or "–")),
+        ("system", str(facts.machine.get("system", "–"))),
+        *facts.versions.items(),
     ]
     return Source(
         run.title, str(run.folder), again, lines,
-        [("Resolved configuration", configuration.dumps(run.config))],
+        [("Resolved configuration", configuration.dumps(run.result.config))],
     )  # fmt: skip
 
 
 def over(run: Run) -> str:
-    """Column of the horizontal axis: that of the experiment's plot."""
-    name = run.experiment.plot.over.name
-    return name if run.column(name) is not None else PRESSURE.name
+    """Column of the horizontal axis of a run.
 
+    Args:
+        run: whose curves are drawn.
 
-def known(name: str) -> str:
-    """A column in words with its unit."""
-    return CHANNELS[name].label if name in CHANNELS else name
+    Returns:
+        That of the experiment's plot; the pressure if the result lacks it.
+    """
+    return chart.over(run.experiment, run.result).name

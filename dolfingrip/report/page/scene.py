@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import to_rgb
 
+from dolfingrip.charts.theme import colour_map
 from dolfingrip.report.page.content import plain
 from dolfingrip.report.page.packing import pack_indices, pack_numbers, quantised
 from dolfingrip.report.scene import View, split_at_creases
 from dolfingrip.report.skin import Skin
-from dolfingrip.report.theme import colour_map
 
 Floats = npt.NDArray[np.float64]
 

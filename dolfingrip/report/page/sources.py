@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
+from dolfingrip.report.page.contribution import FoundResult
+from dolfingrip.report.page.index import MARKS
 from dolfingrip.sections.errors import ConfigError
-
-MARKS: Final = {
-    "run": "run.json",
-    "optimise": "optimum.json",
-    "train": "surrogate.json",
-    "diagnose": "diagnosis.json",
-    "design": "design.json",
-    "study": "combinations.csv",
-    "doe": "campaign.sqlite",
-}
-"""The file by which each kind of result is known; of two, the first counts."""
 
 EXPLORED: Final = "explore"
 """Name of a folder that the explorer keeps its solutions in; they are no results of a page."""
@@ -28,25 +17,19 @@ DEEPEST: Final = 3
 """How many folders deep results are looked for: a demo's loop is two deep."""
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
-    """A folder with a result.
+def find(places: Sequence[Path]) -> list[FoundResult]:
+    """Find the results in these folders and below them.
 
-    Attributes:
-        kind: a key of :data:`MARKS`.
-    """
+    Args:
+        places: folders, or files in them.
 
-    kind: str
-    folder: Path
-
-
-def find(places: Sequence[Path]) -> list[Source]:
-    """The results in these folders and below them, in order, each once.
+    Returns:
+        The results in order, each once.
 
     Raises:
         ConfigError: one line that names a folder without results.
     """
-    found: dict[Path, Source] = {}
+    found: dict[Path, FoundResult] = {}
     for place in places:
         if not place.exists():
             raise ConfigError(f"RUN {place}: no such folder; allowed: a folder with results")
@@ -64,29 +47,12 @@ def kind_of(folder: Path) -> str | None:
     return next((kind for kind, mark in MARKS.items() if (folder / mark).is_file()), None)
 
 
-def _below(folder: Path, depth: int) -> Iterator[Source]:
+def _below(folder: Path, depth: int) -> Iterator[FoundResult]:
     kind = kind_of(folder)
     if kind is not None:
-        yield Source(kind, folder)
+        yield FoundResult(kind, folder)
         return
     if depth < DEEPEST:
         inside = (path for path in folder.iterdir() if path.is_dir() and path.name != EXPLORED)
         for each in sorted(inside):
             yield from _below(each, depth + 1)
-
-
-def read_json(file: Path) -> dict[str, Any]:
-    """The object in a JSON file.
-
-    Raises:
-        ConfigError: one line, if it cannot be read or holds no object.
-    """
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"{file}: {error.strerror}") from None
-    except ValueError as error:
-        raise ConfigError(f"{file}: not JSON: {error}") from None
-    if not isinstance(content, dict):
-        raise ConfigError(f"{file}: no JSON object; allowed: a file that dolfingrip wrote")
-    return content

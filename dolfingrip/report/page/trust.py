@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.report.columns import Columns, numbers, select_rows
+from dolfingrip.files.columns import Columns, numbers, select_rows
 from dolfingrip.report.page import elements
 from dolfingrip.report.page.content import Check, Verdict
 from dolfingrip.report.page.finger import Fields
@@ -19,7 +19,7 @@ from dolfingrip.report.page.runs import Run, over
 
 @dataclass(frozen=True, slots=True)
 class TrustPolicy:
-    """What passes.
+    """Limits of the checks.
 
     Attributes:
         mesh: largest difference to the finest mesh, by the finest's largest reading.
@@ -76,12 +76,12 @@ def _passes(good: bool) -> Verdict:
 
 
 def _ended(run: Run) -> Check:
-    failure = run.facts.get("failure")
-    complete = bool(run.facts.get("complete"))
-    sentence = failure["sentence"] if failure else "all steps converged"
+    failure = run.result.failure
+    complete = run.result.facts.complete
+    sentence = failure.sentence() if failure else "all steps converged"
     if not complete and not failure:
         sentence = "it has not come to its end"
-    value = f"{run.rows} readings"
+    value = f"{len(run.result)} readings"
     return Check(f"{run.title}: load path", value, "to its end", _passes(complete), sentence)
 
 
@@ -184,7 +184,7 @@ def finest(runs: Sequence[Run]) -> dict[int, int]:
 def _same_but_mesh(one: Run, other: Run) -> bool:
     if one.experiment.name != other.experiment.name:
         return False
-    first, second = (dict(run.facts.get("config", {})) for run in (one, other))
+    first, second = (dict(run.result.facts.config) for run in (one, other))
     for config in (first, second):
         config.pop("mesh", None)
         config.pop("solver", None)

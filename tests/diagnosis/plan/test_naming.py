@@ -22,10 +22,10 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.case import joined, planned_case
 from dolfingrip.diagnosis.plan.hiding import Hidden, Judge, Judged
 from dolfingrip.diagnosis.plan.naming import namings, share, threshold
-from dolfingrip.diagnosis.plan.outcome import Effect
 from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.files.plan import EffectOutlook
 
 SEED = 3
 DRAWS = 6
@@ -56,17 +56,17 @@ def planned(measurement: Measurement) -> Analysed[Any]:
 
 
 @pytest.fixture(scope="module")
-def found(planned: Analysed[Any]) -> dict[str, Effect]:
+def found(planned: Analysed[Any]) -> dict[str, EffectOutlook]:
     return by_name(namings(planned))
 
 
-def by_name(found: list[Effect]) -> dict[str, Effect]:
+def by_name(found: list[EffectOutlook]) -> dict[str, EffectOutlook]:
     return {each.effect: each for each in found}
 
 
 @pytest.mark.parametrize("name", ["mooney_rivlin", "permanent_set"])
 def test_it_takes_the_strength_that_is_told(
-    name: str, planned: Analysed[Any], found: dict[str, Effect]
+    name: str, planned: Analysed[Any], found: dict[str, EffectOutlook]
 ) -> None:
     """Named in most of noisy cases at 1.4 times the least strength, in few at 0.6 times.
 
@@ -94,7 +94,7 @@ def test_it_takes_the_strength_that_is_told(
 
 
 def test_twins_are_named_together_long_before_they_are_told_apart(
-    found: dict[str, Effect],
+    found: dict[str, EffectOutlook],
 ) -> None:
     one, other = found["yeoh"], found["print_anisotropy"]
     assert "print_anisotropy" in one.confused_with
@@ -105,7 +105,7 @@ def test_twins_are_named_together_long_before_they_are_told_apart(
 
 
 def test_one_loading_does_not_tell_viscosity_from_elasticity(
-    measurement: Measurement, found: dict[str, Effect]
+    measurement: Measurement, found: dict[str, EffectOutlook]
 ) -> None:
     """Some elastic law of the catalogue follows it; another rate or the way back tells."""
     assert found["prony"].share == 0.0
@@ -124,7 +124,7 @@ def test_one_loading_does_not_tell_viscosity_from_elasticity(
 
 
 def test_what_is_read_again_tells_more(
-    measurement: Measurement, planned: Analysed[Any], found: dict[str, Effect]
+    measurement: Measurement, planned: Analysed[Any], found: dict[str, EffectOutlook]
 ) -> None:
     """Twice the readings: at most √2 times the strength, as all else is shared."""
     twice = made(joined(measurement, measurement))

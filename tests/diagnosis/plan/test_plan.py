@@ -12,8 +12,8 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.noise import noise
-from dolfingrip.diagnosis.plan.outcome import Plan
 from dolfingrip.diagnosis.plan.plan import read_alike
+from dolfingrip.files.plan import PlanFile
 
 RIG = """experiment = "coupon"
 gauge_length_mm = 33.0
@@ -34,7 +34,7 @@ def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
                "--effects", "mooney_rivlin,ogden_terms,prony"]  # fmt: skip
     assert run_command("plan-experiment", *options) == 0
     said = capfd.readouterr().out
-    found = Plan.read(out / "plan.json")
+    found = PlanFile.read(out / "plan.json")
     effects = {each.effect: each for each in found.effects}
     assert effects["mooney_rivlin"].strength_sigma > 2 * effects["prony"].strength_sigma
     assert effects["mooney_rivlin"].named_from is not None
@@ -51,7 +51,7 @@ def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     # nothing is simulated: the same where nothing may be
     few = ["--with", "can_vary=[]"]
     assert run_command("plan-experiment", *options, *few, "--quick") == 0
-    again = Plan.read(out / "plan.json")
+    again = PlanFile.read(out / "plan.json")
     assert again.effects == found.effects
     assert again.additions == ()
 
@@ -62,7 +62,7 @@ def test_nothing_at_hand(tmp_path: Path) -> None:
     options = ["--workers", "1", "--out", str(tmp_path / "out"), "--effects", "force_gain",
                "--quick", "--with", 'can_vary=["orientation", "tip"]']  # fmt: skip
     assert run_command("plan-experiment", *options) == 0
-    found = Plan.read(tmp_path / "out" / "plan.json")
+    found = PlanFile.read(tmp_path / "out" / "plan.json")
     assert [each.kind for each in found.additions] == ["tip"]
     assert any("not at hand" in each and "tip up" in each for each in found.warnings)
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
-
-from dolfingrip.channels import PRESSURE
 
 
 class Columns(Protocol):
@@ -21,6 +20,20 @@ class Columns(Protocol):
     def __getitem__(self, key: str, /) -> Any: ...
 
     def __iter__(self) -> Iterator[Any]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class TextTable:
+    """Numbers as text: headings, rows, and a title."""
+
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+
+    def markdown(self) -> list[str]:
+        """Lines of the table in Markdown, without the title."""
+        lines = [self.headings, ["---"] * len(self.headings), *self.rows]
+        return [f"| {' | '.join(each)} |" for each in lines]
 
 
 def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
@@ -44,6 +57,13 @@ def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
 def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
     """One column as floats, as :func:`numbers` reads it; it must be there.
 
+    Args:
+        table: columns by name.
+        name: the column wanted.
+
+    Returns:
+        Shape (rows,), in the unit that the name carries; empty entries are NaN.
+
     Raises:
         ValueError: One line naming the missing column.
     """
@@ -54,18 +74,30 @@ def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
 
 
 def branches(table: Columns) -> npt.NDArray[np.str_]:
-    """The branch of each row (``loading``, ``unloading``, ``hold``), shape (rows,).
+    """The branch of each row.
 
-    Every row counts as ``loading`` if the table has no such column.
+    Args:
+        table: columns by name.
+
+    Returns:
+        Shape (rows,), of ``loading``, ``unloading``, ``hold`` and ``lift``. Every row counts as
+        ``loading`` if the table has no such column.
     """
     if "branch" not in table:
-        return np.array(["loading"] * len(list(table[PRESSURE.name])), dtype=np.str_)
+        rows = len(next((list(table[name]) for name in table), ()))
+        return np.array(["loading"] * rows, dtype=np.str_)
     names = [entry if isinstance(entry, str) and entry else "loading" for entry in table["branch"]]
     return np.array(names, dtype=np.str_)
 
 
 def read_csv(path: Path) -> dict[str, list[str]]:
     """The columns of a CSV file with one header line, as text.
+
+    Args:
+        path: file.
+
+    Returns:
+        Entries by the name of their column.
 
     Raises:
         ValueError: One line naming the file where it is empty.
@@ -79,7 +111,16 @@ def read_csv(path: Path) -> dict[str, list[str]]:
 
 
 def select_rows(table: Columns, column: str, wanted: str) -> Columns:
-    """The rows whose ``column`` is ``wanted``; all rows if the table has no such column."""
+    """The rows whose ``column`` is ``wanted``; all rows if the table has no such column.
+
+    Args:
+        table: columns by name.
+        column: name of the column that is compared.
+        wanted: its entry in the rows that are taken.
+
+    Returns:
+        Columns by name.
+    """
     if column not in table:
         return table
     keep = [i for i, entry in enumerate(table[column]) if entry == wanted]

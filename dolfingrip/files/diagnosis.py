@@ -3,44 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, computed_field
+from pydantic import Field, computed_field
 
-from dolfingrip.diagnosis.policy import ADDITIONS
-from dolfingrip.files import whole
+from dolfingrip.files.columns import TextTable
+from dolfingrip.files.result_file import Part, ResultFile
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-class Part(BaseModel):
-    """A part of what is written."""
+READINGS: Final = "readings.csv"
+"""Table with a row for each reading: channel, experiment, specimen, run, branch, pressure_kPa,
+displacement_mm, value, noise (one standard deviation), configured, before (nuisances fitted) and
+after (with the cause)."""
 
-    model_config = ConfigDict(extra="forbid", populate_by_name=True)
-
-
-class Outcome(Part):
-    """All that a command found out, as a file."""
-
-    def write(self, file: Path) -> None:
-        """Write it as JSON.
-
-        Args:
-            file: target.
-
-        Raises:
-            WriteError: one line.
-        """
-        whole.write(file, self.model_dump_json(indent=1, by_alias=True) + "\n")
-
-    @classmethod
-    def read(cls, file: Path) -> Self:
-        """Read a file that :meth:`write` wrote."""
-        return cls.model_validate_json(file.read_text(encoding="utf-8"))
-
-
-class _Told(Part):
-    """A part of which the file tells more than it is made of."""
-
-    model_config = ConfigDict(extra="ignore")
+ALONE: Final = 0.8
+"""Probability from which on an addition is expected to leave the true hypothesis alone."""
 
 
 class Verdict(Part):
@@ -76,7 +55,22 @@ class Brief(Part):
     use_it: str = Field(description="the command that uses the extended model")
 
 
-class Cause(Part):
+HEADINGS: Final = {
+    "result": "RESULT",
+    "size": "SIZE",
+    "fit": "FIT",
+    "check": "CHECK",
+    "not_explained": "NOT EXPLAINED",
+    "also_possible": "ALSO POSSIBLE",
+    "cannot_be_seen": "CANNOT BE SEEN HERE",
+    "assumed": "ASSUMED",
+    "do_next": "DO NEXT",
+    "use_it": "USE IT",
+}
+"""Headings of the lines, in their order."""
+
+
+class CauseProbability(Part):
     """One cause of the catalogue."""
 
     name: str
@@ -84,7 +78,7 @@ class Cause(Part):
     strength_sigma: float = Field(description="length of the fitted change, standard deviations")
 
 
-class Parameter(Part):
+class FittedNumber(Part):
     """A fitted number."""
 
     key: str = Field(description="of the configuration; modulus: factor of all moduli; strength "
@@ -99,22 +93,22 @@ class Parameter(Part):
         return f"{self.key} = {value} ({low} to {high})"
 
 
-class Fit(Part):
+class FittedHypothesis(Part):
     """A hypothesis that was fitted on the graded mesh with nuisances free."""
 
     effects: tuple[str, ...] = Field(description="none: base model and nuisances")
     log_evidence: float = Field(description="natural logarithm, relative to no effect")
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[FittedNumber, ...]
 
 
-class Noise(Part):
+class AssumedNoise(Part):
     """The noise that was taken."""
 
     std: dict[str, float] = Field(description="independent part, by column of a test")
     sentences: tuple[str, ...]
 
 
-class Gain(Part):
+class HeldOutError(Part):
     """Error on readings that were not used in the fit."""
 
     left_out: str = Field(description="what was left out in turn")
@@ -131,23 +125,23 @@ class Gain(Part):
     log_odds_nuisances: float | None = Field(
         None, description="ln of the odds for the cause, by all folds; null: not compared"
     )
-    log_odds_process: float | None = Field(None, description="likewise against the process")
+    log_odds_process: float | None = Field(None, description="ln of the odds against the process")
 
 
-class NextExperiment(_Told):
-    """What an addition would tell."""
+class NextExperiment(Part):
+    """Worth of an addition to the measurement."""
 
     name: str
     minutes: float
     gain: float = Field(description="expected increase of the log Bayes factor between the tied")
-    gain_per_minute: float = Field(description="the same up to what decides, by the minute")
+    gain_per_minute: float = Field(description="up to what decides, by the minute")
     chance: float = Field(ge=0, le=1, description="that the true one of them is left alone")
 
     @computed_field(description="whether it is expected to leave the true one alone")  # type: ignore[prop-decorator]
     @property
     def splits(self) -> bool:
-        """Whether the true one is expected to be left alone."""
-        return self.chance >= ADDITIONS.alone
+        """True where the true hypothesis is expected to be left alone."""
+        return self.chance >= ALONE
 
     @property
     def rank(self) -> tuple[bool, float]:
@@ -169,9 +163,16 @@ class DesignChange(Part):
     phi_before: float = Field(description="force over the original finger's, less 1")
     phi_after: float | None
 
+    def cells(self) -> list[str]:
+        """The design, its forces in N and φ as texts."""
+        place = ", ".join(f"{key} = {value:.3g}" for key, value in self.inputs.items())
+        force = "–" if self.force_after_N is None else f"{self.force_after_N:.3g}"
+        phi = "–" if self.phi_after is None else f"{self.phi_after:.1%}"
+        return [place, f"{self.force_before_N:.3g}", force, f"{self.phi_before:.1%}", phi]
 
-class Downstream(_Told):
-    """What the extended model changes about a campaign's best designs."""
+
+class Downstream(Part):
+    """Changes of a campaign's best designs by the extended model."""
 
     original_before_N: float = Field(description="force of the original finger")
     original_after_N: float
@@ -180,7 +181,7 @@ class Downstream(_Told):
     @computed_field(description="in words")  # type: ignore[prop-decorator]
     @property
     def sentence(self) -> str:
-        """What becomes of the campaign's optimum."""
+        """The fate of the campaign's optimum."""
         before, after = self.designs[0], max(self.designs, key=lambda d: d.force_after_N or 0.0)
         if before.phi_after is None or after.phi_after is None:
             return "the campaign's optimum could not be computed with the extended model"
@@ -191,8 +192,11 @@ class Downstream(_Told):
         return f"{change}; the best is now {place} with φ = {after.phi_after:.1%}"
 
 
-class DiagnosisFile(Outcome):
+class DiagnosisFile(ResultFile):
     """Contents of ``diagnosis.json``."""
+
+    FILE: ClassVar[str] = "diagnosis.json"
+    MADE_BY: ClassVar[str] = "dolfingrip diagnose"
 
     schema_version: Literal[2] = 2  # it rises if a key changes its meaning or goes
     version: str = Field(description="of dolfingrip")
@@ -201,16 +205,16 @@ class DiagnosisFile(Outcome):
     readings: int
     verdict: Verdict
     brief: Brief | None = Field(None, description="null: not written for this measurement yet")
-    causes: tuple[Cause, ...] = Field(description="the most probable first")
+    causes: tuple[CauseProbability, ...] = Field(description="the most probable first")
     none: float = Field(description="probability of no cause that can be seen")
     unknown: float = Field(description="probability of a cause that is not in the catalogue")
     screen: dict[str, float] = Field(description="log evidence of each effect alone, linear")
-    fits: tuple[Fit, ...]
+    fits: tuple[FittedHypothesis, ...]
     sentences: tuple[str, ...] = Field(description="where the simulation is off, in words")
-    noise: Noise
+    noise: AssumedNoise
     under_other_priors: dict[str, str] = Field(description="the answer under each")
     nuisances: dict[str, float] = Field(description="fitted, by their standard deviations")
-    gain: tuple[Gain, ...] = ()
+    gain: tuple[HeldOutError, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
     next_experiments: tuple[NextExperiment, ...] = ()
     downstream: Downstream | None = None
@@ -223,3 +227,57 @@ class DiagnosisFile(Outcome):
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )
+
+    def tables(self) -> list[TextTable]:
+        """List what was found as tables: fits, gain, next experiments, best designs."""
+        tables = []
+        if len(self.fits) > 1:
+            fits = sorted(self.fits, key=lambda each: -each.log_evidence)
+            rows = [
+                [" with ".join(each.effects) or "none", f"{each.log_evidence:.1f}",
+                 "; ".join(number.words() for number in each.parameters)]
+                for each in fits
+            ]  # fmt: skip
+            tables.append(TextTable(["effects", "ln evidence", "parameters (90 %)"], rows, "Fits"))
+        if self.gain:
+            rows = [
+                [f"{each.left_out} ({each.folds})", each.channel, f"{each.before:.3g}",
+                 f"{each.nuisances:.3g}", f"{each.process:.3g}",
+                 f"{each.cause:.3g} ({each.cause_low:.3g} to {each.cause_high:.3g})"]
+                for each in self.gain
+            ]  # fmt: skip
+            headings = ["left out", "reading", "as configured", "nuisances refitted", "process",
+                        "cause (90 %)"]  # fmt: skip
+            title = "Error on readings that were left out (root mean square)"
+            tables.append(TextTable(headings, rows, title))
+        if self.next_experiments:
+            rows = [
+                [
+                    each.name,
+                    f"{each.minutes:.0f}",
+                    f"{each.gain:+.1f}",
+                    "yes" if each.splits else "no",
+                ]
+                for each in self.next_experiments
+            ]
+            headings = ["experiment", "minutes", "expected ln Bayes factor", "tells all apart"]
+            tables.append(TextTable(headings, rows, "Next experiment"))
+        if self.downstream is not None:
+            rows = [each.cells() for each in self.downstream.designs]
+            headings = ["design", "force before (N)", "after", "φ before", "after"]
+            tables.append(TextTable(headings, rows, "Best designs of the campaign"))
+        return tables
+
+    @staticmethod
+    def readings_in(folder: Path) -> pd.DataFrame | None:
+        """Read the table of readings beside it.
+
+        Args:
+            folder: of the diagnosis.
+
+        Returns:
+            The columns of :data:`READINGS`; None if there is no such table.
+        """
+        import pandas as pd
+
+        return pd.read_csv(folder / READINGS) if (folder / READINGS).is_file() else None

@@ -1,0 +1,137 @@
+"""How a control moved in a test: ramps up and down, and waits, as its rows tell.
+
+Laboratories name their rows in many ways: a regulator that steps and waits has rows called "hold",
+"loading" or nothing. What a test did to the specimen stands in the control and the time alone, so
+these decide, and the same rows lead to the same simulations whatever they are called.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb, sqrt
+
+import numpy as np
+
+from dolfingrip.diagnosis.policy import DATA, ROUTES
+
+_NORMAL = 1.4826
+"""Standard deviation of a normal distribution by its median absolute deviation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """The motion of a control along the rows of one test.
+
+    Attributes:
+        branch: (n,) ``loading``, ``unloading`` or ``hold``, of each row.
+        cycle: (n,) number of the cycle, from 1 on: each begins where the control rises after it
+            fell.
+        leg: (n,) number of the ramp or wait that each row belongs to, from 0 on.
+    """
+
+    branch: np.ndarray
+    cycle: np.ndarray
+    leg: np.ndarray
+
+
+def smallest_change(value: np.ndarray, sigma: float) -> float:
+    """Return the change of a control that is none of its gauge's noise.
+
+    Args:
+        value: (n,) control of each row (kPa or mm).
+        sigma: standard deviation of the gauge as told, in the same unit; 0 where none is told.
+    """
+    size = max(float(np.abs(value).max()), 1e-12)
+    order = DATA.differences
+    if len(value) >= DATA.dense:  # noise that nobody told shows in dense rows
+        steps = np.abs(np.diff(value, order)) / sqrt(comb(2 * order, order))
+        sigma = max(sigma, min(_NORMAL * float(np.median(steps)), ROUTES.noisiest * size))
+    return max(ROUTES.jump * size, ROUTES.certain * sigma)
+
+
+def motion(value: np.ndarray, time_s: np.ndarray, sigma: float) -> Motion:
+    """Find ramps and waits in the rows of one test, or of one cycle of it.
+
+    A row rests where it and its neighbours stay within the smallest change for longer than a ramp
+    takes to come back to where it turned by such a change. The others move in the direction between
+    two turns of the control.
+
+    Args:
+        value: (n,) control of each row (kPa or mm), in the order in which they were read.
+        time_s: (n,) time of each row, rising.
+        sigma: standard deviation of the control's gauge; 0 where none is told.
+    """
+    change = smallest_change(value, sigma)
+    rests = _resting(value, time_s, change)
+    up = _rising(value, change)
+    branch = np.where(rests, "hold", np.where(up, "loading", "unloading")).astype(object)
+    jumped = np.concatenate([[False], np.abs(np.diff(value)) > change])
+    new = np.concatenate([[False], branch[1:] != branch[:-1]]) | (rests & jumped)
+    leg = np.cumsum(new)
+    cycles, fell = [1], False
+    for name in branch[np.flatnonzero(np.diff(leg, prepend=-1))]:
+        cycles.append(cycles[-1] + (name == "loading" and fell))
+        fell = name == "unloading" or (fell and name == "hold")
+    return Motion(branch, np.array(cycles[1:])[leg], leg)
+
+
+def _groups(value: np.ndarray, change: float) -> list[slice]:
+    """Successive rows, as many as stay within a change of one another."""
+    found, first = [], 0
+    low = high = value[0]
+    for i, each in enumerate(value):
+        low, high = min(low, each), max(high, each)
+        if high - low > change:
+            found.append(slice(first, i))
+            first, low, high = i, each, each
+    return [*found, slice(first, len(value))]
+
+
+def _resting(value: np.ndarray, time_s: np.ndarray, change: float) -> np.ndarray:
+    """(n,) Rows that belong to a wait."""
+    groups = _groups(value, change)
+    means = np.array([value[group].mean() for group in groups])
+    middle_s = np.array([time_s[group].mean() for group in groups])
+    apart, later_s = np.abs(np.diff(means)), np.diff(middle_s)
+    moving = (apart >= change / 2) & (later_s > 0)
+    rate = float(np.median(apart[moving] / later_s[moving])) if moving.any() else np.inf
+    waits = []
+    for group in groups:
+        lasts_s = float(np.ptp(time_s[group]))
+        if not lasts_s > 0:  # or where nobody told times
+            waits.append(False)
+            continue
+        slope = np.polynomial.Polynomial.fit(time_s[group], value[group], 1).deriv()(0.0)
+        waits.append(
+            bool(abs(slope) * lasts_s <= change / 2 and lasts_s * rate >= ROUTES.waits * change)
+        )
+    rests = np.zeros(len(value), dtype=bool)
+    for group, mean in (
+        (g, m) for g, m, waited in zip(groups, means, waits, strict=True) if waited
+    ):
+        near = np.abs(value - mean) <= change / 2
+        first, last = group.start, group.stop
+        while first > 0 and near[first - 1]:
+            first -= 1
+        while last < len(value) and near[last]:
+            last += 1
+        rests[first:last] = True
+    # what a ramp leads to is its last row
+    starts = np.flatnonzero(rests[1:] & (~rests[:-1] | (np.abs(np.diff(value)) > change))) + 1
+    rests[starts] = False
+    return rests
+
+
+def _rising(value: np.ndarray, change: float) -> np.ndarray:
+    """(n,) Whether the control last moved upwards; a turn is a way back by more than a change."""
+    up = np.zeros(len(value), dtype=bool)
+    start, rises = 0, bool(value[0] >= -change)
+    extreme, at = value[0], 0
+    for i, each in enumerate(value):
+        if (each >= extreme) == rises:
+            extreme, at = each, i
+        elif abs(each - extreme) > change:
+            up[start : at + 1] = rises
+            start, rises, extreme, at = at + 1, not rises, each, i
+    up[start:] = rises
+    return up

@@ -1,0 +1,107 @@
+"""The readings of an experiment, row by row, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.files.run import GraspOutcome, PlatePose, RunFailure, TurningPoint
+from dolfingrip.mechanics.path.failure import Failure
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Row = dict[str, Any]
+"""Readings of one stop, by column."""
+
+
+@dataclass(slots=True, repr=False)
+class Readings:
+    """A table of readings with a row for each stop.
+
+    Attributes:
+        kind: the experiment's name.
+        config: configuration of the run.
+        rows: a dictionary by column for each stop.
+        failure: why the path ended early, if it did; the rows up to there are valid.
+        turning_point: turning point of the blocked-force curve, if it has one.
+        plate: where the force sensor stood, if there was one.
+        outcome: outcome of a grasp.
+    """
+
+    kind: str
+    config: Config
+    rows: list[Row] = field(default_factory=list)
+    failure: Failure | RunFailure | None = None
+    turning_point: TurningPoint | None = None
+    plate: PlatePose | None = None
+    outcome: GraspOutcome | None = None
+
+    def __len__(self) -> int:
+        """The number of readings."""
+        return len(self.rows)
+
+    def __bool__(self) -> bool:
+        """A result is one even if it has no readings."""
+        return True
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of its columns."""
+        return iter(self.columns())
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether it has a column of this name."""
+        return any(name in row for row in self.rows)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The values of a column.
+
+        Args:
+            name: of the column, such as ``angle_deg``.
+
+        Returns:
+            Shape (rows,): floats, NaN where it is empty; texts of a column of texts.
+
+        Raises:
+            ConfigError: one line with the columns there are, if no row has this one.
+        """
+        columns = self.columns()
+        if self.rows and name not in columns:
+            raise ConfigError(
+                f"column {name}: not in a result of {self.kind}; allowed: {', '.join(columns)}"
+            )
+        values = columns.get(name, [])
+        texts = any(isinstance(value, str) for value in values)
+        return np.array(values, dtype=np.str_ if texts else float)
+
+    def column(self, name: str) -> np.ndarray:
+        """The values of a column of numbers.
+
+        Args:
+            name: of the column, such as ``angle_deg``.
+
+        Returns:
+            Shape (rows,), NaN where it is empty.
+
+        Raises:
+            ConfigError: one line with the columns there are, if no row has this one.
+        """
+        found = self[name]
+        if found.dtype.kind == "U":
+            raise ConfigError(f"column {name}: of texts; allowed: a column of numbers")
+        return found
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The table by column."""
+        names = dict.fromkeys(name for row in self.rows for name in row)
+        return {name: [row.get(name) for row in self.rows] for name in names}
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The table as a data frame of pandas; each column's name ends in its unit."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())

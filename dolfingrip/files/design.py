@@ -1,0 +1,91 @@
+"""``design.json``: the design that a descent or a search found."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from dolfingrip.files.result_file import Part, ResultFile
+
+
+class DesignConstraint(Part):
+    """A limit of the design."""
+
+    of: str = Field(description="quantity, with its unit in the name")
+    sense: Literal["at most", "at least"]
+    limit: float
+    start: float | None = None
+    value: float
+    kept: bool
+
+
+class DesignParameter(Part):
+    """A parameter of the design."""
+
+    start: float
+    value: float
+    low: float
+    high: float
+
+
+class ConditionObjective(Part):
+    """The objective under one condition."""
+
+    condition: str
+    start: float
+    objective: float
+
+
+class RefinedDesign(Part):
+    """Start and design on a finer mesh."""
+
+    objective: float | None = Field(None, description="null: it was not solved")
+    start: float | None = None
+    gain: float | None = None
+    constraints: dict[str, tuple[float, ...]] = Field({}, description="at start and design")
+    failure: str = ""
+    simulations: int = 0
+
+
+class DesignStart(Part):
+    """A descent from one of several starts."""
+
+    ending: str
+    start: float | None = None
+    objective: float | None = Field(None, description="null: it has no design")
+    simulations: int = 0
+    as_good: bool = False
+
+
+class DesignFile(ResultFile):
+    """Contents of ``design.json``."""
+
+    FILE: ClassVar[str] = "design.json"
+    MADE_BY: ClassVar[str] = "dolfingrip design"
+
+    schema_version: Literal[1] = 1
+    of: str = Field(description="what is improved, in words: minimise or maximise …")
+    objective: float = Field(description="of the design, in the unit of its name")
+    start: float = Field(description="of the start")
+    gain: float | None = Field(None, description="null: the start's is nothing")
+    constraints: tuple[DesignConstraint, ...] = ()
+    simulations: int = Field(description="load paths")
+    designs: int = 0
+    failed_designs: int = 0
+    ending: str = Field(description="why it ended")
+    wall_s: float | None = None
+    simulations_s: float | None = None
+    conditions: tuple[str, ...] = ()
+    by_condition: tuple[ConditionObjective, ...] = ()
+    parameters: dict[str, DesignParameter]
+    refined: RefinedDesign | None = None
+    starts: tuple[DesignStart, ...] = ()
+    differ: dict[str, tuple[float, float]] | None = Field(
+        None, description="range of what differs between the best designs of several starts"
+    )
+
+    @property
+    def quantity(self) -> str:
+        """Name of what is improved, with its unit."""
+        return [*self.of.split(), "", ""][1]

@@ -1,0 +1,73 @@
+"""``plan.json``: what a rig could find out, in a versioned schema."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from dolfingrip import __version__
+from dolfingrip.files.result_file import Part, ResultFile
+
+
+class EffectOutlook(Part):
+    """Outlook of one effect at a rig."""
+
+    effect: str
+    ordinary: str = Field("", description="its parameters at the ordinary strength")
+    strength_sigma: float = Field(
+        0.0, description="length of its change at its ordinary strength, nuisances fitted"
+    )
+    named_from: float | None = Field(
+        None, description="strength, by the ordinary one, from which on it is rather named alone "
+        "than not; null: none that occurs",
+    )  # fmt: skip
+    named_from_sigma: float | None = Field(None, description="that strength in standard deviations")
+    class_from: float | None = Field(
+        None, description="strength from which on a set of effects that has it is named"
+    )
+    share: float = Field(0.0, description="probability that a strength from its prior is named")
+    class_share: float = Field(0.0, description="that a set that has it is")
+    confused_with: tuple[str, ...] = Field(
+        (), description="effects that are as probable as it about the ordinary strength, or nearly"
+    )
+    sure: int | None = Field(
+        None, exclude=True, description="place among the strengths from which on all draws are "
+        "named alone; not written",
+    )  # fmt: skip
+
+    @property
+    def at_ordinary(self) -> bool:
+        """True if it is named at its ordinary strength."""
+        return self.named_from is not None and self.named_from <= 1.0
+
+
+class AdditionWorth(Part):
+    """Worth of an addition to a rig."""
+
+    name: str
+    kind: str = Field(description="as in can_vary")
+    minutes: float = Field(description="set-up included, a guess")
+    share: float = Field(description="part of the effects that is named with it")
+    gain_per_minute: float = Field(description="by how much that rises, by the minute")
+    lifts: tuple[str, ...] = Field(
+        description="effects that are named at their ordinary strength, thanks to it"
+    )
+
+
+class PlanFile(ResultFile):
+    """Contents of ``plan.json``."""
+
+    FILE: ClassVar[str] = "plan.json"
+    MADE_BY: ClassVar[str] = "dolfingrip plan-experiment"
+
+    schema_version: Literal[1] = 1
+    version: str = Field(__version__, description="of dolfingrip")
+    experiments: tuple[str, ...]
+    readings: int
+    minutes: float = Field(description="that the protocol takes, without setting up")
+    share: float = Field(description="part of the effects named, strengths from their priors")
+    class_share: float = Field(description="part of the effects whose class is named")
+    effects: tuple[EffectOutlook, ...] = Field(description="the strongest first")
+    additions: tuple[AdditionWorth, ...] = Field(description="the best per minute first")
+    warnings: tuple[str, ...] = ()

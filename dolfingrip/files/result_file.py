@@ -1,0 +1,107 @@
+"""Result files: JSON of a declared content, with a version.
+
+A result file is one class in a file of this package. Its maker calls :meth:`ResultFile.write`;
+reports, the explorer and users call :meth:`ResultFile.read`.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, ClassVar, Self, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from dolfingrip.files import whole
+
+
+class ResultFileError(ValueError):
+    """One line about a file of results that cannot be read."""
+
+
+class Part(BaseModel):
+    """A part of a result file; keys that it does not know are left out when it is read."""
+
+    model_config = ConfigDict(extra="ignore", populate_by_name=True, frozen=True)
+
+
+class ResultFile(Part):
+    """A file of results in its folder.
+
+    A subclass has ``schema_version``, which rises if a key changes its meaning or goes.
+
+    Attributes:
+        FILE: its name.
+        MADE_BY: command that makes it, for messages.
+    """
+
+    FILE: ClassVar[str]
+    MADE_BY: ClassVar[str]
+
+    @classmethod
+    def is_in(cls, folder: Path) -> bool:
+        """Tell whether a folder has this file.
+
+        Args:
+            folder: that is looked into.
+        """
+        return (folder / cls.FILE).is_file()
+
+    @classmethod
+    def read(cls, folder: Path | str) -> Self:
+        """Read the file.
+
+        Args:
+            folder: folder that has it, or the file itself.
+
+        Returns:
+            Its content.
+
+        Raises:
+            ResultFileError: one line, if there is none, or one that another version wrote, or its
+                content is not that of such a file.
+        """
+        file = Path(folder)
+        file = file if file.suffix == ".json" else file / cls.FILE
+        try:
+            content = json.loads(file.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ResultFileError(f"{file}: {error.strerror}") from None
+        except ValueError as error:
+            raise ResultFileError(f"{file}: not JSON: {error}") from None
+        if not isinstance(content, dict):
+            raise ResultFileError(f"{file}: no JSON object; allowed: a file that dolfingrip wrote")
+        (known,) = get_args(cls.model_fields["schema_version"].annotation)
+        version = content.setdefault("schema_version", 1)
+        if version != known:
+            raise ResultFileError(
+                f"{file}: schema_version = {version}; allowed: {known}; "
+                f"{cls.MADE_BY} of this version writes it"
+            )
+        try:
+            return cls.model_validate(content)
+        except ValidationError as error:
+            first = error.errors()[0]
+            key = ".".join(map(str, first["loc"]))
+            raise ResultFileError(f"{file}: {key}: {first['msg']}") from None
+
+    def write(self, folder: Path | str) -> Path:
+        """Write the file; one that is there is replaced.
+
+        Args:
+            folder: where it is written.
+
+        Returns:
+            The file.
+
+        Raises:
+            WriteError: one line.
+        """
+        file = Path(folder) / self.FILE
+        whole.write(file, self.model_dump_json(indent=1, by_alias=True) + "\n")
+        return file
+
+    def plain(self) -> dict[str, Any]:
+        """The content as the file has it."""
+        found: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
+        return found

@@ -1,0 +1,100 @@
+"""``surrogate.json`` and the tables beside it: what a surrogate learnt, and how well."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from pydantic import ConfigDict, Field
+
+from dolfingrip.files.columns import read_csv
+from dolfingrip.files.result_file import Part, ResultFile
+
+CURVE, DESIGNS = "learning_curve.csv", "designs.csv"
+PREFIX = "surrogate."
+"""Begins the name of a column with the surrogate's outputs."""
+
+
+class OutputError(Part):
+    """Root mean square errors of an output, in its unit."""
+
+    training: float | None = None
+    test: float | None = Field(None, description="on designs that were held out")
+
+
+class LearntDesign(Part):
+    """A design that the surrogate learnt from or was tested on."""
+
+    inputs: dict[str, float]
+    outputs: dict[str, float]
+    predicted: dict[str, float]
+
+
+class SurrogateFile(ResultFile):
+    """Contents of ``surrogate.json``."""
+
+    model_config = ConfigDict(extra="allow")
+
+    FILE: ClassVar[str] = "surrogate.json"
+    MADE_BY: ClassVar[str] = "dolfingrip train"
+
+    schema_version: Literal[1] = 1
+    inputs: dict[str, tuple[float, float]] = Field(description="range of each")
+    outputs: dict[str, tuple[float, float]] = Field(description="range of each")
+    rms_error: dict[str, OutputError] = Field({}, description="by output")
+    campaign: dict[str, Any] | None = Field(None, description="what all designs share")
+    failed_designs: int = 0
+    versions: dict[str, str] = Field({}, description="of the software")
+
+    @property
+    def base(self) -> dict[str, Any] | None:
+        """Configuration that a design's inputs are set in; None if it is not known."""
+        return (self.campaign or {}).get("base")
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Root mean square error of each output on designs that were held out, in its unit."""
+        return {name: e.test for name, e in self.rms_error.items() if e.test is not None}
+
+    @staticmethod
+    def learning_curve(folder: Path) -> dict[str, list[float]]:
+        """Read how the errors fell.
+
+        Args:
+            folder: of the surrogate.
+
+        Returns:
+            ``epoch``, ``training_mse`` and ``test_mse`` of the normalised outputs; nothing if
+            there is no such table.
+        """
+        if not (folder / CURVE).is_file():
+            return {}
+        table = read_csv(folder / CURVE)
+        return {name: [float(entry) for entry in entries] for name, entries in table.items()}
+
+    def designs(self, folder: Path) -> list[LearntDesign]:
+        """Read the designs that it learnt from or was tested on.
+
+        Args:
+            folder: of the surrogate.
+
+        Returns:
+            They; none if there is no such table.
+        """
+        if not (folder / DESIGNS).is_file():
+            return []
+        with (folder / DESIGNS).open(encoding="utf-8", newline="") as stream:
+            rows = list(csv.DictReader(stream))
+
+        def some(row: dict[str, str], names: Any, prefix: str = "") -> dict[str, float]:
+            return {n: float(row[prefix + n]) for n in names if row.get(prefix + n)}
+
+        return [
+            LearntDesign(
+                inputs=some(row, self.inputs),
+                outputs=some(row, self.outputs),
+                predicted=some(row, self.outputs, PREFIX),
+            )
+            for row in rows
+        ]

@@ -1,0 +1,96 @@
+"""A diagnosis on a page: the ten lines, causes, charts, tables and what stays unexplained."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
+from dolfingrip.report.diagnosis import overlays, panels, probabilities, residuals
+from dolfingrip.report.page.content import (
+    DiagnosisPart,
+    KeyNumber,
+    Page,
+    Source,
+    Verdict,
+)
+from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.numbers import said
+
+LEAST_SHARE: Final = 0.005
+"""Probability below which a cause has no bar."""
+
+BAND_STD: Final = 2.0
+"""Half width of a reading's noise, in standard deviations."""
+
+BY_CHANCE: Final = 0.046
+"""Share of readings that noise alone puts outside two standard deviations."""
+
+VERDICTS: Final[dict[str, tuple[Verdict, str]]] = {
+    "cause": ("fail", ""), "unknown": ("open", "unknown cause"), "none": ("pass", "no cause"),
+}  # fmt: skip
+"""How each answer is shown, and in which words if it names nothing."""
+
+
+class Diagnosed(Contribution):
+    """Part of the page on what a simulation gets wrong, and why."""
+
+    marks: ClassVar = {"diagnose": DiagnosisFile.FILE}
+    titles: ClassVar = {"diagnose": "diagnosis"}
+    place = 30
+
+    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
+        for each in found:
+            given.say(f"reading {each.folder}")
+            content = DiagnosisFile.read(each.folder)
+            page.diagnoses.append(_part(content, DiagnosisFile.readings_in(each.folder)))
+            page.sources.append(_source(each.folder, content))
+            kind, words = VERDICTS[content.verdict.answer]
+            value = words or " or ".join(content.verdict.effects).replace("_", " ")
+            sure = f"probability {said(content.verdict.probability)}"
+            page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
+        return self.named(found)
+
+
+def _source(folder: Path, content: DiagnosisFile) -> Source:
+    again = f"dolfingrip diagnose {' '.join(content.data)}" if content.data else ""
+    extended = folder / "extended.toml"
+    files = []
+    if extended.is_file():
+        files.append(("Extended configuration", extended.read_text(encoding="utf-8")))
+    return Source("Diagnosis", str(folder), again, [("dolfingrip", content.version)], files)
+
+
+def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPart:
+    lines = [("", content.verdict.sentence), *(("", each) for each in content.sentences)]
+    if content.brief is not None:
+        lines = [(heading, getattr(content.brief, key)) for key, heading in HEADINGS.items()]
+    charts = []
+    if readings is not None and len(readings):
+        charts = [*overlays(content, readings), *residuals(content, readings)]
+    bars = probabilities(content, LEAST_SHARE)
+    unexplained = _unexplained(content, readings)
+    return DiagnosisPart("Diagnosis", lines, bars, charts, content.tables(), unexplained)
+
+
+def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[str]:
+    """Sentences on what stays unexplained, and where."""
+    share = f"{100 * content.verdict.unexplained:.2g} %"
+    told = share if content.brief is None else content.brief.not_explained
+    lines = [f"Of what the model misses: {told}"]
+    lines += [*content.not_reached, *content.suspicions, *content.warnings]
+    for panel in panels(readings) if readings is not None and len(readings) else ():
+        part, along = panel.part, panel.over
+        off = np.abs(part["value"] - part["after"]) > BAND_STD * part["noise"]
+        if off.mean() > BY_CHANCE and off.sum() > 1:
+            where = part.loc[off, along.name]
+            lines.append(
+                f"{panel.title}, {panel.channel.title.lower()}: {100 * off.mean():.0f} % of the "
+                f"readings lie outside two standard deviations, from "
+                f"{said(float(where.min()))} to {said(float(where.max()), along.symbol)}"
+            )
+    return lines

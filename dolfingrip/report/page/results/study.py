@@ -1,0 +1,39 @@
+"""A study of the optimiser's hyperparameters on a page: the best rates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from dolfingrip.files.columns import TextTable, read_csv
+from dolfingrip.report.page.content import Page, Source
+from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.numbers import said
+
+MOST = 20
+"""Rows of the table."""
+
+
+class Study(Contribution):
+    """How the optimiser's choice scatters."""
+
+    marks: ClassVar = {"study": "combinations.csv"}
+    titles: ClassVar = {"study": "study of the optimiser"}
+    place = 60
+
+    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
+        for each in found:
+            best = each.folder / "best.csv"
+            table = read_csv(best if best.is_file() else each.folder / self.marks["study"])
+            rows = [[_cell(text) for text in row] for row in zip(*table.values(), strict=True)]
+            title = "How the optimiser's choice scatters"
+            page.tables.append(TextTable(list(table), rows[:MOST], title))
+            page.sources.append(Source("Study of the optimiser", str(each.folder), ""))
+        return self.named(found)
+
+
+def _cell(text: str) -> str:
+    try:
+        return said(float(text))
+    except ValueError:
+        return text

@@ -1,0 +1,27 @@
+"""A tally of printed fingers on a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from dolfingrip.charts.chart import Axis, Chart, Series
+from dolfingrip.files.tally_file import TallyFile
+from dolfingrip.report.page.content import KeyNumber, Page
+from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+
+
+class Tally(Contribution):
+    """The chart of printed fingers, and their number."""
+
+    marks: ClassVar = {"tally": TallyFile.FILE}
+    titles: ClassVar = {"tally": "tally"}
+    place = 90
+
+    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
+        for each in found:
+            tally = TallyFile.read(each.folder)
+            series = Series("printed", tally.days, tally.printed)
+            page.charts.append(Chart("Printed fingers", Axis("Day"), Axis("Fingers"), [series]))
+            page.numbers.append(KeyNumber("Printed", f"{sum(tally.printed)} fingers"))
+        return self.named(found)

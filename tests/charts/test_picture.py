@@ -1,0 +1,37 @@
+"""Bars as Matplotlib draws them: their places, texts, and kinds of which there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from dolfingrip.charts.chart import Axis, Chart, Series
+from dolfingrip.charts.picture import draw
+
+NAMES = Axis("", names=["first", "second"])
+
+
+def test_a_kind_without_bars_stands_in_the_key() -> None:
+    bars = [
+        Series("none of these", [], [], "bar", colour="green"),
+        Series("these", [0.2, 0.7], [0, 1], "bar", colour="grey", said=["0.20", "0.70"]),
+    ]
+    axes = Figure().subplots()
+    draw(Chart("", Axis("Probability"), NAMES, bars), axes)
+    assert axes.get_legend_handles_labels()[1] == ["none of these", "these"]
+    assert [bar.get_width() for each in axes.containers for bar in each] == [0.2, 0.7]
+    assert [text.get_text() for text in axes.texts] == ["0.20", "0.70"]
+    assert axes.get_yticklabels()[0].get_text() == "first"
+
+
+def test_bars_of_one_place_share_it() -> None:
+    bars = [
+        Series(name, np.array([1.0, 2.0]), np.array([0, 1]), "bar", low=[0.5, 1.5], high=[1.5, 2.5])
+        for name in ("before", "after")
+    ]
+    axes = Figure().subplots()
+    draw(Chart("", Axis("Error"), NAMES, bars), axes)
+    (first, _), (second, _) = ([bar.get_y() for bar in each] for each in axes.containers)
+    height = axes.containers[0][0].get_height()
+    assert second - first == height
+    assert 0.7 < 2 * height < 1.0
