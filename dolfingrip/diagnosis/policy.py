@@ -66,6 +66,7 @@ class RoutePolicy:
             control, at most.
         waits: a wait lasts longer than a ramp takes for so many of the smallest changes: one that
             turns takes two of them.
+        rests: standard deviations of the gauge that a row of a wait may be off it.
         certain: standard deviations of the gauge that are a change for certain.
         alike: difference of the ends of two tests' ramps, by the largest value, up to which one
             simulation serves both.
@@ -89,6 +90,7 @@ class RoutePolicy:
     jump: float = 0.02
     noisiest: float = 0.005
     waits: float = 3.0
+    rests: float = 3.5
     certain: float = 5.0
     alike: float = 0.03
     alike_in_time: float = 0.1

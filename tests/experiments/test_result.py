@@ -13,7 +13,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments import Result, run
 from dolfingrip.files.result_file import ResultFileError
 
-COUPON = ("coupon.max_strain=0.2", "coupon.step_strain=0.05")
+COUPON = {"coupon.max_strain": 0.2, "coupon.step_strain": 0.05}
 PARAMETER = "material.mu_MPa"
 
 

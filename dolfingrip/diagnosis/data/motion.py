@@ -41,12 +41,20 @@ def smallest_change(value: np.ndarray, sigma: float) -> float:
         value: (n,) control of each row (kPa or mm).
         sigma: standard deviation of the gauge as told, in the same unit; 0 where none is told.
     """
-    size = max(float(np.abs(value).max()), 1e-12)
+    return max(ROUTES.jump * _size(value), ROUTES.certain * _noise(value, sigma))
+
+
+def _size(value: np.ndarray) -> float:
+    return max(float(np.abs(value).max()), 1e-12)
+
+
+def _noise(value: np.ndarray, sigma: float) -> float:
+    """Standard deviation of the gauge as told, or as dense rows show where that is more."""
     order = DATA.differences
-    if len(value) >= DATA.dense:  # noise that nobody told shows in dense rows
-        steps = np.abs(np.diff(value, order)) / sqrt(comb(2 * order, order))
-        sigma = max(sigma, min(_NORMAL * float(np.median(steps)), ROUTES.noisiest * size))
-    return max(ROUTES.jump * size, ROUTES.certain * sigma)
+    if len(value) < DATA.dense:
+        return sigma
+    steps = np.abs(np.diff(value, order)) / sqrt(comb(2 * order, order))
+    return max(sigma, min(_NORMAL * float(np.median(steps)), ROUTES.noisiest * _size(value)))
 
 
 def motion(value: np.ndarray, time_s: np.ndarray, sigma: float) -> Motion:
@@ -62,7 +70,8 @@ def motion(value: np.ndarray, time_s: np.ndarray, sigma: float) -> Motion:
         sigma: standard deviation of the control's gauge; 0 where none is told.
     """
     change = smallest_change(value, sigma)
-    rests = _resting(value, time_s, change)
+    within = max(ROUTES.closest * _size(value), ROUTES.rests * _noise(value, sigma))
+    rests = _resting(value, time_s, change, within)
     up = _rising(value, change)
     branch = np.where(rests, "hold", np.where(up, "loading", "unloading")).astype(object)
     jumped = np.concatenate([[False], np.abs(np.diff(value)) > change])
@@ -87,8 +96,8 @@ def _groups(value: np.ndarray, change: float) -> list[slice]:
     return [*found, slice(first, len(value))]
 
 
-def _resting(value: np.ndarray, time_s: np.ndarray, change: float) -> np.ndarray:
-    """(n,) Rows that belong to a wait."""
+def _resting(value: np.ndarray, time_s: np.ndarray, change: float, within: float) -> np.ndarray:
+    """(n,) Rows that belong to a wait, of which each is ``within`` of the others' middle."""
     groups = _groups(value, change)
     means = np.array([value[group].mean() for group in groups])
     middle_s = np.array([time_s[group].mean() for group in groups])
@@ -106,11 +115,12 @@ def _resting(value: np.ndarray, time_s: np.ndarray, change: float) -> np.ndarray
             bool(abs(slope) * lasts_s <= change / 2 and lasts_s * rate >= ROUTES.waits * change)
         )
     rests = np.zeros(len(value), dtype=bool)
-    for group, mean in (
-        (g, m) for g, m, waited in zip(groups, means, waits, strict=True) if waited
-    ):
-        near = np.abs(value - mean) <= change / 2
-        first, last = group.start, group.stop
+    for group in (group for group, waited in zip(groups, waits, strict=True) if waited):
+        # the first and last rows of a group may be a ramp's
+        off = np.abs(value - np.median(value[group]))
+        near = off <= max(within, float(off[group].min()))
+        inside = np.flatnonzero(near[group]) + group.start
+        first, last = int(inside[0]), int(inside[-1]) + 1
         while first > 0 and near[first - 1]:
             first -= 1
         while last < len(value) and near[last]:

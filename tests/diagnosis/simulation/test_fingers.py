@@ -106,7 +106,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slope(GAP))
     np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.slope("finger.wall_mm"))
     ends = [
-        one(measurement, store, f"extensions.pressure_gain.gain={gain}") for gain in (1.005, 0.995)
+        one(measurement, store, {"extensions.pressure_gain.gain": gain}) for gain in (1.005, 0.995)
     ]
     expected = 1.5 * (ends[0].readings - ends[1].readings)
     np.testing.assert_allclose(columns["pressure_gain"], expected, atol=2e-3)
