@@ -60,6 +60,6 @@ def test_without_times_nothing_waits() -> None:
 
 def test_few_rows_of_a_restless_regulator_are_a_wait() -> None:
     time_s = np.array([0.0, 10, 60, 70, 130, 140, 200])
-    found = motion(np.array([0.0, 49.4, 50.5, 99.5, 100.4, 99.6, 100.5]), time_s, 0.0)
+    found = motion(np.array([0.0, 49.6, 50.3, 99.6, 100.3, 99.7, 100.2]), time_s, 0.0)
     assert list(found.branch[[1, 2, 3]]) == ["loading", "hold", "loading"]
     assert "unloading" not in found.branch
