@@ -118,7 +118,7 @@ def _resting(value: np.ndarray, time_s: np.ndarray, change: float, within: float
     for group in (group for group, waited in zip(groups, waits, strict=True) if waited):
         # the first and last rows of a group may be a ramp's
         off = np.abs(value - np.median(value[group]))
-        near = off <= max(within, float(off[group].min()))
+        near = off <= 1.001 * max(within, float(np.median(off[group])))
         inside = np.flatnonzero(near[group]) + group.start
         first, last = int(inside[0]), int(inside[-1]) + 1
         while first > 0 and near[first - 1]:
