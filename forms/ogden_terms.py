@@ -18,7 +18,7 @@ def energy(strain: Expr, mu: Sequence[Expr], alpha: Sequence[Expr]) -> Expr:
     ψ = Σ 2μ_k/α_k² (λ̄₁^α_k + λ̄₂^α_k + λ̄₃^α_k − 3)
 
     of the isochoric principal stretches (Ogden, Proc. R. Soc. A 326, 1972). The initial shear
-    modulus is Σ μ_k. The powers come from :mod:`dolfingrip.forms.stretch_powers`.
+    modulus is Σ μ_k. The powers come from :mod:`dolfingrip.forms.isotropic`.
 
     Args:
         strain: Green–Lagrange strain E, (3, 3).

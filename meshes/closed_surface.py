@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from vtkmodules.vtkCommonCore import mutable
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
@@ -149,3 +152,26 @@ def level_set(
     if surface.volume_mm3 < 0:
         surface = ClosedSurface(points, triangles[:, ::-1].copy())
     return surface
+
+
+def locator(points: Floats, triangles: Ints) -> Any:
+    """VTK's search tree of triangles."""
+    found: Any = vtkStaticCellLocator()  # its hints lack the references that it fills
+    found.SetDataSet(ClosedSurface(points, triangles).polydata())
+    found.BuildLocator()
+    return found
+
+
+def nearest(points: Floats, triangles: Ints, at: Floats) -> tuple[Ints, Floats]:
+    """(k,) rows of the triangles that are nearest to (k, 3) points, and (k,) distances (mm)."""
+    tree = locator(points, triangles)
+    close = np.zeros(3)
+    cell: Any
+    sub: Any
+    far: Any
+    cell, sub, far = mutable(0), mutable(0), mutable(0.0)
+    found, away = np.empty(len(at), dtype=np.int64), np.empty(len(at))
+    for i, point in enumerate(np.asarray(at, dtype=float)):
+        tree.FindClosestPoint(point, close, cell, sub, far)
+        found[i], away[i] = int(cell), math.sqrt(float(far))
+    return found, away

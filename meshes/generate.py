@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
 import gmsh
+import numpy as np
 
 from dolfingrip.meshes import solid_model
 from dolfingrip.meshes.gmsh_model import current_mesh, session
-from dolfingrip.meshes.grading import (
-    concave_curves,
-    expected_elements,
-    set_sizes,
-    step_along_z,
-)
 from dolfingrip.meshes.policy import GRADING
-from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh
-from dolfingrip.meshes.target import meet
+from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh, boundary, faces
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.specimen import Mesh
 
@@ -96,3 +95,183 @@ def _generate() -> int:
     gmsh.model.mesh.clear()
     gmsh.model.mesh.generate(3)
     return len(gmsh.model.mesh.getElementsByType(4)[0])
+
+
+@dataclass(frozen=True, slots=True)
+class TargetPolicy:
+    """How a size for a wanted number of elements is sought.
+
+    Attributes:
+        tolerance: largest relative difference from the target.
+        tries: meshes, and bisections, at most.
+        slopes: range of d log(count) / d log(size): -2 in a thin wall, -3 in a thick solid.
+        largest_step: longest step of log(size).
+        close: bracket of log(size) below which the position of the change of size is bisected
+            instead.
+    """
+
+    tolerance: float = 0.01
+    tries: int = 20
+    slopes: tuple[float, float] = (-3.5, -1.0)
+    largest_step: float = 1.5
+    close: float = 0.02
+
+
+POLICY: Final = TargetPolicy()
+
+
+def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
+    """Mesh until the number of elements is within 1 % of the target.
+
+    The bellows are alike, so the count jumps by more than 1 % if the number of elements on an edge
+    changes in all of them at once. The search therefore has two stages. The first is a secant
+    method in log(size) and log(count), between the nearest sizes that gave too many and too few
+    elements. The second takes these two sizes and bisects the place along the finger where the
+    smaller one ends and the larger one begins.
+
+    Args:
+        target: wanted number of elements.
+        mesh: makes a mesh with sizes scaled by its first argument up to a part of the length, its
+            third argument, and by its second argument beyond; returns the number of elements.
+
+    Raises:
+        MeshError: if the target is missed.
+    """
+    tried: list[int] = []
+
+    def miss(near: float, far: float, share: float) -> float:
+        tried.append(mesh(math.exp(near), math.exp(far), share))
+        return math.log(tried[-1] / target)
+
+    def met() -> bool:
+        return abs(tried[-1] - target) <= POLICY.tolerance * target
+
+    found = _bracket(miss)
+    if found is not None:
+        fine, coarse = found
+        low, high = 0.0, 1.0
+        for _ in range(POLICY.tries):
+            if met():
+                return
+            share = (low + high) / 2
+            if miss(fine, coarse, share) < 0:
+                low = share
+            else:
+                high = share
+    if not met():
+        nearest = min(tried, key=lambda count: abs(count - target))
+        raise MeshError(
+            f"mesh.target_elements = {target}: cannot be met within {POLICY.tolerance:.0%} "
+            f"with these dimensions and sizes; nearest allowed: {nearest}"
+        )
+
+
+def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float] | None:
+    """Close log scales with too many and too few elements; None if met or not found."""
+    within = math.log1p(POLICY.tolerance) * 0.99
+    fine = coarse = None
+    scale, slope = 0.0, -2.1  # walls thinner than the elements
+    value = miss(scale, scale, 1.0)
+    for _ in range(POLICY.tries):
+        if abs(value) <= within:
+            return None
+        if value > 0:
+            fine = scale
+        else:
+            coarse = scale
+        step = min(max(-value / slope, -POLICY.largest_step), POLICY.largest_step)
+        new = scale + step
+        if fine is not None and coarse is not None:
+            if abs(coarse - fine) <= POLICY.close:
+                return fine, coarse
+            # a secant that hardly moves an end is no better than this end
+            if not fine + within / 4 <= new <= coarse - within / 4:
+                new = (fine + coarse) / 2
+        before, scale = (scale, value), new
+        value = miss(scale, scale, 1.0)
+        slope = (value - before[1]) / (scale - before[0])
+        slope = min(max(slope, POLICY.slopes[0]), POLICY.slopes[1])
+    return None
+
+
+def concave_curves() -> list[int]:
+    """Curves of the current, meshed Gmsh model where the dihedral angle exceeds 180°.
+
+    At a concave edge each of the two faces rises above the plane of the other. The mesh gives the
+    outward normals, so the test finds edges of the cavity and outer ones. A coarse mesh is enough.
+
+    Returns:
+        Tags of the curves.
+    """
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    points = np.zeros((int(tags.max()) + 1, 3))
+    points[tags.astype(np.int64)] = coordinates.reshape(-1, 3)
+    tetrahedra = gmsh.model.mesh.getElementsByType(4)[1].astype(np.int64).reshape(-1, 4)
+    facets = faces(tetrahedra)[boundary(tetrahedra)]
+    concave = []
+    for _, curve in gmsh.model.getEntities(1):
+        line = gmsh.model.mesh.getElementsByType(1, curve)[1][:2].astype(np.int64)
+        on_edge = np.isin(facets, line)
+        pair = np.flatnonzero(on_edge.sum(axis=1) == 2)
+        if len(pair) != 2:
+            continue
+        a, b, c = points[facets[pair[0]]]
+        normal = np.cross(b - a, c - a)
+        apex = points[facets[pair[1]][~on_edge[pair[1]]]][0]
+        height = normal @ (apex - a) / np.linalg.norm(normal)
+        if height > GRADING.flat_sine * np.linalg.norm(apex - a):
+            concave.append(curve)
+    return concave
+
+
+def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1") -> None:
+    """Set the element sizes of the current Gmsh model.
+
+    Args:
+        curves: tags of the curves at which the mesh is refined.
+        size: element size away from the curves (mm).
+        edge_size: element size at the curves (mm).
+        scale: factor on both, as an expression of Gmsh's MathEval field in x, y, z (mm).
+    """
+    field = gmsh.model.mesh.field
+    for tag in field.list():
+        field.remove(tag)
+    unscaled = f"{size:.17g}"
+    if curves and edge_size < size:
+        lengths = [gmsh.model.occ.getMass(1, curve) for curve in curves]
+        field.add("Distance", 1)
+        field.setNumbers(1, "CurvesList", curves)
+        # Gmsh takes the distance to the nearest one of these sampled points
+        field.setNumber(1, "Sampling", min(max(20, round(2 * max(lengths) / edge_size)), 1000))
+        field.add("Threshold", 2)
+        field.setNumber(2, "InField", 1)
+        field.setNumber(2, "SizeMin", edge_size)
+        field.setNumber(2, "SizeMax", size)
+        field.setNumber(2, "DistMin", 0)
+        field.setNumber(2, "DistMax", (size - edge_size) / GRADING.growth)
+        unscaled = "F2"
+    field.add("MathEval", 3)
+    field.setString(3, "F", f"{unscaled} * ({scale})")
+    field.setAsBackgroundMesh(3)
+
+
+def step_along_z(near: float, far: float, z: float) -> str:
+    """A ``scale`` for :func:`set_sizes`: ``near`` below ``z`` (mm) and ``far`` above."""
+    if near == far:
+        return f"{near:.17g}"
+    return f"{near:.17g} + ({far - near:.17g}) * step(z - {z:.17g})"
+
+
+def expected_elements(curves: list[int], size: float, edge_size: float) -> tuple[float, float]:
+    """Rough number of tetrahedra in the bulk and around the concave edges.
+
+    A regular tetrahedron with edges h fills 0.118 h³. Around an edge the solid fills three
+    quarters of a circle, in which the size grows with the distance.
+
+    Args:
+        curves, size, edge_size: as in :func:`set_sizes`.
+    """
+    volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))
+    length = sum(gmsh.model.occ.getMass(1, curve) for curve in curves)
+    around = 0.75 * math.pi / GRADING.growth**2 * length * max(1 / edge_size - 1 / size, 0)
+    return volume / (0.118 * size**3), around / 0.118

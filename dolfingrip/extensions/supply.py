@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from dolfingrip.extensions.effect import Flow, Stage
-from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Control
+from dolfingrip.mechanics.model.state import Memory
 
 NAME = "supply_kPa"
 

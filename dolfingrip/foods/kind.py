@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, NamedTuple
 
+from pydantic import Field
+
 from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.sections.section import Section
@@ -54,3 +56,11 @@ class FoodKind(Section):
             MeshError: one line, where it cannot be.
         """
         raise NotImplementedError
+
+
+class SampledKind(FoodKind):
+    """Food with no distance in closed form."""
+
+    grid_mm: float = Field(
+        2.5, gt=0.1, le=20, description="potato, file: spacing of the distance's samples"
+    )

@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from dolfingrip.foods.kind import Portion
-from dolfingrip.foods.sampled import SampledKind
+from dolfingrip.foods.kind import Portion, SampledKind
 from dolfingrip.foods.skin import sampled
 from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.meshes import closed_surface

@@ -20,9 +20,8 @@ from dolfingrip.channels import PRESSURE, TIME
 from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE, scene_theme
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.fields import COLLECTION
-from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.experiments.rigs.grasped import MIRROR, GraspedBody, grasped, halved
 from dolfingrip.experiments.rigs.gripper import placed, stands_of
-from dolfingrip.experiments.rigs.symmetry import MIRROR, halved
 from dolfingrip.files import whole
 from dolfingrip.files.columns import Columns
 from dolfingrip.mechanics.model.placement import Placement, to_world

@@ -8,11 +8,11 @@ import gmsh
 import numpy as np
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.adoption.nearest import nearest
 from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
 from dolfingrip.meshes.adoption.roles import Roles
 from dolfingrip.meshes.adoption.sizes import Measured, Wanted
 from dolfingrip.meshes.adoption.surface import Faces, consistent
+from dolfingrip.meshes.closed_surface import nearest
 from dolfingrip.meshes.gmsh_model import current_mesh
 from dolfingrip.meshes.solid import Floats, SolidMesh
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dolfingrip.meshes.adoption.hollows import Hollow, Opening, closed_hollow, hollows
-from dolfingrip.meshes.adoption.nearest import nearest
 from dolfingrip.meshes.adoption.policy import ROLES, SHAPES
 from dolfingrip.meshes.adoption.sound import place
 from dolfingrip.meshes.adoption.surface import Faces
+from dolfingrip.meshes.closed_surface import nearest
 from dolfingrip.meshes.groups import CAVITIES, CLAMP, SKIN, TIP
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 

@@ -6,8 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dolfingrip.foods.kind import Portion
-from dolfingrip.foods.sampled import SampledKind
+from dolfingrip.foods.kind import Portion, SampledKind
 from dolfingrip.foods.skin import sampled
 from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.meshes.closed_surface import ClosedSurface

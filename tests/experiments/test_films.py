@@ -15,9 +15,9 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import build
+from dolfingrip.experiments.rigs.finger_rig import go_to_rest
 from dolfingrip.experiments.rigs.gripper import build_gripper
 from dolfingrip.experiments.rigs.perturbation import constant_values
-from dolfingrip.experiments.rigs.rest import go_to_rest
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.model.dead_weight import DeadWeight
 from dolfingrip.mechanics.model.domain import Domain

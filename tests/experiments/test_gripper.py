@@ -15,8 +15,7 @@ from dolfingrip.config import ConfigError, Solver
 from dolfingrip.experiments import run
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.grasp_energy import EnergyBook
-from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
+from dolfingrip.experiments.rigs.grasp_readings import EnergyBook, GraspReadings
 from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
 from dolfingrip.files.run import GraspKind
 from dolfingrip.mechanics.newton.newton import Newton

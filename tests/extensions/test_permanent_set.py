@@ -8,7 +8,7 @@ from mpi4py import MPI
 from support import bars
 
 from dolfingrip import config
-from dolfingrip.experiments.rigs.bar import CouponModel, build
+from dolfingrip.experiments.rigs.bar_rig import CouponModel, build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.sections.tables import assignments

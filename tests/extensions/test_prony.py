@@ -11,7 +11,7 @@ from support import bars
 
 from dolfingrip import config
 from dolfingrip.config import Solver
-from dolfingrip.experiments.rigs.bar import build
+from dolfingrip.experiments.rigs.bar_rig import build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.sections.tables import assignments

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.counts import Counts
+from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.policy import FactorPolicy

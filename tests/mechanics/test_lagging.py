@@ -7,8 +7,7 @@ import pytest
 from support import bodies
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.model.lagged import Lagged, LaggedCorrection
-from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.term import Lagged, LaggedCorrection, Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.ending import Ending
 from dolfingrip.mechanics.newton.lagging import LagRules

@@ -14,8 +14,7 @@ from dolfingrip.config import Solver
 from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.newton.condensation import Condensation
-from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
+from dolfingrip.mechanics.newton.mixed_tangent import Condensation, MixedTangent
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 

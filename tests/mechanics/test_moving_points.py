@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.mechanics.contact.advance import Path, reach
+from dolfingrip.mechanics.contact.advance import MovingPoints, Path, reach
 from dolfingrip.mechanics.contact.distance import BentCapsule, Bounds, Plane
-from dolfingrip.mechanics.contact.moving_points import MovingPoints
 
 SEED = 11
 PARTS = np.linspace(0.05, 0.95, 7)

@@ -14,7 +14,7 @@ from support import bodies, small
 from dolfingrip import config
 from dolfingrip.config import ConfigError, Solver
 from dolfingrip.experiments import run
-from dolfingrip.mechanics.newton.counts import Counts
+from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.linear_level import LinearLevel

@@ -11,8 +11,8 @@ from support.paths import by_pressure
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path import series
 from dolfingrip.mechanics.path.policy import SeriesPolicy
+from dolfingrip.mechanics.path.predictor import InverseMap, taylor_reach, taylor_terms
 
 EXACT = Solver(rtol=1e-14, atol_N=1e-14)
 POLICY = SeriesPolicy()
@@ -39,7 +39,7 @@ def at(solid: bodies.Body, pressure_kPa: float) -> np.ndarray:
 def terms(solid: bodies.Body, rates: Mapping[str, float]) -> list[np.ndarray]:
     """The series at the present state."""
     newton = Newton(solid.model, EXACT)
-    return series.terms(solid.model, newton.linear, solid.model.state().controls, rates, POLICY)
+    return taylor_terms(solid.model, newton.linear, solid.model.state().controls, rates, POLICY)
 
 
 @pytest.mark.parametrize("start_kPa", [0.0, 120.0])
@@ -63,11 +63,11 @@ def test_terms_are_those_of_the_solutions(solid: bodies.Body, start_kPa: float) 
 def test_a_path_that_does_not_move_has_none(solid: bodies.Body) -> None:
     """Time alone moves nothing elastic; no tangent is made for it."""
 
-    def tangent() -> series.Solve:
+    def tangent() -> InverseMap:
         raise AssertionError
 
     controls = solid.model.state().controls
-    assert series.terms(solid.model, tangent, controls, {"time_s": 1.0}, POLICY) == []
+    assert taylor_terms(solid.model, tangent, controls, {"time_s": 1.0}, POLICY) == []
 
 
 def test_a_touch_has_none() -> None:
@@ -77,7 +77,7 @@ def test_a_touch_has_none() -> None:
     solid.plate.offset.value = -5e-5
     assert Newton(solid.model, EXACT).solve().converged
     found = terms(solid, {"pressure_kPa": UNIT_kPa})
-    assert series.reach(solid.model, found, POLICY.easy) < POLICY.nearest  # it is not used
+    assert taylor_reach(solid.model, found, POLICY.easy) < POLICY.nearest  # it is not used
 
 
 def test_a_linear_body_arrives_at_once() -> None:

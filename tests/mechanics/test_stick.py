@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from dolfingrip.mechanics.contact.friction import handed_on
 from dolfingrip.mechanics.contact.policy import MEMORY
-from dolfingrip.mechanics.contact.stick import handed_on
 from dolfingrip.mechanics.contact.tangential import Tangential
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dolfingrip.mechanics.newton.watch import Watch
+from dolfingrip.mechanics.newton.ending import Watch
 
 
 def test_only_what_takes_long_is_told() -> None:

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton import workspace
+from dolfingrip.mechanics.newton.inverse import RELAXATION, TOO_SMALL, factorise_by_mumps
 from dolfingrip.mechanics.newton.policy import WORKSPACE
 from dolfingrip.mechanics.newton.symmetric import symmetric
 
@@ -31,7 +31,7 @@ def starved() -> PETSc.PC:
     pc.setOptionsPrefix("test_workspace_")
     pc.setType(PETSc.PC.Type.CHOLESKY)
     pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-    PETSc.Options("test_workspace_")[workspace.RELAXATION] = -50
+    PETSc.Options("test_workspace_")[RELAXATION] = -50
     matrix = symmetric(saddle_point(np.random.default_rng(SEED)), MPI.COMM_SELF)
     pc.setOperators(matrix)
     return pc
@@ -41,13 +41,13 @@ def test_without_more_it_fails_for_good(starved: PETSc.PC) -> None:
     """Or the next test would show nothing; PETSc takes no later matrix, either."""
     for _ in range(2):
         starved.setUp()
-        assert starved.getFactorMatrix().getMumpsInfog(1) in workspace.TOO_SMALL
+        assert starved.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL
         assert starved.getFailedReason() == PETSc.PC.FailedReason.FACTOR_OUTMEMORY
         starved.getOperators()[0].scale(2.0)
 
 
 def test_it_gets_more_memory(starved: PETSc.PC) -> None:
-    workspace.set_up(starved)
+    factorise_by_mumps(starved)
     assert starved.getFailedReason() == PETSc.PC.FailedReason.NOERROR
     matrix = starved.getOperators()[0]
     exact, found = matrix.createVecs()
@@ -57,16 +57,16 @@ def test_it_gets_more_memory(starved: PETSc.PC) -> None:
 
 
 def test_the_next_matrix_has_it_at_once(starved: PETSc.PC) -> None:
-    workspace.set_up(starved)
+    factorise_by_mumps(starved)
     room = starved.getFactorMatrix().getMumpsIcntl(14)
     starved.getOperators()[0].scale(2.0)
-    workspace.set_up(starved)
+    factorise_by_mumps(starved)
     assert starved.getFactorMatrix().getMumpsIcntl(14) == room == WORKSPACE.first_percent
 
 
 def test_a_singular_matrix_is_still_reported(starved: PETSc.PC) -> None:
     """All its pivots are delayed, so it asks for more memory first."""
     starved.getOperators()[0].zeroEntries()
-    workspace.set_up(starved)
-    assert starved.getFactorMatrix().getMumpsInfog(1) not in workspace.TOO_SMALL
+    factorise_by_mumps(starved)
+    assert starved.getFactorMatrix().getMumpsInfog(1) not in TOO_SMALL
     assert starved.getFailedReason() != PETSc.PC.FailedReason.NOERROR

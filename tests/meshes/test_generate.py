@@ -11,12 +11,10 @@ import pytest
 
 from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import solid_model
-from dolfingrip.meshes.generate import finger_mesh
+from dolfingrip.meshes.generate import concave_curves, finger_mesh, meet
 from dolfingrip.meshes.gmsh_model import session
-from dolfingrip.meshes.grading import concave_curves
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import MeshError, SolidMesh
-from dolfingrip.meshes.target import meet
 
 COARSE = Mesh(size_mm=10)
 

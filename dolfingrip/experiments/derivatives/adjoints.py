@@ -9,8 +9,8 @@ from typing import Final
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.finger_rig import at_rest, has_weight
 from dolfingrip.experiments.rigs.perturbation import perturbations, velocities
-from dolfingrip.experiments.rigs.rest import at_rest, has_weight
 from dolfingrip.experiments.rigs.undeformed import unplaced
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient

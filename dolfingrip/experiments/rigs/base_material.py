@@ -1,4 +1,4 @@
-"""The base material's energy, for the law that the configuration chooses."""
+"""The materials of a finger: energy by the law that the configuration chooses, and dead weight."""
 
 from __future__ import annotations
 
@@ -10,9 +10,13 @@ from dolfinx import fem
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
+from dolfingrip.experiments.rigs.regions import REST
+from dolfingrip.extensions.site import Site
 from dolfingrip.forms import bulk_modulus, mixed_bulk_modulus
+from dolfingrip.mechanics.model.dead_weight import DeadWeight
 from dolfingrip.sections.laws.law import MaterialLaw
 from dolfingrip.sections.material import Material
+from dolfingrip.sections.setup import Setup
 
 TABLE = "material"
 """Table of the configuration with the material of all regions that have none of their own."""
@@ -80,3 +84,44 @@ def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | flo
             np.array(value, dtype=float) if isinstance(value, tuple) else value
         )
     return found
+
+
+KG_M3_M_S2 = 1e-9
+"""N/mm³ per kg/m³ · m/s²."""
+
+
+def weight_name(part: str = REST) -> str:
+    """Name of a part's constant for its dead weight."""
+    return "gravity.weight_N_mm3" if part == REST else f"material.{part}.weight_N_mm3"
+
+
+def weight_value(config: Setup, part: str = REST) -> np.ndarray:
+    """(3,) dead weight of a part per reference volume (N/mm³)."""
+    gravity, density = config.gravity, config.material.of(part).density_kg_m3
+    direction = np.asarray(gravity.direction, dtype=float)
+    size = KG_M3_M_S2 * gravity.acceleration_m_s2 * density
+    return np.asarray(size * direction / np.linalg.norm(direction))
+
+
+def dead_weight(site: Site) -> DeadWeight | None:
+    """The weight of all parts of a model under construction; None without gravity.
+
+    Its constants are always added to the site's parameters. A film that is a layer has no weight,
+    because the reduced rule leaves modes of its elements without energy, and nothing bears a weight
+    in these modes at rest.
+    """
+    config, domain = site.config, site.domain
+    own = [part for part in domain.parts if part in config.material.own]
+    constants = {
+        part: fem.Constant(domain.mesh, weight_value(config, part)) for part in (REST, *own)
+    }
+    site.parameters |= {weight_name(part): constant for part, constant in constants.items()}
+    if not config.gravity.acceleration_m_s2:
+        return None
+    if not domain.parts:
+        return DeadWeight(site.u, domain, {(): constants[REST]})
+    layers = {film.region for film in config.film.layers.values()}
+    weights: dict[tuple[str, ...], fem.Constant] = {
+        (part,): constants.get(part, constants[REST]) for part in domain.parts if part not in layers
+    }
+    return DeadWeight(site.u, domain, weights)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from operator import add
 
 import numpy as np
@@ -13,12 +13,10 @@ from dolfinx import fem
 from petsc4py import PETSc
 
 from dolfingrip.config import KPA, Config, ConfigError
-from dolfingrip.experiments.rigs.base_material import BaseMaterial
-from dolfingrip.experiments.rigs.element import element_name
-from dolfingrip.experiments.rigs.films import sheets
+from dolfingrip.experiments.rigs.base_material import BaseMaterial, dead_weight
+from dolfingrip.experiments.rigs.films import layer_energy, sheets
 from dolfingrip.experiments.rigs.fixture import moving_clamp, normal_of, supply, surround
-from dolfingrip.experiments.rigs.strain_energy import strain_energies
-from dolfingrip.experiments.rigs.weight import dead_weight
+from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
@@ -27,12 +25,14 @@ from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import (
+    CELL,
     displacement_element,
     integration_degree,
     pressure_field,
 )
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
@@ -214,3 +214,67 @@ def build(
         made.model = volume_controlled(model, regulator, made.enclosed)
         made.rest = made.model.state()
     return made
+
+
+def strain_energies(
+    config: Config, site: Site, base: BaseMaterial
+) -> list[StrainEnergy | ReducedIntegration] | ByPart:
+    """The strain energies of all parts; their constants are added to the site's parameters.
+
+    Effects act on parts that have no material of their own.
+
+    Args:
+        config: materials, films and effects.
+        site: a site whose domain has a part for each region with a material of its own.
+        base: material of all parts that have no material of their own.
+    """
+    mesh, layers = site.domain.mesh, config.film.layers
+    # the energy of a change of volume is integrated apart, with fewer points
+    selective = config.integration == "selective" and site.p is None and config.hexahedra
+    found: dict[tuple[str, ...], list[StrainEnergy | ReducedIntegration]] = {}
+    for part in site.domain.parts or (REST,):
+        film = next((name for name, each in layers.items() if each.region == part), None)
+        if film is not None:
+            layer = layer_energy(config, film, layers[film], mesh, site.parameters)
+            found[part,] = [ReducedIntegration(layer)]
+            continue
+        material = base
+        if part != REST:
+            material = BaseMaterial.on(mesh, config.material.of(part), f"material.{part}")
+            site.parameters |= material.constants
+        energy: StrainEnergy = (
+            material.of_shape if selective else partial(material.energy, p=site.p)
+        )
+        if part == REST:
+            energy = config.extensions.strain_energy(energy, site)
+        found[part,] = [energy, ReducedIntegration(material.of_volume)] if selective else [energy]
+    return found if site.domain.parts else found[REST,]
+
+
+def element_name(config: Config, domain: Domain) -> str:
+    """Name of the displacement element; the cells decide it if the configuration does not.
+
+    Raises:
+        ConfigError: if the element does not fit the mesh's cells, or an effect has no mixed form.
+    """
+    cell = domain.mesh.ufl_cell().cellname()
+    if config.solver.element is None:
+        return "S2" if cell == "hexahedron" else "P2"
+    needed = CELL[config.solver.element]
+    if cell != needed:
+        allowed = " or ".join(f'"{name}"' for name, other in CELL.items() if other == cell)
+        raise ConfigError(
+            f'solver.element = "{config.solver.element}": the mesh has other cells, '
+            f"{cell}s; allowed: {allowed}"
+        )
+    if config.solver.element == "P2-P1":
+        _refuse_unmixed(config)
+    return config.solver.element
+
+
+def _refuse_unmixed(config: Config) -> None:
+    for effect in config.extensions.active():
+        if not effect.mixed:
+            raise ConfigError(
+                f'extensions.{effect.name()}: allowed: with solver.element other than "P2-P1" only'
+            )

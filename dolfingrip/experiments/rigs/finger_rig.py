@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import ClassVar
 
 import ufl
@@ -15,7 +16,6 @@ from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
-from dolfingrip.experiments.rigs.rest import UNPRESSURISED, go_to_rest, has_weight
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.extensions.site import Site
@@ -25,7 +25,7 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.limit_point import LimitPointSearch
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.parameter import Parameter
 from dolfingrip.sections.geometry.geometry import Geometry
 
@@ -187,3 +187,56 @@ class FingerRig(Rig):
         finger, settings = self._finger, self._config.solver
         search = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
         return search.is_near(attempted["pressure_kPa"])
+
+
+UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
+
+
+def has_weight(finger: FingerModel) -> bool:
+    """Whether gravity deforms the finger at rest."""
+    return bool(finger.config.gravity.acceleration_m_s2)
+
+
+def go_to_rest(
+    finger: FingerModel, newton: Newton, observers: Sequence[Observer] = ()
+) -> Failure | None:
+    """Let the finger hang without the plate, then put the plate at its gap from the skin.
+
+    Args:
+        finger: model of the finger, which is undeformed.
+        newton: solver of its model; under volume control it comes to rest under pressure control.
+        observers: called after each converged step.
+
+    Returns:
+        Why it did not come to rest; None if it did.
+    """
+    model, plate = finger.model, finger.plate
+    if model is not finger.by_pressure:
+        newton = Newton(finger.by_pressure, newton.settings, newton.profile)
+    if plate is not None:
+        plate.retract()
+    longest = {"pressure_kPa": newton.settings.max_step_kPa}
+    failure = LoadPath(newton, longest, observers=observers).advance(UNPRESSURISED).failure
+    if plate is not None:
+        plate.put()
+        model.accept_step()  # effects remember where the plate stands
+    return failure
+
+
+@contextmanager
+def at_rest(finger: FingerModel) -> Iterator[None]:
+    """A context in which the finger is in its state ``rest``, without the plate."""
+    model, plate = finger.model, finger.plate
+    now = model.state()
+    places = None if plate is None else (float(plate.offset.value), float(plate.unloaded.value))
+    model.restore(finger.rest)
+    if plate is not None:
+        plate.retract()
+    try:
+        yield
+    finally:
+        if plate is not None and places is not None:
+            offset, unloaded = places
+            plate.put(unloaded)
+            plate.offset.value = offset
+        model.restore(now)

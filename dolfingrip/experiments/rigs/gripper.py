@@ -13,9 +13,8 @@ from scipy.optimize import brentq
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
-from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.experiments.rigs.grasped import SIDEWAYS, GraspedBody, grasped, halved
 from dolfingrip.experiments.rigs.policy import GRASP_PATH
-from dolfingrip.experiments.rigs.symmetry import SIDEWAYS, halved
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane

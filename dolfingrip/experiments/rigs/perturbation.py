@@ -9,7 +9,7 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.rigs import base_material, weight
+from dolfingrip.experiments.rigs import base_material
 from dolfingrip.experiments.rigs.films import film_value
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.regions import REST
@@ -207,7 +207,10 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
     base = base_material.values(material)
     for region in material.own:
         base |= base_material.values(material.of(region), f"material.{region}")
-    base |= {weight.name_of(part): weight.value_of(config, part) for part in (REST, *material.own)}
+    base |= {
+        base_material.weight_name(part): base_material.weight_value(config, part)
+        for part in (REST, *material.own)
+    }
     found: dict[str, np.ndarray] = {}
     for name in names:
         if name in base:

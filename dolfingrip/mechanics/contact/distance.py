@@ -188,3 +188,29 @@ def _from_core(apart: np.ndarray, felt: np.ndarray, radius_mm: float) -> Distanc
     normal = apart / length[:, None]
     across = felt[:, :, None] * np.eye(3) - normal[:, :, None] * normal[:, None, :]
     return Distances(length - radius_mm, normal, across / length[:, None, None])
+
+
+@dataclass(frozen=True, slots=True)
+class TurnedShape:
+    """The distance φ(Tᵀ y), with φ of another shape.
+
+    A body whose frame is turned like this starts at the rotation vector 0, about which its motions
+    in a plane of symmetry are turns about one axis.
+
+    Attributes:
+        shape: the other shape.
+        turn: (3, 3) T.
+    """
+
+    shape: SignedDistance
+    turn: np.ndarray
+
+    @property
+    def bounds(self) -> Bounds:
+        """Bounds of the other shape; a turn does not change them."""
+        return self.shape.bounds
+
+    def at(self, points: np.ndarray) -> Distances:
+        """Distances of (n, 3) points (mm) from the turned shape."""
+        value, gradient, hessian = self.shape.at(points @ self.turn)
+        return Distances(value, gradient @ self.turn.T, self.turn @ hessian @ self.turn.T)

@@ -12,11 +12,9 @@ from dolfinx import fem
 from dolfingrip.mechanics.contact.friction_correction import FrictionCorrection
 from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.ramp import Ramp, size_of
-from dolfingrip.mechanics.contact.stick import handed_on
 from dolfingrip.mechanics.contact.tangential import Tangential, Touching
-from dolfingrip.mechanics.model.lagged import Lagged
-from dolfingrip.mechanics.model.memory import Memory
-from dolfingrip.mechanics.model.term import Coupling, Term
+from dolfingrip.mechanics.model.state import Memory
+from dolfingrip.mechanics.model.term import Coupling, Lagged, Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 
 
@@ -60,7 +58,7 @@ class Friction(Term, Lagged, Memory):
     touches in a load step rubs in it.
 
     Memory follows the identity of a pair. A new pair takes the mean of its nodes' memories, such as
-    that of a vertex which slides to the next triangle; see :mod:`.stick`.
+    that of a vertex which slides to the next triangle; see :mod:`.friction`.
 
     Args:
         contact: normal contact that presses points together.
@@ -231,3 +229,46 @@ def _change(before: np.ndarray, now: np.ndarray) -> float:
     """Difference of (k, 3) forces relative to the larger ones; 0 if there are none."""
     most = max(np.abs(before).sum(), np.abs(now).sum())
     return float(np.abs(now - before).sum() / most) if most > 0 else 0.0
+
+
+TINY = np.finfo(float).tiny
+"""A number that avoids 0/0."""
+
+
+def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarray:
+    """(m, 3) elastic displacement (mm) of the pairs ``now``.
+
+    A pair keeps its memory. A new pair takes the mean of its nodes' memories; a vertex that slides
+    to the next triangle makes such a pair. If the normal force grows by more than the factor
+    ``MEMORY.most_growth``, memory fades. Such a point had nearly left, and a finger that is pressed
+    on its plate again must not feel how it last slid off.
+
+    Args:
+        start: pairs at the load step's start.
+        stuck: (n, 3) elastic displacements of these pairs.
+        now: pairs in contact now.
+    """
+    known = {tuple(key): i for i, key in enumerate(start.keys.tolist())}
+    before = np.array([known.get(tuple(key), -1) for key in now.keys.tolist()], dtype=np.int64)
+    old, new = np.flatnonzero(before >= 0), np.flatnonzero(before < 0)
+    found, share = np.zeros((len(before), 3)), np.ones(len(before))
+    found[old] = stuck[before[old]]
+    share[old] = start.normal_N[before[old]] / now.normal_N[old]
+    if len(stuck) and len(new):
+        weights = abs(now.weights[new])
+        found[new] = _of_nodes(start, stuck, now.weights[new])
+        share[new] = weights @ start.pressed_N() / np.maximum(weights @ now.pressed_N(), TINY)
+    return np.asarray(found * np.minimum(MEMORY.most_growth * share, 1.0)[:, None])
+
+
+def _of_nodes(start: Tangential, stuck: np.ndarray, weights: sp.csr_matrix) -> np.ndarray:
+    """(j, 3) mean memory of the nodes of new pairs.
+
+    The memory of a node is the mean over its pairs, weighted by normal force and by the node's part
+    in them. The sign of that part counts, so that both sides of a contact have opposite memories.
+    """
+    part = start.pressed_N()
+    at_nodes = np.asarray(start.weights.T @ (start.normal_N[:, None] * stuck))
+    at_nodes /= np.maximum(part, TINY)[:, None]
+    size = abs(weights) @ (part > 0).astype(float)
+    return np.asarray(weights @ at_nodes) / np.maximum(size, TINY)[:, None]

@@ -11,13 +11,12 @@ import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 
+from dolfingrip.mechanics.contact.advance import MovingPoints
 from dolfingrip.mechanics.contact.density import Density
 from dolfingrip.mechanics.contact.distance import SignedDistance
-from dolfingrip.mechanics.contact.moving_points import MovingPoints
-from dolfingrip.mechanics.contact.near import Near, curvatures, slopes
 from dolfingrip.mechanics.contact.node_set import NodeSet
 from dolfingrip.mechanics.contact.policy import ADVANCE, NEARNESS
-from dolfingrip.mechanics.contact.pose_contact import PoseContact
+from dolfingrip.mechanics.contact.pose_contact import Near, PoseContact, curvatures, slopes
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.skin_points import SkinPoints
 from dolfingrip.mechanics.contact.tangential import Tangential

@@ -10,11 +10,10 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
+from dolfingrip.mechanics.contact.advance import MovingPoints
 from dolfingrip.mechanics.contact.density import Density
 from dolfingrip.mechanics.contact.distance import SignedDistance
-from dolfingrip.mechanics.contact.moving_points import MovingPoints
-from dolfingrip.mechanics.contact.near import Near, curvatures, slopes
-from dolfingrip.mechanics.contact.pose_contact import PoseContact
+from dolfingrip.mechanics.contact.pose_contact import Near, PoseContact, curvatures, slopes
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.pose import SIX, Pose

@@ -10,8 +10,8 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.mechanics.model import points
-from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.points import AtPoints
+from dolfingrip.mechanics.model.state import Memory
 
 
 class History(Memory):

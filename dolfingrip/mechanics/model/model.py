@@ -12,15 +12,13 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.model.carried_stress import CarriedTogether, Regularised
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.lagged import Lagged
-from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.policy import STEP_BOUNDS
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.state import State
-from dolfingrip.mechanics.model.tangent_state import CarriedTogether, Regularised
-from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.state import Memory, State
+from dolfingrip.mechanics.model.term import Lagged, Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient, Unknowns
 
 INVERTED = "inverted"

@@ -1,7 +1,8 @@
-"""The state of a model between load steps."""
+"""The state of a model between load steps, and what remembers a part of it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,3 +49,23 @@ class State:
             dict(self.global_unknowns),
             {name: values.copy() for name, values in self.history.items()},
         )
+
+
+class Memory:
+    """Something with a memory: a term, internal variables, a line that supplies pressure.
+
+    A memory overrides the methods that it needs; the inherited ones do nothing.
+    """
+
+    def set_time(self, time_s: float, step_s: float) -> None:
+        """Set the time at the load step's end and the step's length (s)."""
+
+    def accept(self) -> None:
+        """Store the values at the end of a load step that has converged."""
+
+    def values(self) -> dict[str, np.ndarray]:
+        """Copies of the stored values, by name."""
+        return {}
+
+    def restore(self, values: Mapping[str, np.ndarray]) -> None:
+        """Restore values that :meth:`values` returned."""

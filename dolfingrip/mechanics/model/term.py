@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
+from dolfingrip.mechanics.model.carried_stress import Carried
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
-from dolfingrip.mechanics.model.tangent_state import Carried
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
 
@@ -36,8 +37,8 @@ class Term:
 
     A term overrides the methods that it needs; the inherited ones do nothing. All displacements are
     local arrays of degrees of freedom, ghosts included (mm). Some terms have further base classes:
-    :class:`~.lagged.Lagged`, :class:`~.memory.Memory` and
-    :class:`~.tangent_state.Regularised`.
+    :class:`Lagged`, :class:`~.state.Memory` and
+    :class:`~.carried_stress.Regularised`.
 
     Attributes:
         name: name by which a bound of this term on a step is reported.
@@ -133,3 +134,59 @@ def global_coupling(
     places = (np.concatenate([rows, i]), np.concatenate([columns[which], j]))
     size = NODE * len(nodes)
     return Coupling(nodes, sp.coo_matrix((data, places), shape=(size, size)))
+
+
+class LaggedCorrection(Protocol):
+    """Change C of a gradient along a step that is due to the change of lagged quantities.
+
+    The change for fixed lagged quantities is not part of C; the tangent has it. Steps are local
+    arrays of the unknowns.
+    """
+
+    def linearise(self, step: np.ndarray, *, convex: bool) -> None:
+        """Take the derivative of C at ``step``, or of a potential that majorises C's there."""
+        ...
+
+    def add_change(self, step: np.ndarray, gradient: Gradient) -> None:
+        """Add C(step) (N)."""
+        ...
+
+    def add_rate(self, step: np.ndarray, rate: Gradient) -> None:
+        """Add the derivative of C along ``step``, at the place where it was taken last; first 0."""
+        ...
+
+
+class Lagged(ABC):
+    """A term with lagged quantities, such as friction with its normal forces.
+
+    Displacements are local arrays of degrees of freedom, ghosts included (mm).
+    """
+
+    @abstractmethod
+    def update_lagged(self, dofs: np.ndarray) -> bool:
+        """Update the lagged quantities from the displacement ``dofs``.
+
+        Newton's method asks for it in its first iterations.
+
+        Returns:
+            Whether the potential has changed, equal on all ranks.
+        """
+
+    @abstractmethod
+    def lag_error(self, dofs: np.ndarray) -> float:
+        """Relative change of lagged quantities since the last update, equal on all ranks."""
+
+    @abstractmethod
+    def lagged_correction(self, dofs: np.ndarray) -> LaggedCorrection | None:
+        """Change of the gradient along a step from ``dofs`` due to that of lagged quantities.
+
+        It is None if there are no lagged quantities at present.
+        """
+
+    @abstractmethod
+    def lagged_state(self) -> Any:
+        """The lagged quantities, which a state does not contain."""
+
+    @abstractmethod
+    def restore_lagged(self, state: Any) -> None:
+        """Set the lagged quantities to what :meth:`lagged_state` gave."""

@@ -13,7 +13,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.newton.counts import Counts
+from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.inverse import Inverse
 from dolfingrip.mechanics.newton.policy import DampingPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent

@@ -1,14 +1,18 @@
-"""How a solve of Newton's method ends."""
+"""The course of a solve of Newton's method, its ending, and counts of all solves."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.model import INVERTED
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.newton.policy import WATCH
 
 REASON = {
     Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
@@ -63,3 +67,51 @@ def ending_of(reason: int, rules: Globalisation) -> Ending:
     if reason == reasons.DIVERGED_LINEAR_SOLVE:
         return Ending.SINGULAR
     return Ending.DIVERGED
+
+
+@dataclass(slots=True)
+class Counts:
+    """Counts since the start of a run.
+
+    Attributes:
+        iterations: Newton iterations, also those of failed solves.
+        factorisations: factorisations of tangents.
+        damped: number of damped solves that converged.
+    """
+
+    iterations: int = 0
+    factorisations: int = 0
+    damped: int = 0
+
+
+class Watch:
+    """Tells of each iteration of a solve that takes longer than two seconds.
+
+    Args:
+        clock: in seconds.
+
+    Attributes:
+        tell: receives each line; None: nothing is told.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self.tell: Tell | None = None
+        self.start()
+
+    def start(self) -> None:
+        """A new solve begins."""
+        self._began_s = self._clock()
+        self._step = ""
+
+    def stepped(self, fraction: float, bound: str) -> None:
+        """A step is taken: the part of Newton's step, and the name of what bounds it."""
+        self._step = f", step {fraction:.2g} of Newton's"
+        if bound:
+            self._step += f", bounded by: {bound}"
+
+    def judged(self, iteration: int, norm_N: float, tolerance_N: float) -> None:
+        """The residual after so many iterations is known."""
+        if self.tell is not None and self._clock() - self._began_s > WATCH.patience_s:
+            residual = f"residual {norm_N:.1e} N (to {tolerance_N:.1e} N)"
+            self.tell(f"iteration {iteration}: {residual}{self._step}")

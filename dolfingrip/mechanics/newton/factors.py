@@ -9,9 +9,9 @@ from typing import cast
 import numpy as np
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.counts import Counts
+from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.inverse import Exact, Inverse
-from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
+from dolfingrip.mechanics.newton.lagging import CorrectedStep
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
 # PETSc's fast product of a vector with several depends on where in memory they are: the same solve

@@ -7,9 +7,15 @@ from functools import cached_property
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton import memory
 from dolfingrip.mechanics.newton.bordered import factors
-from dolfingrip.mechanics.newton.inverse import Exact, Factorisation, Inverse
+from dolfingrip.mechanics.newton.inverse import (
+    AUTOMATIC,
+    Exact,
+    Factorisation,
+    Inverse,
+    Order,
+    cheapest,
+)
 from dolfingrip.mechanics.newton.multigrid import Multigrid
-from dolfingrip.mechanics.newton.ordering import AUTOMATIC, Order, cheapest
 from dolfingrip.mechanics.newton.policy import LINEAR, MEMORY
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.errors import ConfigError

@@ -8,9 +8,8 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.bordered import factors
 from dolfingrip.mechanics.newton.callbacks import context
-from dolfingrip.mechanics.newton.inverse import Exact
+from dolfingrip.mechanics.newton.inverse import Exact, cheapest
 from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
-from dolfingrip.mechanics.newton.ordering import cheapest
 from dolfingrip.mechanics.newton.policy import MULTIGRID
 
 

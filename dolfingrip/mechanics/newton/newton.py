@@ -15,19 +15,15 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.callbacks import callback, context
-from dolfingrip.mechanics.newton.condensation import Condensation
-from dolfingrip.mechanics.newton.counts import Counts
 from dolfingrip.mechanics.newton.damping import Damping
-from dolfingrip.mechanics.newton.ending import REASON, Solve, ending_of
+from dolfingrip.mechanics.newton.ending import REASON, Counts, Solve, Watch, ending_of
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
-from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
-from dolfingrip.mechanics.newton.lagging import LagRules
+from dolfingrip.mechanics.newton.lagging import CorrectedStep, LagRules
 from dolfingrip.mechanics.newton.linear_solver import LinearSolver
-from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
+from dolfingrip.mechanics.newton.mixed_tangent import Condensation, MixedTangent
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
-from dolfingrip.mechanics.newton.watch import Watch
 from dolfingrip.sections.numerics import Solver
 
 PREFIX = "dolfingrip_"

@@ -76,7 +76,7 @@ class LagPolicy:
 
 @dataclass(frozen=True, slots=True)
 class CorrectionPolicy:
-    """How a corrected step is solved for; see :class:`~.lagged_correction.CorrectedStep`.
+    """How a corrected step is solved for; see :class:`~.lagging.CorrectedStep`.
 
     Attributes:
         tolerance: part of the residual that the step's equations may be off by.
@@ -190,7 +190,7 @@ class CholeskyPolicy:
         iterations: largest number of conjugate gradients' iterations with factors in single
             precision.
         rounding: error that is taken for rounding, relative to the solution; see
-            :mod:`~.conjugate_gradients`.
+            :func:`~.cholesky.conjugate_gradients`.
         border_rtol: error of the columns that couple a border, relative to them.
     """
 
@@ -255,7 +255,7 @@ class MemoryPolicy:
 
 @dataclass(frozen=True, slots=True)
 class WatchPolicy:
-    """When a solve tells how it goes on; see :class:`~.watch.Watch`.
+    """When a solve tells how it goes on; see :class:`~.ending.Watch`.
 
     Attributes:
         patience_s: time after which it does.

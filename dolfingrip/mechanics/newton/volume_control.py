@@ -12,9 +12,9 @@ from dolfinx import fem, la
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model import jit
-from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
+from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 

@@ -29,7 +29,7 @@ class PredictorPolicy:
 
 @dataclass(frozen=True, slots=True)
 class SeriesPolicy:
-    """The Taylor series of a path at its start; see :func:`~.series.terms`.
+    """The Taylor series of a path at its start; see :func:`~.predictor.taylor_terms`.
 
     Attributes:
         order: order of the series, like that of the polynomials that continue the path.
