@@ -95,7 +95,7 @@ def test_steps_are_followed_until_one_overshoots() -> None:
     assert not rules.is_due(POLICY.overshot * 9.1, 1.0)
     assert rules.is_due(4.0, 1.0)
     assert not rules.current
-    rules.start(predicted=True)
+    rules = LagRules(cube.model, POLICY, predicted=True)
     assert rules.is_due(1.0, 1.0)
     assert rules.current
     rules.updated(0.9)
@@ -117,7 +117,7 @@ def test_an_overshoot_is_not_followed() -> None:
     assert rules.is_due(2e-3, 1.0)  # close to the solution: the last time
     rules.updated(2.5e-3)
     assert not rules.is_due(1e-4, 1.0)
-    rules.start()
+    rules = LagRules(cube.model, POLICY)
     assert rules.is_due(0.2, 1.0)  # a start that was predicted well
 
 

@@ -67,8 +67,7 @@ def test_damped_solves_search_every_step_and_allow_a_rising_residual() -> None:
     """What ends another solve, or is taken whole in it, is searched."""
     model: Any = Line(0.2)
     for damped, expected in ((False, 1.0), (True, 0.4)):
-        rules = Globalisation(model, Solver(), model.work, POLICY)
-        rules.start(damped=damped)
+        rules = Globalisation(model, Solver(), model.work, POLICY, damped=damped)
         rules.judge(0, 1.0)
         fraction = rules.fraction(np.array([2.0]))
         assert fraction == pytest.approx(expected, abs=0.0 if expected == 1 else 0.1)
@@ -85,8 +84,7 @@ def test_a_step_far_too_long_is_searched_by_decades() -> None:
         calls.append(model.x[0])
         return float(((model.x[0] / 1e-5) ** 3 - 1) * step[0])
 
-    rules = Globalisation(model, Solver(), work, POLICY)
-    rules.start(damped=True)
+    rules = Globalisation(model, Solver(), work, POLICY, damped=True)
     rules.judge(0, 1.0)
     model.x[:] = rules.fraction(np.array([1.0]))
     assert len(calls) <= 13

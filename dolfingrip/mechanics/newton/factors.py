@@ -14,12 +14,6 @@ from dolfingrip.mechanics.newton.inverse import Exact, Inverse
 from dolfingrip.mechanics.newton.lagging import CorrectedStep
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
-# PETSc's fast product of a vector with several depends on where in memory they are: the same solve
-# would differ in its last digits when a process repeats it. It is read here, as PETSc warns of an
-# option that nobody reads.
-PETSc.Options()["vec_mdot_use_gemv"] = False
-PETSc.Options().getBool("vec_mdot_use_gemv")
-
 
 class Factors:
     """Solves with the present matrix, by the inverse of an earlier one as long as that is good.
@@ -38,11 +32,6 @@ class Factors:
         counts: counts that solves add to.
         spare: returns the inverse that takes the place of one that is not exact and fails.
         spare_policy: how long that one serves.
-
-    Attributes:
-        corrected_step: the operator that the next matrix is a part of; None if it is the whole.
-        last_fall: how far the residual has to fall for the next step to be the last one; infinite
-            if the end is not near.
     """
 
     def __init__(
@@ -63,8 +52,11 @@ class Factors:
         self._factorised: PETSc.Mat | None = None
         self._current = False
         self._good = False
-        self.corrected_step: CorrectedStep | None = None
-        self.last_fall = np.inf
+        # PETSc's fast product of a vector with several depends on where in memory they are: the
+        # same solve would differ in its last digits when a process repeats it. Vectors that are
+        # made from here on go without; PETSc warns of an option that nobody reads.
+        PETSc.Options()["vec_mdot_use_gemv"] = False
+        PETSc.Options().getBool("vec_mdot_use_gemv")
 
     def renew(self) -> None:
         """Have the next matrix factorised, because it will be far from the last one."""
@@ -76,17 +68,33 @@ class Factors:
         """PETSc calls this after the matrix has changed."""
         self._current = False
 
-    def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve; ``pc`` is marked as failed if the matrix cannot be factorised."""
+    def apply(
+        self,
+        pc: PETSc.PC,
+        right: PETSc.Vec,
+        solution: PETSc.Vec,
+        correction: CorrectedStep | None = None,
+        last_fall: float = np.inf,
+    ) -> None:
+        """Solve; ``pc`` is marked as failed if the matrix cannot be factorised.
+
+        Args:
+            pc: holds the matrix.
+            right: right-hand side.
+            solution: takes the solution.
+            correction: the operator that the matrix is a part of; None if it is the whole.
+            last_fall: how far the residual has to fall for this step to be the last one; infinite
+                if the end is not near.
+        """
         matrix = pc.getOperators()[0]
         ksp = self._ksp or self._create(matrix)
-        if self.corrected_step is not None:
-            self.corrected_step.solve(partial(self._solve_beside, ksp, matrix), right, solution)
+        if correction is not None:
+            correction.solve(partial(self._solve_beside, ksp, matrix), right, solution)
         else:
             if not self._solve_near(ksp, matrix, right, solution):
                 self._solve_own(ksp, matrix, right, solution)
-            if self.last_fall < 1:
-                self._end(ksp, matrix, right, solution)
+            if last_fall < 1:
+                self._end(ksp, matrix, right, solution, last_fall)
         pc.setFailedReason(self._inverse.failed)
 
     def _solve_near(
@@ -102,7 +110,12 @@ class Factors:
         return bool(ksp.getConvergedReason() > 0)
 
     def _end(
-        self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
+        self,
+        ksp: PETSc.KSP,
+        matrix: PETSc.Mat,
+        right: PETSc.Vec,
+        solution: PETSc.Vec,
+        last_fall: float,
     ) -> None:
         """Improve the solution until the step can be the last one.
 
@@ -110,7 +123,7 @@ class Factors:
         is left of the forces may be thousands of times as large.
         """
         left, more = right.duplicate(), right.duplicate()
-        enough = self._policy.last * self.last_fall * right.norm()
+        enough = self._policy.last * last_fall * right.norm()
         ksp.setOperators(matrix)
         for _ in range(self._policy.ends):
             matrix.mult(solution, left)

@@ -37,10 +37,13 @@ class Globalisation:
         residual_along: product of the residual at the model's present displacement with a step
             (mJ).
         policy: how long steps are, and when a solve stops.
+        scale_N: force (N) that the relative tolerance refers to; default: the first residual.
+        far: whether the start is another state than that at the end of the last solve.
+        damped: whether each step is searched along, and a residual may rise.
 
     Attributes:
         bound: name of the bound that cut the last step; "" if none did.
-        far: whether the tangent is probably far from the one before.
+        changed_much: whether the tangent is probably far from the one before.
         overshot: whether the last step was one of the first of a model that is singular at rest,
             and far too long; a membrane has no stiffness across it until it is deflected.
     """
@@ -51,27 +54,19 @@ class Globalisation:
         settings: Solver,
         residual_along: Callable[[np.ndarray], float],
         policy: StepPolicy,
+        *,
+        scale_N: float | None = None,
+        far: bool = False,
+        damped: bool = False,
     ) -> None:
         self._model = model
         self._settings = settings
         self._residual_along = residual_along
         self._policy = policy
         self._search_first = model.singular_at_rest
-        self.start()
-
-    def start(
-        self, scale_N: float | None = None, *, far: bool = False, damped: bool = False
-    ) -> None:
-        """Forget the last solve.
-
-        Args:
-            scale_N: force (N) that the relative tolerance refers to; default: the first residual.
-            far: whether the start is another state than that at the end of the last solve.
-            damped: whether each step is searched along, and a residual may rise.
-        """
         self.bound = ""
         self.overshot = False
-        self.far = far
+        self.changed_much = far
         self._damped = damped
         self._short = 0
         self._inverted = 0
@@ -125,7 +120,7 @@ class Globalisation:
             return Verdict.CONVERGED
         self._before = list(self._recent)
         if self._recent:
-            self.far = norm > policy.far * self._recent[-1]
+            self.changed_much = norm > policy.far * self._recent[-1]
         self._settled = iteration >= policy.settled
         # not only with the last one: pairs that touch and part in turn make the residual jump
         self._stagnates = self._damped or (

@@ -27,6 +27,9 @@ class LagRules:
     Args:
         model: model whose terms have lagged quantities.
         policy: when they are updated.
+        predicted: whether the solve starts at an estimate of its solution, not at the last
+            solution.
+        corrected: whether steps may be corrected.
 
     Attributes:
         current: whether they are those of the present iterate; only then may the next step be
@@ -35,19 +38,11 @@ class LagRules:
         overshot: whether a corrected step made the residual grow too much.
     """
 
-    def __init__(self, model: Model, policy: LagPolicy) -> None:
+    def __init__(
+        self, model: Model, policy: LagPolicy, *, predicted: bool = False, corrected: bool = True
+    ) -> None:
         self._model = model
         self._policy = policy
-        self.start()
-
-    def start(self, *, predicted: bool = False, corrected: bool = True) -> None:
-        """Forget the last solve.
-
-        Args:
-            predicted: whether the next solve starts at an estimate of its solution, not at the last
-                solution.
-            corrected: whether steps may be corrected.
-        """
         self._peak_N = self._last_N = 0.0
         self._kept = self.current = self.corrected = self.overshot = False
         self._predicted = predicted

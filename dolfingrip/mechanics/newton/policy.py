@@ -205,7 +205,6 @@ class LinearPolicy:
     """Linear systems beside the tangent's.
 
     Attributes:
-        condensation_rtol: relative tolerance of the equations of further fields.
         iterative_from: unknowns of quadratic tetrahedra from which on multigrid takes less time.
         iterative_from_hexahedra: of hexahedra of 20 nodes, in walls of one element: linear ones
             cannot bend, so the linear level says less.
@@ -213,7 +212,6 @@ class LinearPolicy:
             process on tiny graphs.
     """
 
-    condensation_rtol: float = 1e-12
     iterative_from: int = 120_000
     iterative_from_hexahedra: int = 400_000
     smallest_graph: int = 1000
