@@ -170,7 +170,7 @@ def _lead(
     if failure is not None:
         return failure
     failure = _through(experiment, rig, path, stops, reached)
-    if failure is not None and (further := rig.beyond(failure)):
+    if failure is not None and (further := rig.continuation(failure)):
         failure = _through(experiment, rig, rig.path(observers), further, reached)
     return failure
 

@@ -49,7 +49,7 @@ class Push(FingerExperiment):
         from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
         rig = FingerRig.built(
-            config, comm, profile, plate=False, loads=dead_loads, made_for=self.made_for
+            config, comm, profile, plate=False, adds=dead_loads, made_for=self.made_for
         )
         if rig.newton.model.domain.half:
             raise ConfigError(

@@ -53,7 +53,7 @@ def test_a_bar_is_timoshenkos_cantilever() -> None:
     bar = bodies.box((2, 3, 24), (*sides, length))
     ends = {"clamp": bodies.plane(2, 0.0), "tip": bodies.plane(2, length)}
     finger = controlled(
-        build(settings, bodies.domain(bar, ends), plate=False, loads=tip_load.dead_loads)
+        build(settings, bodies.domain(bar, ends), plate=False, adds=tip_load.dead_loads)
     )
     newton = Newton(finger.model, settings.solver)
     found = tip_load.stiffness(newton)()
@@ -77,7 +77,7 @@ def test_a_pressurised_finger_gives_way_to_finite_loads_as_its_tangent_says() ->
     """
     settings = push.Push().settings(small.short(*STRICT, *EVEN))
     domain = load_domain(settings, MPI.COMM_SELF)
-    finger = controlled(build(settings, domain, plate=False, loads=tip_load.dead_loads))
+    finger = controlled(build(settings, domain, plate=False, adds=tip_load.dead_loads))
     newton = Newton(finger.model, settings.solver)
     path = by_pressure(newton)
     assert path.advance({"pressure_kPa": 40.0}).failure is None

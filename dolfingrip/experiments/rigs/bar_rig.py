@@ -154,7 +154,6 @@ class BarRig(Rig):
     """
 
     specimen_name: ClassVar = "coupon"
-    quantity = "displacement"
 
     def __init__(self, config: Config, bar: CouponModel, profile: Profile) -> None:
         super().__init__(Newton(bar.model, _strict(bar.config), profile), bar)
@@ -171,6 +170,10 @@ class BarRig(Rig):
         with profile.phase("forms"):
             bar = build(config, comm)
         return cls(config, bar, profile)
+
+    @property
+    def quantity(self) -> str:
+        return "displacement"
 
     def longest(self) -> dict[str, float]:
         sides = self._config.coupon

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial, reduce
 from operator import add
 
@@ -31,16 +31,40 @@ from dolfingrip.mechanics.model.element import (
     pressure_field,
 )
 from dolfingrip.mechanics.model.history import History
-from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 from dolfingrip.mechanics.newton.volume_control import volume_controlled
 
-Loads = Callable[[Site], Sequence[ufl.Form]]
-"""Energies (mJ of the meshed part) that an experiment adds."""
+
+@dataclass(frozen=True, slots=True)
+class Additions:
+    """What an experiment adds to the model of a finger.
+
+    Attributes:
+        loads: energies in UFL (mJ of the meshed part).
+        terms: further terms of the potential.
+        global_unknowns: unknowns of these terms.
+        controls: further controls by name with unit.
+    """
+
+    loads: Sequence[ufl.Form] = ()
+    terms: Sequence[Term] = ()
+    global_unknowns: Sequence[GlobalUnknown] = ()
+    controls: Mapping[str, Prescribed] = field(default_factory=dict)
+
+
+Adds = Callable[[Site], Additions]
+"""Returns what an experiment adds, from the fields, constants and contacts of the finger."""
+
+
+def nothing(site: Site) -> Additions:
+    """Add nothing."""
+    return Additions()
 
 
 @dataclass(slots=True)
@@ -90,6 +114,10 @@ class FingerModel:
         exactly = site.domain.surface(*site.domain.cavities, quadrature_degree=degree)
         return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly
 
+    def control_volume(self) -> None:
+        """Replace the model by one of the same state whose control is the cavity's volume."""
+        self.model = volume_controlled(self.model, self.cavity, self.enclosed)
+
     def take_over(self, config: Config, rest: np.ndarray) -> None:
         """Put the plate and set the supply's stages as the adapted ``config`` asks for.
 
@@ -128,7 +156,7 @@ def pressures(config: Config, site: Site) -> ufl.Form:
 
 
 def total_potential(
-    config: Config, site: Site, base: BaseMaterial, loads: Loads
+    config: Config, site: Site, base: BaseMaterial, loads: Sequence[ufl.Form]
 ) -> tuple[Potential, Sequence[Term]]:
     """The finger's total potential.
 
@@ -151,7 +179,7 @@ def total_potential(
     written = Potential(
         u,
         solid,
-        [pressing, *effects, *loads(site)],
+        [pressing, *effects, *loads],
         carried=config.solver.mixed_integration_point,
         p=site.p,
         global_unknowns=list(site.unknowns.values()),
@@ -163,16 +191,17 @@ def total_potential(
     return written, [term for term in own if term is not None]
 
 
-def build(
-    config: Config, domain: Domain, *, plate: bool, loads: Loads = lambda site: ()
-) -> FingerModel:
+def build(config: Config, domain: Domain, *, plate: bool, adds: Adds = nothing) -> FingerModel:
     """Build the model of the finger on ``domain``.
 
     Args:
         config: everything that it depends on.
         domain: reference configuration.
         plate: whether the force sensor's plate faces it.
-        loads: further energies (mJ of the meshed part) that an experiment adds.
+        adds: what an experiment adds.
+
+    Returns:
+        The model, undeformed and without pressure.
 
     Raises:
         ConfigError: if the configuration asks for something that this experiment does not have.
@@ -194,7 +223,8 @@ def build(
         pressure=fem.Constant(mesh, PETSc.ScalarType(0.0)),
     )
     surround(site, plate=plate)
-    potential, terms = total_potential(config, site, base, loads)
+    added = adds(site)
+    potential, terms = total_potential(config, site, base, added.loads)
     regulator = Control(site.pressure, KPA)
     stages = supply(config, regulator)
     supports = at_rest(u.function_space, site.domain, site.held)
@@ -203,15 +233,16 @@ def build(
         u,
         potential,
         supports,
-        {"pressure_kPa": stages or regulator},
-        terms,
+        {"pressure_kPa": stages or regulator, **added.controls},
+        [*terms, *added.terms],
         [site.history] if stages is None else [site.history, stages],
         p=site.p,
+        global_unknowns=added.global_unknowns,
         constraint=moving_clamp(site, supports),
     )
     made = FingerModel(config, site, model, model, model.state())
     if config.experiment.control == "volume":
-        made.model = volume_controlled(model, regulator, made.enclosed)
+        made.control_volume()
         made.rest = made.model.state()
     return made
 

@@ -6,23 +6,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import ClassVar
 
-import ufl
 from mpi4py import MPI
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.rigs.display import displayed
-from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.undeformed import load_domain
-from dolfingrip.extensions.site import Site
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled
+from dolfingrip.mechanics.newton.volume_control import CONTROL
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.limit_point import LimitPointSearch
 from dolfingrip.mechanics.path.path import LoadPath, Observer
@@ -52,14 +50,10 @@ class FingerRig(Rig):
         self._config = config
         self._finger = finger
         self._observation = observation
-        self._by_pressure = pressurisation.by_pressure(config)
-        self.quantity = "pressure" if self._by_pressure else "volume"
         self.readings = observation.readings
         self.from_rest = observation.from_rest
         self._tared = False
         self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
-        self.jumps = config.experiment.control != "auto"
-        self.snaps = config.experiment.snaps
         self.further: Callable[[], Mapping[str, float]] = dict
 
     @classmethod
@@ -70,12 +64,12 @@ class FingerRig(Rig):
         profile: Profile,
         *,
         plate: bool,
-        loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
+        adds: Adds = nothing,
         made_for: Geometry | None = None,
     ) -> FingerRig:
         """Build the rig of the configuration's finger.
 
-        For ``loads`` see :func:`finger.build`, for ``made_for`` :func:`undeformed.straight`.
+        For ``adds`` see :func:`finger.build`, for ``made_for`` :func:`undeformed.straight`.
 
         Raises:
             ConfigError: on every rank, one line about a bad mesh or geometry.
@@ -83,9 +77,23 @@ class FingerRig(Rig):
         with profile.phase("mesh"):
             domain = load_domain(config, comm, made_for)
         with profile.phase("forms"):
-            finger = build(config, domain, plate=plate, loads=loads)
+            finger = build(config, domain, plate=plate, adds=adds)
             observation = Observation(finger)
         return cls(config, finger, observation, profile)
+
+    @property
+    def _by_pressure(self) -> bool:
+        """Whether the pressure is prescribed, and not the cavity's volume."""
+        return self._finger.model is self._finger.by_pressure
+
+    @property
+    def quantity(self) -> str:
+        return "pressure" if self._by_pressure else "volume"
+
+    @property
+    def jumps(self) -> bool:
+        config = self._config.experiment
+        return config.snaps and (config.control != "auto" or not self._by_pressure)
 
     def longest(self) -> dict[str, float]:
         longest = {}
@@ -123,7 +131,7 @@ class FingerRig(Rig):
         """Present volume of the whole cavity."""
         return self._observation.readings[CONTROL].value()
 
-    def beyond(self, failure: Failure) -> Sequence[Stop]:
+    def continuation(self, failure: Failure) -> Sequence[Stop]:
         """Stops under volume control from the present state on, if that was asked for."""
         ended = failure.kind in (FailureKind.TIME_LIMIT, FailureKind.CONTACT)
         if self._config.experiment.control != "auto" or not self._by_pressure or ended:
@@ -132,10 +140,8 @@ class FingerRig(Rig):
         growth = self._volume_mm3() / self._rest_mm3 - 1
         found = pressurisation.stops_by_volume(self._config, growth, finger.model.time_s)
         if found:
-            finger.model = volume_controlled(finger.model, finger.cavity, finger.enclosed)
+            finger.control_volume()
             self.newton = self.newton.of(finger.model)
-            self._by_pressure, self.quantity = False, "volume"
-            self.jumps = True
         return found
 
     def advice(self, failure: Failure) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from dolfinx import fem
@@ -11,11 +12,12 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.grasped import SIDEWAYS, GraspedBody, grasped, halved
 from dolfingrip.experiments.rigs.policy import GRASP_PATH
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
+from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane
 from dolfingrip.mechanics.contact.friction import Friction
@@ -48,8 +50,7 @@ class GripperModel:
     its own mirror image, half a thumb and finger B are meshed (``model.domain.half``).
 
     Attributes:
-        model: model that is solved.
-        finger: the model of all fingers without food, of which ``model`` has the terms.
+        finger: model of all fingers, with the food and the table.
         stands: places of the fingers.
         motion: weight and inertia of the food.
         contact: contact of the fingers with the food.
@@ -58,7 +59,6 @@ class GripperModel:
         table_friction: friction of this contact.
     """
 
-    model: Model
     finger: FingerModel
     stands: Sequence[Stand]
     motion: RigidMotion
@@ -66,6 +66,11 @@ class GripperModel:
     finger_friction: Friction
     table: RigidPoints
     table_friction: Friction
+
+    @property
+    def model(self) -> Model:
+        """Model that is solved."""
+        return self.finger.model
 
     @property
     def pose(self) -> Pose:
@@ -93,19 +98,41 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     Raises:
         ConfigError: on every rank, one line.
     """
-    food, gripper = grasped(config.food), config.gripper
+    food = grasped(config.food)
     found = stands_of(config, food)
     domain = _fingers(config, comm, found, half=halved(config, food))
     hung = config.changed(gravity={"acceleration_m_s2": GRAVITY_M_S2, "direction": DOWN})
-    finger = build(hung, domain, plate=False)
-    fingers, u = finger.model, finger.model.u
+    grasps: list[_Grasp] = []
+
+    def adds(site: Site) -> Additions:
+        grasps.append(_grasp(config, food, site, comm))
+        return grasps[0].additions
+
+    finger = build(hung, domain, plate=False, adds=adds)
+    return GripperModel(finger, found, *grasps[0][:-1])
+
+
+class _Grasp(NamedTuple):
+    """Food and table among the fingers, in the order of :class:`GripperModel`'s attributes."""
+
+    motion: RigidMotion
+    contact: RigidContact
+    finger_friction: Friction
+    table: RigidPoints
+    table_friction: Friction
+    additions: Additions
+
+
+def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Grasp:
+    """Put food and table among the fingers."""
+    domain, u, gripper = site.domain, site.u, config.gripper
     gravity = GRAVITY_M_S2 * np.array(DOWN)
 
     def friction(touched: Touching, coefficient: float, title: str) -> Friction:
-        return Friction(touched, u, finger.site.fixed(coefficient), title=title)
+        return Friction(touched, u, site.fixed(coefficient), title=title)
 
     body = replace(food.body, held=SIDEWAYS) if domain.half else food.body
-    pose, height = body.pose(domain.mesh), finger.site.fixed(0.0)
+    pose, height = body.pose(domain.mesh), site.fixed(0.0)
     standing = Pose([height], np.array([[0, 0, 1, 0, 0, 0.0]]).T, np.zeros(6))
     barrier, skin = Smooth(gripper.barrier_mm, gripper.stiffness_MPa), food.surface
     areas, copies = skin.point_areas_mm2(), domain.copies
@@ -116,17 +143,12 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     finger_friction = friction(contact, config.food.friction, "friction on fingers")
     table_friction = friction(table, config.food.table_friction, "friction on the table")
     mirror = [_mirror_image(config, domain, u)] if domain.half else []
-    model = replace(
-        fingers,
-        terms=[
-            *fingers.terms, motion, contact, finger_friction, table, table_friction, *mirror
-        ],
-        global_unknowns=[*fingers.global_unknowns, *pose.free],
-        controls={**fingers.controls, "table_z_mm": Control(height)},
-    )  # fmt: skip
-    return GripperModel(
-        model, finger, found, motion, contact, finger_friction, table, table_friction
+    additions = Additions(
+        terms=[motion, contact, finger_friction, table, table_friction, *mirror],
+        global_unknowns=pose.free,
+        controls={"table_z_mm": Control(height)},
     )
+    return _Grasp(motion, contact, finger_friction, table, table_friction, additions)
 
 
 def _stand(motion: RigidMotion, table: RigidPoints, dofs: np.ndarray) -> None:

@@ -23,7 +23,6 @@ class Rig(ABC):
 
     Attributes:
         specimen_name: what the specimen is called.
-        quantity: what is prescribed, in words.
         newton: solver of the specimen's model.
         specimen: the model with its parts, which visitors of the run receive.
         gaps_mm: for each reading, distances (mm) between neighbouring parts by their names.
@@ -31,12 +30,9 @@ class Rig(ABC):
         readings: readings by column, without instruments' errors.
         from_rest: columns that count from the state at rest.
         tared: called as soon as the state at rest is known.
-        jumps: whether a load step may jump to another state if none is near.
-        snaps: whether it may where the load has a maximum.
     """
 
     specimen_name: ClassVar[str]
-    quantity: str = "pressure"
     readings: Mapping[str, Reading]
     from_rest: Sequence[str] = ()
 
@@ -46,7 +42,16 @@ class Rig(ABC):
         self.gaps_mm: list[dict[str, float]] = []
         self.plate: PlatePose | None = None
         self.tared: Callable[[], None] = lambda: None
-        self.jumps = self.snaps = True
+
+    @property
+    def quantity(self) -> str:
+        """Name of the quantity that is prescribed at present."""
+        return "pressure"
+
+    @property
+    def jumps(self) -> bool:
+        """Whether a load step may jump to another state if none is near."""
+        return True
 
     @abstractmethod
     def longest(self) -> dict[str, float]:
@@ -59,7 +64,7 @@ class Rig(ABC):
             self.longest(),
             passable=self.passable,
             observers=observers,
-            damped=self.jumps and self.snaps,
+            damped=self.jumps,
         )
 
     @abstractmethod
@@ -96,11 +101,14 @@ class Rig(ABC):
         """
         return None
 
-    def beyond(self, failure: Failure) -> Sequence[Stop]:
-        """Further stops under another control, after an experiment ended early.
+    def continuation(self, failure: Failure) -> Sequence[Stop]:
+        """Hand over to another control after an experiment ended early.
 
-        If there are any, :attr:`newton`, :meth:`longest` and :meth:`controls` are those of the new
+        From there on :attr:`newton`, :meth:`longest` and :meth:`controls` are those of the new
         control.
+
+        Returns:
+            Stops under the other control; empty if there is none.
 
         Args:
             failure: why it ended; the specimen is in its last good state.

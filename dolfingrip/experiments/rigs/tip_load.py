@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
-
-import ufl
 
 from dolfingrip.channels import Channel
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from dolfingrip.experiments.rigs.finger import Additions
     from dolfingrip.extensions.site import Site
     from dolfingrip.mechanics.newton.newton import Newton
     from dolfingrip.mechanics.readings.reading import Reading
@@ -35,8 +34,17 @@ def load(axis: str) -> str:
     return f"push.load_{axis}_N"
 
 
-def dead_loads(site: Site) -> Sequence[ufl.Form]:
-    """Potentials of loads of 0 N along x and y on the tip face (mJ of the meshed part)."""
+def dead_loads(site: Site) -> Additions:
+    """Add loads of 0 N along x and y on the tip face.
+
+    Args:
+        site: fields and constants of the finger; the loads become constants of it.
+
+    Returns:
+        Their potentials (mJ of the meshed part).
+    """
+    from dolfingrip.experiments.rigs.finger import Additions
+
     tip = site.domain.surface(
         "tip", quadrature_degree=2 * site.u.function_space.ufl_element().degree
     )
@@ -45,7 +53,7 @@ def dead_loads(site: Site) -> Sequence[ufl.Form]:
     for i, axis in enumerate(AXES):
         force = site.parameters[load(axis)] = site.fixed(0.0)
         found.append(-force * per_area * site.u[i] * tip)
-    return found
+    return Additions(loads=found)
 
 
 def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
