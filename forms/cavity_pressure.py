@@ -35,5 +35,14 @@ def volume_density(u: Expr, domain: ufl.Mesh) -> Expr:
 
 
 def energy(u: Expr, domain: ufl.Mesh, pressure: Expr) -> Expr:
-    """Potential of the pressure (MPa) per reference area of the cavity (mJ/mm²)."""
+    """Potential of the pressure in a cavity.
+
+    Args:
+        u: displacement (mm).
+        domain: mesh.
+        pressure: pressure in the cavity (MPa).
+
+    Returns:
+        Energy per reference area of the cavity's wall (mJ/mm²).
+    """
     return -pressure * volume_density(u, domain)

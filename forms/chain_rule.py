@@ -57,7 +57,14 @@ class Strain(Label):
 
 
 def strain_variable(strain: Expr) -> Variable:
-    """The strain as a variable that energies may share work on."""
+    """Label a strain as the variable of energies.
+
+    Args:
+        strain: Green–Lagrange strain, (3, 3).
+
+    Returns:
+        The strain with a label; energies of the same label share work.
+    """
     return Variable(strain, Strain())
 
 
@@ -115,7 +122,16 @@ def _through(slope: Expr, strain: Expr, variable: Expr) -> Expr:
 
 
 def along(stress: Expr, field: Expr, way: Expr) -> Expr:
-    """Derivative of an expression by ``field`` in the direction ``way``."""
+    """Derivative of an expression by a field in a direction.
+
+    Args:
+        stress: any expression of the field.
+        field: function that the derivative is taken by.
+        way: direction, of the field's shape.
+
+    Returns:
+        The derivative, of the expression's shape.
+    """
     held, back = _held(stress)
     if not back:
         return ufl.derivative(stress, field, way)

@@ -16,8 +16,14 @@ def isochoric_tensor(strain: Expr) -> Expr:
 
 
 def isochoric(strain: Expr) -> tuple[Expr, Expr]:
-    """Ī₁ − 3 and Ī₂ − 3 with Ī₁ = tr C̄ and Ī₂ = ½ (Ī₁² − tr C̄²) (Holzapfel, Nonlinear Solid
-    Mechanics, 2000, eq. 6.109).
+    """Isochoric invariants of a strain, less 3.
+
+    Args:
+        strain: Green–Lagrange strain, (3, 3).
+
+    Returns:
+        Ī₁ − 3 and Ī₂ − 3 with Ī₁ = tr C̄ and Ī₂ = ½ (Ī₁² − tr C̄²) (Holzapfel, Nonlinear
+        Solid Mechanics, 2000, eq. 6.109).
 
     Example:
         In simple shear by γ both are γ².

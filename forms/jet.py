@@ -99,7 +99,14 @@ class Jet:
 
 
 def constant(value: Expr) -> Jet:
-    """A constant: its derivatives are 0."""
+    """Jet of a constant.
+
+    Args:
+        value: a number or an expression.
+
+    Returns:
+        The value with derivatives of 0.
+    """
     return Jet(value, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 

@@ -5,14 +5,27 @@ from ufl.core.expr import Expr
 
 
 def deformation_gradient(u: Expr) -> Expr:
-    """Deformation gradient F = I + ∇u, (3, 3), of the displacement ``u`` (mm)."""
+    """Deformation gradient F = I + ∇u of a displacement.
+
+    Args:
+        u: displacement (mm).
+
+    Returns:
+        F, (3, 3).
+    """
     return ufl.Identity(3) + ufl.grad(u)
 
 
 def green_lagrange(u: Expr) -> Expr:
-    """Green–Lagrange strain E = ½(∇u + ∇uᵀ + ∇uᵀ∇u), (3, 3), of the displacement ``u`` (mm).
+    """Green–Lagrange strain E = ½(∇u + ∇uᵀ + ∇uᵀ∇u) of a displacement.
 
     It is not written as (FᵀF − I)/2, because that difference loses digits at small strain.
+
+    Args:
+        u: displacement (mm).
+
+    Returns:
+        E, (3, 3).
 
     Example:
         Along a stretch λ it is ½ (λ² − 1), which is 3/2 at λ = 2.
@@ -26,12 +39,28 @@ def green_lagrange(u: Expr) -> Expr:
 
 
 def strain_variation(u: Expr, v: Expr) -> Expr:
-    """Variation of E(u) along ``v``: sym(Fᵀ∇v), (3, 3)."""
+    """Variation of the Green–Lagrange strain along a direction.
+
+    Args:
+        u: displacement (mm).
+        v: direction (mm).
+
+    Returns:
+        sym(Fᵀ∇v), (3, 3).
+    """
     return ufl.sym(deformation_gradient(u).T * ufl.grad(v))
 
 
 def geometric_variation(v: Expr, w: Expr) -> Expr:
-    """Second variation of E along ``v`` and ``w``: sym(∇vᵀ∇w), (3, 3)."""
+    """Second variation of the Green–Lagrange strain along two directions.
+
+    Args:
+        v: one direction (mm).
+        w: the other direction (mm).
+
+    Returns:
+        sym(∇vᵀ∇w), (3, 3).
+    """
     return ufl.sym(ufl.grad(v).T * ufl.grad(w))
 
 

@@ -8,9 +8,16 @@ ROUND = 1e-8
 
 
 def tangential(tensor: Expr, normal: Expr) -> Expr:
-    """P T P with P = I − N ⊗ N: the part of a tensor (3, 3) in the surface of unit normal N.
+    """Part of a tensor in a surface.
 
     For the Green–Lagrange strain this is the surface's own strain, which (F P)ᵀ(F P) gives.
+
+    Args:
+        tensor: T, (3, 3).
+        normal: unit normal N, (3,).
+
+    Returns:
+        P T P with P = I − N ⊗ N, (3, 3).
     """
     p = ufl.Identity(3) - ufl.outer(normal, normal)
     return p * tensor * p
@@ -77,7 +84,14 @@ def fibres(strain: Expr, stiffness: Expr, direction: Expr, compression: Expr) ->
 
 
 def direction(angle: Expr, normal: Expr) -> Expr:
-    """Unit vector (3,) at ``angle`` (rad) from z towards y, in the surface of this normal.
+    """Direction at an angle within a surface.
+
+    Args:
+        angle: angle from z towards y (rad).
+        normal: unit normal of the surface, (3,).
+
+    Returns:
+        Unit vector, (3,).
 
     Example:
         >>> from dolfingrip.forms.evaluate import number

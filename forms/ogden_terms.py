@@ -37,6 +37,15 @@ def energy(strain: Expr, mu: Sequence[Expr], alpha: Sequence[Expr]) -> Expr:
 
 
 def of_powers(invariants: Invariants, mu: Sequence[Any], alpha: Sequence[Any]) -> Jet:
-    """The energy from the sums of the stretches' powers, of UFL or in numbers."""
+    """Energy of Ogden's terms from sums of powers of the stretches.
+
+    Args:
+        invariants: variables of the energy, in UFL or in numbers.
+        mu: moduli of the terms (MPa).
+        alpha: exponents of the stretches.
+
+    Returns:
+        The energy (MPa = mJ/mm³) with its derivatives by Ī₁ and Ī₂.
+    """
     terms = [invariants.power_sum(a) * (2 * m / a**2) for m, a in zip(mu, alpha, strict=True)]
     return reduce(add, terms)

@@ -60,7 +60,18 @@ def energy(strain: Expr, modulus: Expr, a: Expr, c_inverse: Expr, step: Expr, ta
 
 
 def update(strain: Expr, a: Expr, c_inverse: Expr, step: Expr, tau: Expr) -> tuple[Expr, Expr]:
-    """A' and C̄⁻¹ at the step's end, (3, 3) each; the arguments are those of :func:`energy`."""
+    """Internal variables at the end of a step.
+
+    Args:
+        strain: Green–Lagrange strain E at the step's end, (3, 3).
+        a: A at the step's start, (3, 3).
+        c_inverse: C̄⁻¹ at the step's start, (3, 3).
+        step: length of the step (s).
+        tau: relaxation time (s).
+
+    Returns:
+        A' and C̄⁻¹ at the step's end, (3, 3) each.
+    """
     r, s = weights(step, tau)
     now = ufl.inv(isochoric_tensor(strain))
     return r * a + s * c_inverse + (1 - r - s) * now, now

@@ -51,6 +51,15 @@ def energy(strain: Expr, modulus: Expr, a: Expr, limit: Expr) -> Expr:
 
 
 def update(strain: Expr, a: Expr, limit: Expr) -> Expr:
-    """A' at the step's end, (3, 3); the arguments are those of :func:`energy`."""
+    """Internal variable at the end of a step.
+
+    Args:
+        strain: Green–Lagrange strain E at the step's end, (3, 3).
+        a: A at the step's start, (3, 3).
+        limit: limit of the energy; see :func:`energy`.
+
+    Returns:
+        A' at the step's end, (3, 3).
+    """
     kept = ufl.sqrt(limit / ufl.max_value(_stretched(strain, a), limit))
     return kept * a + (1 - kept) * ufl.inv(isochoric_tensor(strain))

@@ -71,6 +71,12 @@ class _Deck:
 def read(path: Path) -> SolidMesh:
     """Read a deck with the groups that it has.
 
+    Args:
+        path: the deck, .inp.
+
+    Returns:
+        The mesh, in the deck's unit of length.
+
     Raises:
         MeshError: one line, if the deck cannot be understood.
         OSError: if the file cannot be read.

@@ -111,5 +111,12 @@ def to_vtk(cells: Ints) -> Ints:
 
 
 def from_vtk(cells: Ints) -> Ints:
-    """Cells in VTK's order of nodes in the order of :class:`~dolfingrip.meshes.solid.SolidMesh`."""
+    """Reorder the nodes of cells from VTK's order.
+
+    Args:
+        cells: (n, nodes) cells in VTK's order of nodes.
+
+    Returns:
+        (n, nodes) cells in the order of :class:`~dolfingrip.meshes.solid.SolidMesh`.
+    """
     return cells[:, np.argsort(BY_NODES[cells.shape[1]].vtk(cells.shape[1]))]

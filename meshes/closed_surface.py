@@ -98,7 +98,14 @@ class ClosedSurface:
 
 
 def read(path: Path, key: str = "food.file") -> ClosedSurface:
-    """A closed surface from an STL file in mm.
+    """Read a closed surface from an STL file in mm.
+
+    Args:
+        path: the STL file.
+        key: key of the configuration for the error.
+
+    Returns:
+        The surface (mm).
 
     Raises:
         MeshError: one line, if the file cannot be read, or its surface is open or encloses nothing.

@@ -34,7 +34,15 @@ def merged(solids: Sequence[SolidMesh]) -> SolidMesh:
 
 
 def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
-    """Solids of one depth, each shifted along x by 1 + :data:`APART` depths from the one before."""
+    """Put several solids into one mesh.
+
+    Args:
+        solids: meshes of one depth (mm).
+
+    Returns:
+        One mesh; each solid is shifted along x by 1 + :data:`APART` depths from the one
+        before.
+    """
     shift = np.array([(1 + APART) * float(np.ptp(solids[0].points[:, 0])), 0.0, 0.0])
     shifted = [replace(solid, points=solid.points + i * shift) for i, solid in enumerate(solids)]
     return merged(shifted)

@@ -142,7 +142,15 @@ class FreeForm:
 
 
 def bent(mesh: SolidMesh, form: FreeForm) -> SolidMesh:
-    """``mesh`` with moved points; cells and groups stay."""
+    """Bend a mesh by a free form.
+
+    Args:
+        mesh: straight mesh (mm).
+        form: free form of its walls.
+
+    Returns:
+        The mesh with moved points; cells and groups stay.
+    """
     if not form.offsets_mm.any():
         return mesh
     return replace(mesh, points=form.points(mesh.points))

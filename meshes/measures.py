@@ -144,9 +144,15 @@ def edge_lengths(mesh: SolidMesh) -> Floats:
 
 
 def moments(mesh: SolidMesh) -> tuple[float, Floats]:
-    """Volume (mm³) and first moment ∫ x dV (mm⁴, shape (3,)) of the solid.
+    """Volume and first moment of a solid.
 
     Second-order elements are integrated exactly where their edges are straight.
+
+    Args:
+        mesh: the solid (mm).
+
+    Returns:
+        Volume (mm³), and first moment ∫ x dV (mm⁴), shape (3,).
     """
     at, weights = CELL_QUADRATURE[mesh.shape]
     functions = shape_functions.of_cell(mesh.shape.corners)
@@ -163,7 +169,14 @@ def moments(mesh: SolidMesh) -> tuple[float, Floats]:
 
 
 def centroid(mesh: SolidMesh) -> Floats:
-    """Centre of gravity of the homogeneous solid (mm), shape (3,), from :func:`moments`."""
+    """Centre of gravity of a homogeneous solid.
+
+    Args:
+        mesh: the solid (mm).
+
+    Returns:
+        Centre of gravity (mm), shape (3,).
+    """
     volume, moment = moments(mesh)
     return np.asarray(moment / volume, dtype=float)
 
@@ -172,6 +185,9 @@ def moment_gradients(mesh: SolidMesh) -> tuple[Floats, Floats]:
     """Derivatives of :func:`moments` by the points.
 
     The middle of an edge follows its ends; its own motion counts for nothing.
+
+    Args:
+        mesh: the solid (mm).
 
     Returns:
         Shape (n, 3) of the volume (mm²), and (3, n, 3) of the first moment (mm³).

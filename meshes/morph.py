@@ -95,7 +95,14 @@ class Morph:
 
 
 def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
-    """``mesh`` with moved points; cells and groups stay.
+    """Move the points of a mesh by a morph.
+
+    Args:
+        mesh: mesh of the finger (mm).
+        morph: how its points move.
+
+    Returns:
+        The mesh with moved points; cells and groups stay.
 
     Raises:
         MeshError: if elements are turned inside out; the line names ξ.

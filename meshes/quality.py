@@ -60,6 +60,12 @@ class Quality:
 def check(mesh: SolidMesh) -> Quality:
     """Check a mesh and measure its quality.
 
+    Args:
+        mesh: mesh of a finger (mm).
+
+    Returns:
+        Figures of the mesh.
+
     Raises:
         MeshError: where a needed group is empty, a Jacobian is not positive, the facets are not the
             solid's boundary facing outward with exactly one group each, the cavity is not closed,

@@ -49,14 +49,28 @@ class ShapeFunctions:
 
 @cache
 def of_cell(nodes: int) -> ShapeFunctions:
-    """The shape functions of an element with 4, 8, 10 or 20 nodes, on its reference element."""
+    """Shape functions of an element.
+
+    Args:
+        nodes: number of the element's nodes: 4, 8, 10 or 20.
+
+    Returns:
+        The functions on the reference element.
+    """
     shape = BY_NODES[nodes]
     return _make(shape.reference, shape.edges, nodes)
 
 
 @cache
 def of_facet(nodes: int) -> ShapeFunctions:
-    """The shape functions of a facet with 3, 4, 6 or 8 nodes, on its reference facet."""
+    """Shape functions of a facet.
+
+    Args:
+        nodes: number of the facet's nodes: 3, 4, 6 or 8.
+
+    Returns:
+        The functions on the reference facet.
+    """
     number = FACET_CORNERS[nodes]
     edges = np.array([[i, (i + 1) % number] for i in range(number)])
     return _make(_FACETS[number], edges, nodes)

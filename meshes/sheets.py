@@ -23,8 +23,12 @@ def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
     """Faces of cells in the lowest or highest plane x = const that they reach.
 
     Args:
+        mesh: mesh of the finger.
         cells: rows of the mesh's cells.
         highest: the front, towards +x, instead of the back.
+
+    Returns:
+        Rows of :func:`~dolfingrip.meshes.solid.faces`, shape (k,).
 
     Raises:
         MeshError: if no face lies in that plane.
@@ -41,7 +45,15 @@ def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
 
 
 def interface(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
-    """Faces of the cells ``one`` that they share with the cells ``other``.
+    """Faces that some cells share with others.
+
+    Args:
+        mesh: mesh of the finger.
+        one: rows of cells.
+        other: rows of other cells.
+
+    Returns:
+        Rows of :func:`~dolfingrip.meshes.solid.faces`, shape (k,).
 
     Raises:
         MeshError: if they share none.
@@ -57,6 +69,13 @@ def interface(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
 
 def of_group(mesh: SolidMesh, name: str) -> Ints:
     """Faces of a surface group.
+
+    Args:
+        mesh: mesh of the finger.
+        name: name of a surface group.
+
+    Returns:
+        Rows of :func:`~dolfingrip.meshes.solid.faces`, shape (k,).
 
     Raises:
         MeshError: if there is no such group.

@@ -83,7 +83,14 @@ def labels(facets: Ints) -> Ints:
 
 
 def boundary(cells: Ints) -> Ints:
-    """Rows of :func:`faces` that only one cell has, shape (k,)."""
+    """Faces that only one cell has.
+
+    Args:
+        cells: (n, nodes) nodes of the cells.
+
+    Returns:
+        Rows of :func:`faces`, shape (k,).
+    """
     label = labels(faces(cells))
     return np.flatnonzero(np.bincount(label)[label] == 1)
 
@@ -169,6 +176,12 @@ def second_order(mesh: SolidMesh) -> SolidMesh:
     """A first-order mesh with a node in the middle of each straight edge.
 
     The old points come first and keep their numbers; elements and facets keep their order.
+
+    Args:
+        mesh: mesh of first order (mm).
+
+    Returns:
+        The mesh of second order (mm).
 
     Raises:
         MeshError: where the mesh is of second order, or a facet is no face on the boundary of the

@@ -79,7 +79,15 @@ def _normals(corners: Floats) -> tuple[Floats, Floats]:
 
 
 def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing, Facing]:
-    """The cavity's walls, gaps between neighbouring parts, and hollows, of a structured mesh."""
+    """Walls of the cavity, gaps between neighbouring parts, and hollows, of a structured mesh.
+
+    Args:
+        dimensions: dimensions of the finger (mm).
+        mesh: settings of its structured mesh.
+
+    Returns:
+        Walls, gaps and hollows.
+    """
     found = grid(dimensions, mesh)
     walls: list[Floats] = []
     gaps: list[Floats] = []

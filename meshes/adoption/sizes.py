@@ -51,6 +51,13 @@ class Measured:
 def measured(roles: Roles, wanted: Wanted) -> Measured:
     """Measure walls and gaps, and find the size of elements.
 
+    Args:
+        roles: part with its faces' roles, in mm.
+        wanted: size and order of elements that are asked for.
+
+    Returns:
+        Walls, gaps and the size of elements (mm).
+
     Raises:
         MeshError: one line, if a wall is too thin for its mesh.
     """

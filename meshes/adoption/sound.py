@@ -21,6 +21,10 @@ def place(point: Floats) -> str:
 def check_watertight(points: Floats, triangles: Ints) -> None:
     """Refuse a surface with holes, or with edges of more than two triangles.
 
+    Args:
+        points: (n, 3) points (mm).
+        triangles: (m, 3) points of each triangle.
+
     Raises:
         MeshError: one line with their number and the place of the largest.
     """

@@ -96,6 +96,13 @@ def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
 
     With sliding grips the stretch is uniform and the stress is uniaxial, so any number of
     linear elements is exact.
+
+    Args:
+        config: coupon, material and effects.
+        comm: ranks to run on.
+
+    Returns:
+        The model at rest.
     """
     config = config.adapted()
     sides, clamped = config.coupon, config.coupon.grip == "clamped"

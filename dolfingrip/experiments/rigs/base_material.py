@@ -74,7 +74,16 @@ class BaseMaterial:
 
 
 def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | float]:
-    """Values of the constants by name, which begins with the configuration's ``table``."""
+    """Values of the constants of a material's energy, by name.
+
+    Args:
+        material: a material of the configuration.
+        table: table of the configuration that the names begin with.
+
+    Returns:
+        Each constant's value in the unit of its name; MPa for moduli, and a number or (n,)
+        numbers.
+    """
     found: dict[str, np.ndarray | float] = {
         f"{table}.mu_MPa": material.shear_MPa,
         f"{table}.lmbda_MPa": material.lmbda_MPa,

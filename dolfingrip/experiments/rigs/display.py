@@ -9,7 +9,15 @@ from dolfingrip.extensions.effect import Displaying
 
 
 def displayed(config: Config, true: Mapping[str, float]) -> dict[str, float]:
-    """A row of readings that the instruments' extensions distort one after the other."""
+    """Distort a row of readings by the effects of the instruments, one after the other.
+
+    Args:
+        config: configuration with the instruments' effects.
+        true: true readings by column, in the columns' units.
+
+    Returns:
+        What the instruments show by column, in the same units.
+    """
     row = dict(true)
     for effect in config.extensions.active(Displaying):
         row |= effect.reading(row)

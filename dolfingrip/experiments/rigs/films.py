@@ -63,7 +63,16 @@ def layer_energy(
 
 
 def sheets(config: Config, mesh: dolfinx.mesh.Mesh, known: dict[str, fem.Constant]) -> list[Sheet]:
-    """The energies of all membranes; their constants are added to ``known``."""
+    """Energies of all membranes.
+
+    Args:
+        config: configuration with the membranes.
+        mesh: mesh of the finger.
+        known: constants by name, which those of the membranes are added to.
+
+    Returns:
+        One sheet for each membrane, with its energy (mJ/mm²).
+    """
     found = []
     for name, film in config.film.membranes.items():
         constant = _constants(config, name, mesh, known)

@@ -231,7 +231,11 @@ def go_to_rest(
 
 @contextmanager
 def at_rest(finger: FingerModel) -> Iterator[None]:
-    """A context in which the finger is in its state ``rest``, without the plate."""
+    """Put the finger into its state ``rest``, without the plate, for the time of a context.
+
+    Args:
+        finger: model of a finger, in any state; it returns to this state at the end.
+    """
     model, plate = finger.model, finger.plate
     now = model.state()
     places = None if plate is None else (float(plate.offset.value), float(plate.unloaded.value))

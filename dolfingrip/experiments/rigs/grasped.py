@@ -37,6 +37,12 @@ class GraspedBody:
 def grasped(food: Food) -> GraspedBody:
     """The food that a configuration asks for, on the table z = 0 below the gripper's centre.
 
+    Args:
+        food: shape, size, density and place of the food.
+
+    Returns:
+        The body in coordinates about its centre of gravity (mm).
+
     Raises:
         MeshError: one line, if an STL file cannot be read.
     """
@@ -83,10 +89,17 @@ SIDEWAYS = frozenset({"y_mm", "turn_x_rad", "turn_z_rad"})
 
 
 def halved(config: Config, food: GraspedBody) -> bool:
-    """Whether half a thumb and one finger are computed for the whole gripper.
+    """Decide if half of a gripper is computed for the whole.
 
     Fingers B and C are mirror images in any pose of the gripper. Only with ``gripper.half = false``
     can left and right differ, for example as food is squeezed out sideways.
+
+    Args:
+        config: gripper and fingers.
+        food: body that is grasped.
+
+    Returns:
+        True if half a thumb and one finger are computed for the whole gripper.
 
     Raises:
         ConfigError: one line, if half is asked for and something is not symmetric.

@@ -173,6 +173,13 @@ def _extent(food: GraspedBody) -> Callable[[np.ndarray], float]:
 def stands_of(config: Config, food: GraspedBody) -> list[Stand]:
     """The places of a configuration's fingers around its food.
 
+    Args:
+        config: gripper and fingers.
+        food: body that is grasped.
+
+    Returns:
+        Places of thumb A, finger B and finger C.
+
     Raises:
         ConfigError: one line, if there is no room for them.
     """

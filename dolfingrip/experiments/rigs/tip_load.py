@@ -30,7 +30,14 @@ STIFFNESSES = tuple(
 
 
 def load(axis: str) -> str:
-    """Name of the load along an axis in the model's parameters."""
+    """Name of the load along an axis in the model's parameters.
+
+    Args:
+        axis: x or y.
+
+    Returns:
+        The name; the load is in N.
+    """
     return f"push.load_{axis}_N"
 
 

@@ -24,7 +24,14 @@ log = logging.getLogger(__name__)
 
 
 def morph(config: Config) -> Morph:
-    """The morph that ``config`` asks for."""
+    """Morph of the finger's mesh.
+
+    Args:
+        config: configuration of the finger.
+
+    Returns:
+        The morph, in mm.
+    """
     return Morph(config.morph.xi1, config.morph.xi2, config.morph.d_mm)
 
 
@@ -64,7 +71,15 @@ def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:
 
 
 def placed(points: Floats, config: Config) -> Floats:
-    """Points (n, 3) of the straight mesh of ``config``, moved by its free form and its morph."""
+    """Points of a straight mesh, moved by the finger's free form and its morph.
+
+    Args:
+        points: (n, 3) points of the straight mesh (mm).
+        config: configuration of the finger.
+
+    Returns:
+        (n, 3) points moved by the free form and the morph (mm).
+    """
     config = config.adapted()
     bent_points = points if config.form is None else free_form(config).points(points)
     return morph(config).points(bent_points)
@@ -123,7 +138,15 @@ def made(config: Config, made_for: Geometry | None = None) -> Made:
 
 
 def side_by_side(each: Sequence[Made]) -> Made:
-    """Several solids in one mesh, by :func:`dolfingrip.meshes.copies.side_by_side`."""
+    """Several solids as one mesh.
+
+    Args:
+        each: meshes with their parts and membranes.
+
+    Returns:
+        One mesh with the parts and membranes of all; see
+        :func:`dolfingrip.meshes.copies.side_by_side`.
+    """
     solids = [one.solid for one in each]
     cells = [len(one.cells) for one in solids]
     faces = [count * len(solids[0].shape.faces) for count in cells]

@@ -134,6 +134,10 @@ def _cells_and_local(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
 def on_root[T](comm: MPI.Comm, work: Callable[[], T]) -> T | None:
     """Run ``work`` on rank 0 only; if it fails, every rank raises its error.
 
+    Args:
+        comm: ranks that all call this.
+        work: called on rank 0.
+
     Returns:
         The result of ``work`` on rank 0; None on other ranks.
     """

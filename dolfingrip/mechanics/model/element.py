@@ -58,7 +58,15 @@ def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
 
 
 def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None:
-    """Pressure field (MPa) of a mixed element; None for another element."""
+    """Pressure field of a mixed element.
+
+    Args:
+        element: name of the displacement element.
+        mesh: mesh of the field.
+
+    Returns:
+        The field (MPa); None for an element that is not mixed.
+    """
     if element != "P2-P1":
         return None
     return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")

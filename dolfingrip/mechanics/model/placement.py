@@ -66,7 +66,15 @@ class Placement:
 
 
 def to_world(frames: np.ndarray | None, vectors: np.ndarray) -> np.ndarray:
-    """(n, 3) vectors in the world, from reference axes; ``frames`` None: the axes are equal."""
+    """Turn vectors from reference axes into the world.
+
+    Args:
+        frames: (n, 3, 3) axes of the reference in the world; None: the axes are equal.
+        vectors: (n, 3) vectors in reference axes.
+
+    Returns:
+        (n, 3) vectors in the world, in the unit of the arguments.
+    """
     return vectors if frames is None else np.einsum("nij,nj->ni", frames, vectors)
 
 

@@ -39,7 +39,17 @@ class Rule:
 
 
 def field(domain: mesh.Mesh, shape: tuple[int, ...], rule: int | Rule, name: str) -> fem.Function:
-    """A function of ``shape`` at the points of a rule, or of the standard rule of a degree."""
+    """Field of values at the integration points of all cells.
+
+    Args:
+        domain: mesh of the field.
+        shape: shape of a value; () for numbers.
+        rule: rule with the points, or the degree of the standard rule.
+        name: name of the field.
+
+    Returns:
+        The field, of value 0.
+    """
     how = (
         {"points": rule.points, "weights": rule.weights}
         if isinstance(rule, Rule)

@@ -91,6 +91,13 @@ def back_edge(model: Model, region: str) -> np.ndarray:
     """Weights of the edge that a region at one end and the back, at the lowest x, have in common.
 
     If a region extends along z, such as a cup, it is the edge nearer to the middle.
+
+    Args:
+        model: model that is read.
+        region: name of a region of the boundary at one end.
+
+    Returns:
+        Weights of this rank's displacement nodes, which add up to 1 on all ranks.
     """
     nodes = _owned_nodes(model)
     space = model.u.function_space
@@ -106,7 +113,16 @@ def back_edge(model: Model, region: str) -> np.ndarray:
 
 
 def point(model: Model, at: np.ndarray) -> np.ndarray | None:
-    """Weights of the node nearest to a point (mm); None if none is near."""
+    """Weights of the node nearest to a point.
+
+    Args:
+        model: model that is read.
+        at: (3,) the point (mm).
+
+    Returns:
+        Weights of this rank's displacement nodes, which add up to 1 on all ranks; None if
+        no node is near.
+    """
     nodes = _owned_nodes(model)
     distance = np.linalg.norm(nodes - at, axis=1)
     least = model.comm.allgather(float(distance.min(initial=np.inf)))

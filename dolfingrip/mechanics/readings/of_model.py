@@ -13,7 +13,15 @@ from dolfingrip.sections.lookup import only_class
 
 
 def of_model(model: Model, *parts: Part) -> list[Reading]:
-    """The readings of these parts whose channels name a file of this package."""
+    """Readings that need the model alone.
+
+    Args:
+        model: model that is read.
+        parts: parts of a set-up whose channels are read.
+
+    Returns:
+        One reading for each of these channels that names a file of this package.
+    """
     found = []
     for channel in read_of(*parts):
         if channel.reading:
