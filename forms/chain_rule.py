@@ -69,7 +69,7 @@ def strain_variable(strain: Expr) -> Variable:
 
 
 def once[T](strain: Expr, name: str, compute: Callable[[], T]) -> T:
-    """What ``compute`` returns of a strain, computed once for a strain that is shared."""
+    """Compute a quantity of a strain, once for a strain that is shared."""
     label = strain.label() if isinstance(strain, Variable) else None
     if not isinstance(label, Strain):
         return compute()

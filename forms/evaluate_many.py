@@ -308,7 +308,7 @@ LAST_ROW, LAST_COLUMN = np.ix_([2, 0, 1], [2, 0, 1])
 
 
 def _cofactors(a: Array) -> Array:
-    """Of the values of 3 × 3 matrices, (3, 3, sets)."""
+    """Cofactors of 3 × 3 matrices, (3, 3, sets)."""
     value = a[..., 0, :]
     found: Array = value[ROW, COLUMN] * value[LAST_ROW, LAST_COLUMN]
     found -= value[ROW, LAST_COLUMN] * value[LAST_ROW, COLUMN]

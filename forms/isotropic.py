@@ -83,7 +83,7 @@ class OfTensor:
 
 
 class _Tensors:
-    """What all isotropic energies of a strain have in common, named as above; x is C⁻¹."""
+    """Tensors that all isotropic energies of a strain share, named as above; x is C⁻¹."""
 
     def __init__(self, strain: Expr) -> None:
         self.invariants = OfTensor(*invariants.isochoric(strain))

@@ -115,7 +115,7 @@ def _outline(stand: Stand, finger: Geometry) -> Floats:
 
 
 def _overlap(one: Floats, other: Floats) -> bool:
-    """Whether two convex polygons share a point: no edge's normal separates them."""
+    """Return whether two convex polygons share a point: no edge's normal separates them."""
     for corners in (one, other):
         edges = np.roll(corners, -1, axis=0) - corners
         for normal in edges @ np.array([[0.0, -1.0], [1.0, 0.0]]):

@@ -41,7 +41,7 @@ class Morph:
 
     @property
     def is_identity(self) -> bool:
-        """Whether no point moves."""
+        """True if no point moves."""
         return self.xi1 == 0 and self.xi2 == 0
 
     def inverse(self) -> Morph:

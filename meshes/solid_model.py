@@ -111,7 +111,7 @@ def _cavities(walls: set[int]) -> dict[str, list[int]]:
 
 
 def _lies_in(surface: int, axis: int, value: float) -> bool:
-    """Whether a surface lies in the plane where coordinate ``axis`` has ``value`` (mm)."""
+    """Return whether a surface lies in the plane where coordinate ``axis`` has ``value`` (mm)."""
     bounds = gmsh.model.getBoundingBox(2, surface)
     return all(abs(bounds[i] - value) < TOLERANCE_MM for i in (axis, axis + 3))
 

@@ -174,7 +174,7 @@ def _kinds(planes: list[Floats], cavity: Sequence[Box], gaps: Sequence[Box]) -> 
 
 
 def _regions(planes: list[Floats], boxes: BoxSolid) -> dict[str, Bools]:
-    """Whether each cell of the grid is in a region, by name."""
+    """Cells of the grid that are in each region, by name, as arrays of bool."""
     if not boxes.regions:
         return {}
     names = [boxes.rest, *boxes.regions]

@@ -89,7 +89,7 @@ class Experiment(ABC):
         """
 
     def efforts(self, config: Config) -> list[float]:
-        """What each reading of the schedule costs, in any unit; for the time left."""
+        """Effort of each reading of the schedule, in any unit; the time left is estimated by it."""
         return [1.0 for _ in self.schedule(config)]
 
     @abstractmethod

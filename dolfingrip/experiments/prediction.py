@@ -177,7 +177,7 @@ def further(
 
 
 def is_simulated(folder: Path, config: Config) -> bool:
-    """Whether the folder holds a finished simulation of this configuration."""
+    """Return whether the folder holds a finished simulation of this configuration."""
     if not RunFile.is_in(folder):
         return False
     known = RunFile.read(folder)

@@ -128,7 +128,7 @@ def _passage(
 
 
 def _cut_off(surface: Faces, rows: Ints, height: Floats) -> tuple[Floats, Faces, Ints]:
-    """What of some triangles is below the plane.
+    """The part of some triangles that is below the plane.
 
     Returns:
         All points with those of the cut; the triangles with their faces; and (k, 2) the cut's edges

@@ -118,7 +118,7 @@ def _outlines_of(surface: Faces, outer: np.ndarray) -> list[tuple[Outline, float
 
 
 def _is_rim(surface: Faces, line: Outline, longest_mm: float) -> bool:
-    """Whether an outline is a hole in its face through which one gets into the solid."""
+    """Return whether an outline is a hole in its face through which one gets into the solid."""
     vector = line.vector_mm2(surface)
     normal = surface.face_vectors[line.face]
     if surface.plane[line.face]:

@@ -43,7 +43,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Roles:
-    """What a part's faces are taken for.
+    """Roles that a part's faces are taken for.
 
     Attributes:
         asked: corrections by the user.
@@ -71,7 +71,7 @@ class Roles:
 
     @property
     def half(self) -> bool:
-        """Whether the half y ≥ 0 is meshed."""
+        """True if the half y ≥ 0 is meshed."""
         return self.even and not self.asked.whole
 
     def as_whole(self, why: str) -> Roles:
@@ -375,7 +375,7 @@ def _tip(
 
 
 def _even(framed: Faces, groups: np.ndarray) -> bool:
-    """Whether the part and its groups are their own mirror images in y = 0."""
+    """Return whether the part and its groups are their own mirror images in y = 0."""
     from dolfingrip.meshes.closed_surface import ClosedSurface
 
     used = np.unique(framed.triangles)

@@ -16,7 +16,7 @@ from dolfingrip.meshes.solid import MeshError
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is asked of the mesh.
+    """Size and order of elements that are asked for.
 
     Attributes:
         size_mm: size of elements; from the walls where None.

@@ -60,7 +60,7 @@ class Crosshead(Memory):
         self._value = value
 
     def values(self) -> dict[str, np.ndarray]:
-        """Its present position."""
+        """Present position of the crosshead (mm), by name."""
         return {"crosshead_mm": np.array([self._value])}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:

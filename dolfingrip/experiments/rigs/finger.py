@@ -43,7 +43,7 @@ from dolfingrip.mechanics.newton.volume_control import volume_controlled
 
 @dataclass(frozen=True, slots=True)
 class Additions:
-    """What an experiment adds to the model of a finger.
+    """Loads, terms and controls that an experiment adds to the model of a finger.
 
     Attributes:
         loads: energies in UFL (mJ of the meshed part).

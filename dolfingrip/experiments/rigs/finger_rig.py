@@ -83,7 +83,7 @@ class FingerRig(Rig):
 
     @property
     def _by_pressure(self) -> bool:
-        """Whether the pressure is prescribed, and not the cavity's volume."""
+        """True if the pressure is prescribed, and not the cavity's volume."""
         return self._finger.model is self._finger.by_pressure
 
     @property
@@ -157,7 +157,7 @@ class FingerRig(Rig):
         return pressurisation.advice(self._config, self._volume_mm3() / self._rest_mm3)
 
     def over(self) -> bool:
-        """Whether the largest pressure is reached under volume control; this also ends the path."""
+        """Return whether volume control has reached the largest pressure, which ends the path."""
         config = self._config.experiment
         goes_on = config.control == "auto" and not self._by_pressure
         return goes_on and self._finger.cavity.value >= config.max_pressure_kPa
@@ -187,7 +187,7 @@ class FingerRig(Rig):
         return perturbations(parameters, config, self._finger)
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
-        """Whether volume control would find equilibrium at a falling pressure beyond this state."""
+        """Return whether equilibrium goes on at a falling pressure beyond this state."""
         if not self._by_pressure or self._config.experiment.control == "auto":
             return False  # the volume is controlled already, or soon
         finger, settings = self._finger, self._config.solver
@@ -199,7 +199,7 @@ UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
 
 
 def has_weight(finger: FingerModel) -> bool:
-    """Whether gravity deforms the finger at rest."""
+    """Return whether gravity deforms the finger at rest."""
     return bool(finger.config.gravity.acceleration_m_s2)
 
 

@@ -106,7 +106,7 @@ def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport |
 
 
 def _opens_at_clamp(site: Site) -> bool:
-    """Whether a tube leads out of the cavity through the clamped plane.
+    """Return whether a tube leads out of the cavity through the clamped plane.
 
     The opening's area along z is the part that is missing in a closed surface of the cavity.
     """

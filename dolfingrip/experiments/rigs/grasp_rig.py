@@ -90,7 +90,7 @@ class GraspRig(Rig):
         return {"time_s": time_s, "pressure_kPa": pressure, **self._reads.read()}
 
     def over(self) -> bool:
-        """Whether the food has left the fingers."""
+        """Return whether the food has left the fingers."""
         return decided(self._reads.moments, self._ring)
 
     def outcome(self, *, complete: bool) -> GraspOutcome | None:

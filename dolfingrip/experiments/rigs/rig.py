@@ -50,7 +50,7 @@ class Rig(ABC):
 
     @property
     def jumps(self) -> bool:
-        """Whether a load step may jump to another state if none is near."""
+        """True if a load step may jump to another state if none is near."""
         return True
 
     @abstractmethod
@@ -86,7 +86,7 @@ class Rig(ABC):
         raise ConfigError("--gradients: allowed: with another experiment")
 
     def over(self) -> bool:
-        """Whether the experiment ends before its last stop."""
+        """Return whether the experiment ends before its last stop."""
         return False
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
@@ -124,5 +124,9 @@ class Rig(ABC):
         return ""
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
-        """Whether equilibrium goes on at a falling load after ``attempted`` was not reached."""
+        """Return whether equilibrium goes on at a falling load where a step failed.
+
+        Args:
+            attempted: controls that were not reached, by name.
+        """
         return False

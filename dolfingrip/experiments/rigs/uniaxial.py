@@ -51,7 +51,7 @@ POLICY: Final = UniaxialPolicy()
 
 @dataclass(frozen=True, slots=True)
 class Stretched:
-    """What the bars answer at the stops.
+    """Stress and width of the bars at the stops.
 
     Attributes:
         stress_MPa: nominal stress F/A, shape (bars, stops); NaN where no equilibrium is found.
@@ -215,7 +215,7 @@ class _InternalVariables:
 
 @dataclass(slots=True)
 class _Point:
-    """What the hooks of an energy receive of a bar: :class:`Site` without a mesh."""
+    """A bar as energies see it: :class:`Site` without a mesh."""
 
     config: Config
     strain: Expr

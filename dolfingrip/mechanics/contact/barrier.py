@@ -270,7 +270,7 @@ class BarrierContact(Term):
         return float(np.sqrt(close.compute_minimum_distance(self._mesh, now)))
 
     def intersects(self, dofs: np.ndarray) -> bool:
-        """Whether any two triangles pass through one another."""
+        """Return whether any two triangles pass through one another."""
         return bool(ipctk.has_intersections(self._mesh, self.positions(dofs)))
 
 

@@ -287,7 +287,7 @@ class Model:
 
     @property
     def singular_at_rest(self) -> bool:
-        """Whether a term's tangent may have no stiffness against some motions at rest."""
+        """True if a term's tangent may have no stiffness against some motions at rest."""
         return any(term.singular_at_rest for term in self.all_terms)
 
     def set_residual(self, residual_N: float) -> None:

@@ -21,7 +21,7 @@ from dolfingrip.mechanics.newton.policy import CHOLESKY
 def factors(
     prefix: str, model: Model, order: int, dtype: type[np.floating[Any]] = np.float32
 ) -> Exact:
-    """What factorises tangents of a model, or their part on a coarser level.
+    """Make the inverse of a model's tangents, or of their part on a coarser level.
 
     Solutions are no minima of Π where it is concave in a pressure, or in a multiplier. Their
     tangents are never definite. Global unknowns are the border of the others.
@@ -204,7 +204,7 @@ class _Part:
         self._matrix.assemble()
 
     def is_like(self, members: np.ndarray, pattern: np.ndarray) -> bool:
-        """Whether this part has these rows and blocks."""
+        """Return whether this part has these rows and blocks."""
         same = np.array_equal(self._members, members)
         return same and np.array_equal(self._pattern, pattern)
 

@@ -78,13 +78,13 @@ class Cholesky:
         return self._create_indefinite()
 
     def _factorised(self, matrix: PETSc.Mat) -> bool:
-        """Whether CHOLMOD has the factors of ``matrix``."""
+        """Factorise by CHOLMOD; return whether the matrix is definite."""
         if self._scalars is None or self._scalars.blocks != matrix:
             self._scalars = _Scalars(matrix, self._dtype)
         return self._scalars.factorise() or self._factorised_in_double(self._scalars)
 
     def _factorised_in_double(self, scalars: _Scalars) -> bool:
-        """Whether a matrix is definite in double precision, which is then kept."""
+        """Factorise in double precision, and keep it if the matrix is definite; return if it is."""
         if self._dtype == np.float64:
             return False
         scalars.analyse(np.float64)

@@ -51,7 +51,7 @@ class Solve:
 
     @property
     def converged(self) -> bool:
-        """Whether the residual met its tolerance."""
+        """True if the residual met its tolerance."""
         return self.ending is Ending.CONVERGED
 
 

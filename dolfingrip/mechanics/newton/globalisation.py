@@ -89,12 +89,12 @@ class Globalisation:
 
     @property
     def _folds(self) -> bool:
-        """Whether elements would have inverted in too many steps in a row."""
+        """True if elements would have inverted in too many steps in a row."""
         return self._inverted > self._policy.folded
 
     @property
     def stuck(self) -> bool:
-        """Whether the last step was too short to make progress, or one of many to the same end."""
+        """True if the last step made no progress, or elements would invert again and again."""
         return self._short > 0 or self._folds
 
     def judge(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:

@@ -78,7 +78,7 @@ def _tried(matrix: PETSc.Mat, ordering: int) -> Order:
 
 
 class Inverse(Protocol):
-    """What solves with one matrix, exactly or nearly, and with matrices near it.
+    """A solver with one matrix, exact or approximate, and with matrices near it.
 
     Attributes:
         exact: whether it is :class:`Exact`.

@@ -50,11 +50,11 @@ class LagRules:
 
     @property
     def lost(self) -> bool:
-        """Whether quantities still lag too far after the state was solved for several times."""
+        """True if quantities still lag too far after the state was solved for several times."""
         return self._repeats > self._policy.again
 
     def is_due(self, norm: float, first_N: float) -> bool:
-        """Whether terms must update their quantities at an iterate that is not the last.
+        """Return whether terms must update their quantities at an iterate that is not the last.
 
         Args:
             norm: norm of the residual (N).
@@ -75,7 +75,7 @@ class LagRules:
         return due
 
     def is_due_at_the_end(self) -> bool:
-        """Whether terms must update their quantities after the solve has converged."""
+        """Return whether terms must update their quantities after the solve has converged."""
         outdated = self._is_outdated()
         self._repeats += outdated
         return outdated
@@ -123,7 +123,7 @@ class CorrectedStep:
 
     @property
     def any(self) -> bool:
-        """Whether a term has a correction, equal on all ranks."""
+        """True if a term has a correction; equal on all ranks."""
         return bool(self._parts)
 
     def solve(self, solve: Solver, right: PETSc.Vec, solution: PETSc.Vec) -> None:

@@ -238,7 +238,7 @@ class MultigridPolicy:
 
 @dataclass(frozen=True, slots=True)
 class MemoryPolicy:
-    """What solvers need, for the forecast; see :mod:`~.memory`.
+    """Memory that solvers need, for the forecast; see :mod:`~.memory`.
 
     Attributes:
         workspace: memory of a factorisation by that of the factors' entries.

@@ -165,7 +165,7 @@ class Tangent:
         return PETSc.LGMap().create(nodes.astype(PETSc.IntType), bsize=3, comm=self._model.comm)
 
     def _note(self, couplings: Sequence[Coupling]) -> bool:
-        """Whether ``couplings`` have pairs of nodes, on any rank, that were not known before."""
+        """Note the pairs of nodes in ``couplings``; return whether any rank has new ones."""
         found = [self._known]
         for nodes, hessian in couplings:
             count = max(len(nodes), 1)

@@ -32,7 +32,7 @@ class LimitPointSearch:
         self._settings = settings.model_copy(update={"max_iterations": few})
 
     def is_near(self, beyond_kPa: float) -> bool:
-        """Whether the pressure rises to a maximum and falls; the model is left as it was.
+        """Return whether the pressure rises to a maximum and falls; the model is left as it was.
 
         Args:
             beyond_kPa: pressure that was not reached; if it is reached, there is no maximum.

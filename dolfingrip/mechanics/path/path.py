@@ -245,7 +245,7 @@ class LoadPath:
         self._direction = direction
 
     def _late(self) -> bool:
-        """Whether the time limit is over, equal on all ranks."""
+        """Return whether the time limit is over, equal on all ranks."""
         if self._end_s == math.inf:
             return False
         return bool(self.model.comm.allreduce(time.monotonic() > self._end_s, MPI.LOR))
@@ -260,7 +260,7 @@ class LoadPath:
         return math.sqrt(self.model.comm.allreduce(float(dofs @ dofs), MPI.SUM))
 
     def _runs_away(self, length: float, good: State) -> bool:
-        """Whether a failed solve of a small step has gone far from ``good``.
+        """Return whether a failed solve of a small step has gone far from ``good``.
 
         A motion through a viscous medium that finds no other stable state inverts elements or
         exceeds its iterations.
@@ -268,7 +268,7 @@ class LoadPath:
         return self._stiffness(length, good) < self._policy.away * self._stiffest
 
     def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
-        """Whether the stiffness along a small step back is far below the largest on the path.
+        """Return whether a small step back is far softer than the stiffest of the path.
 
         It is Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
         Numer. Methods Eng. 12, 1978), which vanishes at a limit point. The pivots of a diverged

@@ -189,7 +189,7 @@ def taylor_reach(model: Model, terms: Sequence[np.ndarray], falling: float) -> f
 
 
 def _admits(model: Model, terms: Sequence[np.ndarray], policy: SeriesPolicy) -> bool:
-    """Whether the states of the longer difference are admissible, as they are not near contact."""
+    """Return whether states of the longer difference are admissible; they are not near contact."""
     zero = np.zeros_like(terms[0])
     ways = (taylor_sum(zero, terms, s) for s in (-policy.farther, policy.farther))
     return all(model.admissible_step(way)[0] == 1.0 for way in ways)

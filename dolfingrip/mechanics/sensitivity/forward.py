@@ -93,7 +93,7 @@ class ForwardSensitivity:
         return found
 
     def _is_derived(self, here: np.ndarray) -> bool:
-        """Whether the present derivatives belong to the unknowns ``here``, on all ranks."""
+        """Return whether the present derivatives belong to the unknowns ``here``, on all ranks."""
         same = self._derived is not None and np.array_equal(self._derived, here)
         return bool(self._model.comm.allreduce(same, MPI.LAND))
 

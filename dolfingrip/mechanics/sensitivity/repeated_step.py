@@ -105,7 +105,7 @@ class RepeatedStep:
         amount: float = 0.0,
         along: np.ndarray | float = 0.0,
     ) -> T:
-        """What ``evaluate`` finds at its end, with the parameter changed.
+        """Evaluate at the end of the step, with the parameter changed.
 
         Args:
             evaluate: called with the model there.
