@@ -28,7 +28,7 @@ from dolfingrip.charts.theme import BLUE, INK, ORANGE, figure_theme
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
 from dolfingrip.design.gradient.evaluation import Simulations
-from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.quantity import FACING
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import Descent, Trial
@@ -290,7 +290,7 @@ def _draw_margins(found: Sequence[dict[str, Any]], designs: Sequence[str], file:
         plt.close(figure)
 
 
-def _said(trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:
+def _said(trial: Trial, limits: Sequence[tuple[Constraint, float]]) -> None:
     margins = ", ".join(f"{-each:.3f}" for each in trial.signed)
     print(f"{trial.simulations} grasps: {margins or trial.failure}", flush=True)
 

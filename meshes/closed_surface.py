@@ -175,10 +175,10 @@ def nearest(points: Floats, triangles: Ints, at: Floats) -> tuple[Ints, Floats]:
     close = np.zeros(3)
     cell: Any
     sub: Any
-    far: Any
-    cell, sub, far = mutable(0), mutable(0), mutable(0.0)
+    distance: Any
+    cell, sub, distance = mutable(0), mutable(0), mutable(0.0)
     found, away = np.empty(len(at), dtype=np.int64), np.empty(len(at))
     for i, point in enumerate(np.asarray(at, dtype=float)):
-        tree.FindClosestPoint(point, close, cell, sub, far)
-        found[i], away[i] = int(cell), math.sqrt(float(far))
+        tree.FindClosestPoint(point, close, cell, sub, distance)
+        found[i], away[i] = int(cell), math.sqrt(float(distance))
     return found, away

@@ -52,8 +52,8 @@ def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
         solid_model.build(finger, mesh.half)
         curves = _concave_curves(finger) if mesh.edge_size_mm is not None else []
 
-        def tetrahedra(near: float, far: float, share: float) -> int:
-            scale = step_along_z(near, far, share * finger.length_mm)
+        def tetrahedra(below: float, above: float, share: float) -> int:
+            scale = step_along_z(below, above, share * finger.length_mm)
             set_sizes(curves, size, edge_size, scale)
             return _generate()
 
@@ -139,8 +139,8 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
     """
     tried: list[int] = []
 
-    def miss(near: float, far: float, share: float) -> float:
-        tried.append(mesh(math.exp(near), math.exp(far), share))
+    def miss(below: float, above: float, share: float) -> float:
+        tried.append(mesh(math.exp(below), math.exp(above), share))
         return math.log(tried[-1] / target)
 
     def met() -> bool:
@@ -255,11 +255,11 @@ def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1"
     field.setAsBackgroundMesh(3)
 
 
-def step_along_z(near: float, far: float, z: float) -> str:
-    """A ``scale`` for :func:`set_sizes`: ``near`` below ``z`` (mm) and ``far`` above."""
-    if near == far:
-        return f"{near:.17g}"
-    return f"{near:.17g} + ({far - near:.17g}) * step(z - {z:.17g})"
+def step_along_z(below: float, above: float, z: float) -> str:
+    """A ``scale`` for :func:`set_sizes` with one value below ``z`` (mm) and another above."""
+    if below == above:
+        return f"{below:.17g}"
+    return f"{below:.17g} + ({above - below:.17g}) * step(z - {z:.17g})"
 
 
 def expected_elements(curves: list[int], size: float, edge_size: float) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from dolfingrip.cli.simulations import Workers, resumable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dolfingrip.design.gradient.problem import Held, Problem
+    from dolfingrip.design.gradient.problem import Constraint, Problem
     from dolfingrip.design.gradient.trial import Descent, Trial
     from dolfingrip.files.design import DesignFile
     from dolfingrip.meshes.solid import SolidMesh
@@ -114,7 +114,7 @@ class _Said:
         self._start: SolidMesh | None = None
         self._number = 0
 
-    def __call__(self, trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:
+    def __call__(self, trial: Trial, limits: Sequence[tuple[Constraint, float]]) -> None:
         from dolfingrip.report.section_text import section_text
         from dolfingrip.report.shape_change import draw_section
 

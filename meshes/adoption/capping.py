@@ -104,9 +104,9 @@ def _passage(
     # of planes that are about as deep, the one that misses corners most, as it leaves no slivers
     rim = surface.points[opening.rim].reshape(-1, 3)
     middle = rim.mean(axis=0)
-    far = np.linalg.norm(rim - middle, axis=1).max() + 2 * cap_mm
+    reach = np.linalg.norm(rim - middle, axis=1).max() + 2 * cap_mm
     inside = np.unique(surface.triangles[cavity])
-    inside = inside[np.linalg.norm(surface.points[inside] - middle, axis=1) < far]
+    inside = inside[np.linalg.norm(surface.points[inside] - middle, axis=1) < reach]
     depths = cap_mm * np.asarray(CAPS.about)
     misses = [np.abs(level[inside] - lowest + depth).min() for depth in depths]
     height = level - lowest + depths[int(np.argmax(misses))]

@@ -148,11 +148,11 @@ def _extreme(surface: Faces, outer: np.ndarray) -> Ints:
     corners = surface.triangles[rows]
     ways = np.random.default_rng(0).normal(size=(SHAPES.directions, 3))
     nodes = np.unique(corners)
-    far = nodes[np.argmax(surface.points[nodes] @ ways.T, axis=0)]
+    farthest = nodes[np.argmax(surface.points[nodes] @ ways.T, axis=0)]
     found = []
-    for node in np.unique(far):
+    for node in np.unique(farthest):
         mine = rows[(corners == node).any(axis=1)]
-        found.append(mine[np.argmax(surface.normals[mine] @ ways[far == node].T, axis=0)])
+        found.append(mine[np.argmax(surface.normals[mine] @ ways[farthest == node].T, axis=0)])
     return np.unique(np.concatenate(found))
 
 

@@ -119,12 +119,12 @@ def thinnest(surface: Faces, *, outside: bool = False, among: np.ndarray | None 
     share = rng.dirichlet(np.ones(3), SIZES.samples)
     start = np.einsum("ni,nij->nj", share, surface.points[surface.triangles[chosen]])
     way = surface.normals[chosen] * (1.0 if outside else -1.0)
-    far, small = 2 * surface.extent, 1e-6 * surface.extent
+    longest, small = 2 * surface.extent, 1e-6 * surface.extent
     t, sub, cell = mutable(0.0), mutable(0), mutable(0)
     hit, angle = np.zeros(3), np.zeros(3)
     length = np.full(SIZES.samples, np.inf)
     least = np.cos(np.radians(SIZES.opposite_deg))
-    for i, (a, b) in enumerate(zip(start + small * way, start + far * way, strict=True)):
+    for i, (a, b) in enumerate(zip(start + small * way, start + longest * way, strict=True)):
         if not tree.IntersectWithLine(a, b, 0.0, t, hit, angle, sub, cell):
             continue
         if -surface.normals[int(cell)] @ surface.normals[chosen[i]] > least:

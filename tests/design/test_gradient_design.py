@@ -21,7 +21,7 @@ from dolfingrip import config as configuration
 from dolfingrip.cli.app import app
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import starts
-from dolfingrip.design.gradient.descent import Descender, NoStart
+from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Problem
@@ -83,7 +83,7 @@ def test_limits_that_no_design_keeps(tmp_path: Path) -> None:
     text = FORCE + '[[constraints]]\nof = "cog_offset_mm"\nat_most = -4.0\n' + TWO
     problem = read(written(tmp_path, text))
     with pytest.raises(NoStart, match=r"cog_offset_mm at most -4: .* at the nearest design"):
-        Descender(problem, Simulations(problem, Invented())).run()
+        TrustRegionSQP(problem, Simulations(problem, Invented())).run()
 
 
 # -- the descent, on invented answers ------------------------------------------------------------
@@ -91,7 +91,7 @@ def test_limits_that_no_design_keeps(tmp_path: Path) -> None:
 
 def descended(file: Path, answer: Invented) -> tuple[Problem, list[Trial], Trial, str]:
     problem = read(file)
-    found = Descender(problem, Simulations(problem, answer)).run()
+    found = TrustRegionSQP(problem, Simulations(problem, answer)).run()
     assert found.simulations == len(answer.asked)
     taken = [each.objective for each in found.trials if each.accepted]
     assert all(np.diff(taken) * -problem.sign > 0), "an accepted step did not improve"
@@ -133,7 +133,7 @@ def test_a_failed_solve_is_a_shorter_step(tmp_path: Path) -> None:
 def test_a_start_that_fails_is_told(tmp_path: Path) -> None:
     problem = read(written(tmp_path, FORCE + TWO))
     with pytest.raises(NoStart, match=r"^the start cannot be simulated: limit point: invented$"):
-        Descender(problem, Simulations(problem, Invented(lambda config: True))).run()
+        TrustRegionSQP(problem, Simulations(problem, Invented(lambda config: True))).run()
 
 
 def test_the_worst_scenario_counts(tmp_path: Path) -> None:
@@ -289,7 +289,7 @@ def test_a_killed_run_goes_on(tmp_path: Path) -> None:
 
     def solved(folder: Path, pool: Here) -> Trial:
         compute = computed_in(folder, pool)  # type: ignore[arg-type]
-        return Descender(problem, Simulations(problem, compute)).run().best
+        return TrustRegionSQP(problem, Simulations(problem, compute)).run().best
 
     with pytest.raises(KeyboardInterrupt):
         solved(tmp_path / "jobs", Here(killed_after=2))

@@ -54,7 +54,7 @@ def test_ends_in_a_well(x: float, step: float, longest: float) -> None:
     assert line.x == [x]  # nothing has moved yet
     assert np.sign(fraction) == -np.sign(start)
     line.x[:] += fraction * step
-    assert abs(line.work(np.array([step]))) <= POLICY.left * abs(start)
+    assert abs(line.work(np.array([step]))) <= POLICY.remaining * abs(start)
     assert (line.x**2 - 1) ** 2 < (x**2 - 1) ** 2
     assert rules.bound == ("" if longest == 1 else "contact")
 
@@ -88,4 +88,4 @@ def test_a_step_far_too_long_is_searched_by_decades() -> None:
     rules.judge(0, 1.0)
     model.x[:] = rules.fraction(np.array([1.0]))
     assert len(calls) <= 13
-    assert abs(work(np.array([1.0]))) <= POLICY.left
+    assert abs(work(np.array([1.0]))) <= POLICY.remaining

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from dolfingrip.mechanics.contact.friction import handed_on
+from dolfingrip.mechanics.contact.friction import transfer_history
 from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.tangential import Tangential
 
@@ -28,7 +28,7 @@ def test_a_pair_keeps_its_own() -> None:
     start = pairs([[1, -1, 0, 0], [0, 0, 1, -1]], [2.0, 3.0], [7, 8])
     stuck = np.array([[0.01, 0.0, 0.0], [0.0, -0.02, 0.0]])
     now = pairs([[0, 0, 1, -1], [1, -1, 0, 0]], [5.0, 0.1], [8, 7])
-    np.testing.assert_array_equal(handed_on(start, stuck, now), stuck[::-1])
+    np.testing.assert_array_equal(transfer_history(start, stuck, now), stuck[::-1])
 
 
 def test_a_new_pair_takes_the_mean_of_its_nodes() -> None:
@@ -36,21 +36,23 @@ def test_a_new_pair_takes_the_mean_of_its_nodes() -> None:
     start = pairs([[1, -0.2, -0.3, -0.5, 0]], [2.0], [7])
     stuck = np.array([[0.01, -0.004, 0.0]])
     now = pairs([[1, 0, -0.6, -0.4, 0], [-1, 0, 0.6, 0.4, 0]], [2.0, 2.0], [8, 9])
-    np.testing.assert_allclose(handed_on(start, stuck, now), [stuck[0], -stuck[0]], rtol=1e-12)
+    np.testing.assert_allclose(
+        transfer_history(start, stuck, now), [stuck[0], -stuck[0]], rtol=1e-12
+    )
     # the heavier of two pairs of a vertex counts more
     start = pairs([[1, -1, 0, 0], [1, 0, -1, 0]], [3.0, 1.0], [1, 2])
     stuck = np.array([[0.01, 0.0, 0.0], [0.0, 0.02, 0.0]])
-    found = handed_on(start, stuck, pairs([[1, 0, 0, -1]], [4.0], [3]))
+    found = transfer_history(start, stuck, pairs([[1, 0, 0, -1]], [4.0], [3]))
     np.testing.assert_allclose(found, [(3 * stuck[0] + stuck[1]) / 4], rtol=1e-12)
 
 
 def test_a_first_touch_remembers_nothing() -> None:
     start = pairs([[1, -1, 0, 0]], [2.0], [7])
     now = pairs([[0, 0, 1, -1]], [2.0], [8])
-    assert not handed_on(start, np.array([[0.01, 0, 0]]), now).any()
+    assert not transfer_history(start, np.array([[0.01, 0, 0]]), now).any()
     nothing = Tangential.none(4, width=1)
-    assert handed_on(nothing, np.zeros((0, 3)), now).shape == (1, 3)
-    assert handed_on(start, np.array([[0.01, 0, 0]]), nothing).shape == (0, 3)
+    assert transfer_history(nothing, np.zeros((0, 3)), now).shape == (1, 3)
+    assert transfer_history(start, np.array([[0.01, 0, 0]]), nothing).shape == (0, 3)
 
 
 @pytest.mark.parametrize("key", [7, 8], ids=["same pair", "new pair"])
@@ -62,5 +64,5 @@ def test_memory_fades_where_a_point_had_all_but_left(key: int) -> None:
         (4 * MEMORY.most_growth, 0.25),
         (1e6, MEMORY.most_growth / 1e6),
     ):
-        found = handed_on(start, stuck, pairs([[1, -1]], [growth], [key]))
+        found = transfer_history(start, stuck, pairs([[1, -1]], [growth], [key]))
         np.testing.assert_allclose(found, part * stuck, rtol=1e-9)

@@ -15,9 +15,9 @@ import numpy as np
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.evaluation import Floats, Simulated, Simulations
-from dolfingrip.design.gradient.learning import bundle, foretold, learnt
+from dolfingrip.design.gradient.learning import bfgs_update, bundle, predicted_limits
 from dolfingrip.design.gradient.policy import POLICY
-from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.shape import Shapes
 from dolfingrip.design.gradient.shape_limits import ShapeLimits, size_of
 from dolfingrip.design.gradient.subproblem import Model, Rows, best_step
@@ -28,7 +28,7 @@ class NoStart(ConfigError):
     """The start cannot be simulated, or no design keeps the limits."""
 
 
-class Descender:
+class TrustRegionSQP:
     """Looks for the best design of a problem.
 
     Args:
@@ -41,7 +41,9 @@ class Descender:
         self,
         problem: Problem,
         simulations: Simulations,
-        say: Callable[[Trial, Sequence[tuple[Held, float]]], None] = lambda trial, limits: None,
+        say: Callable[[Trial, Sequence[tuple[Constraint, float]]], None] = lambda trial, limits: (
+            None
+        ),
     ) -> None:
         self._problem, self._simulations, self._say = problem, simulations, say
         self._shapes = Shapes(problem)
@@ -109,10 +111,12 @@ class Descender:
                 radius = POLICY.failed * float(np.abs(step).max())
             else:
                 step = trial.scaled - here.scaled
-                off = trial.above - foretold(bundle(here, trials[:-1], 0.0 * bend), step, len(bend))
+                off = trial.above - predicted_limits(
+                    bundle(here, trials[:-1], 0.0 * bend), step, len(bend)
+                )
                 bend = np.where(off > 0, 2 * off / float(step @ step), 0.5 * bend)
                 turn = trial.signed_slopes[worst] - here.signed_slopes[worst]
-                curvature, fresh = learnt(curvature, step, turn, fresh=fresh), False
+                curvature, fresh = bfgs_update(curvature, step, turn, fresh=fresh), False
                 gain = float(here.signed.max() - trial.signed.max())
                 if kept:
                     trial.accepted = trial.excess <= POLICY.broken and gain > 0
@@ -144,7 +148,7 @@ class Descender:
     def _tell(self, trial: Trial) -> None:
         self._say(trial, self._limits())
 
-    def _limits(self) -> list[tuple[Held, float]]:
+    def _limits(self) -> list[tuple[Constraint, float]]:
         return list(zip(self._problem.limits, self._limit, strict=True))
 
     # -- designs ---------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ def bundle(here: Trial, trials: Sequence[Trial], bend: Floats) -> Rows:
     return rows
 
 
-def foretold(rows: Rows, step: Floats, limits: int) -> Floats:
+def predicted_limits(rows: Rows, step: Floats, limits: int) -> Floats:
     """What a bundle of rows says of each of the limits after a step, shape (limits,)."""
     if not limits:
         return np.empty(0)
@@ -34,7 +34,7 @@ def foretold(rows: Rows, step: Floats, limits: int) -> Floats:
     return np.asarray(every.max(axis=0))
 
 
-def learnt(curvature: Floats, step: Floats, turn: Floats, *, fresh: bool) -> Floats:
+def bfgs_update(curvature: Floats, step: Floats, turn: Floats, *, fresh: bool) -> Floats:
     """The curvature after a step over which the gradient turned, by damped BFGS."""
     along = float(step @ turn)
     if fresh and along > 0:

@@ -40,7 +40,7 @@ class Variable:
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class Constraint:
     """A limit of a quantity: sign · (value − limit) ≤ 0.
 
     Attributes:
@@ -103,7 +103,7 @@ class Problem:
 
     sign: float
     objective: Quantity
-    limits: tuple[Held, ...]
+    limits: tuple[Constraint, ...]
     variables: tuple[Variable, ...]
     conditions: tuple[Condition, ...]
     method: Method

@@ -10,7 +10,7 @@ from dolfingrip import config as configuration
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.design.gradient import free_form
 from dolfingrip.design.gradient.file import File, Front, Limit, Objective, Scenario
-from dolfingrip.design.gradient.problem import Condition, Held, Problem, Variable
+from dolfingrip.design.gradient.problem import Condition, Constraint, Problem, Variable
 from dolfingrip.design.gradient.quantity import FACING, GRASP, OF_MANY
 from dolfingrip.parameter import Entry, Parameter, find, named
 from dolfingrip.sections import tables
@@ -57,7 +57,7 @@ def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
     return Problem(sign, objective, limits, variables, tuple(conditions), asked.method, asked.front)
 
 
-def _check_front(front: Front, limits: Sequence[Held]) -> None:
+def _check_front(front: Front, limits: Sequence[Constraint]) -> None:
     if not front.low < front.high:
         raise ConfigError(f"front.low = {front.low:g}: allowed: below high = {front.high:g}")
     for limit in limits:
@@ -65,7 +65,7 @@ def _check_front(front: Front, limits: Sequence[Held]) -> None:
             raise ConfigError(f"constraints: {limit}: allowed with a front: numbers of the shape")
 
 
-def _check_grasp(asked: File, limits: Sequence[Held]) -> None:
+def _check_grasp(asked: File, limits: Sequence[Constraint]) -> None:
     """Refuse what a search without gradients has not.
 
     Raises:
@@ -107,8 +107,8 @@ def _objective(asked: Objective) -> tuple[float, str]:
     return (1.0 if asked.minimise else -1.0), names[0]
 
 
-def _limits(asked: Sequence[Limit]) -> list[Held]:
-    found: list[Held] = []
+def _limits(asked: Sequence[Limit]) -> list[Constraint]:
+    found: list[Constraint] = []
     for limit in asked:
         of = limit.quantity("constraints.of", limit.of)
         if limit.at_most is None and limit.at_least is None:
@@ -119,7 +119,7 @@ def _limits(asked: Sequence[Limit]) -> list[Held]:
             raise ConfigError("constraints.of = overhang_deg: allowed: at_most")
         for sign, value in ((1.0, limit.at_most), (-1.0, limit.at_least)):
             if value is not None:
-                found.append(Held(of, sign, None if value == "start" else float(value)))
+                found.append(Constraint(of, sign, None if value == "start" else float(value)))
         both = limit.at_most, limit.at_least
         if all(isinstance(each, float) for each in both) and limit.at_least > limit.at_most:  # type: ignore[operator]
             raise ConfigError(

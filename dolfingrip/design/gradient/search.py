@@ -16,7 +16,7 @@ from scipy.stats import qmc
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.descent import NoStart
 from dolfingrip.design.gradient.evaluation import Floats, Simulated, Simulations
-from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.shape import Shapes
 from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.design.surrogate.process import GradientProcess
@@ -65,7 +65,9 @@ class Searcher:
         self,
         problem: Problem,
         simulations: Simulations,
-        say: Callable[[Trial, Sequence[tuple[Held, float]]], None] = lambda trial, limits: None,
+        say: Callable[[Trial, Sequence[tuple[Constraint, float]]], None] = lambda trial, limits: (
+            None
+        ),
         policy: SearchPolicy = POLICY,
     ) -> None:
         self._problem, self._simulations, self._say = problem, simulations, say
@@ -75,7 +77,7 @@ class Searcher:
         self._low = np.array([each.low for each in problem.variables])
         self._range = np.array([each.high for each in problem.variables]) - self._low
         self._random = np.random.default_rng(policy.seed)
-        self._limits: list[tuple[Held, float]] = []
+        self._limits: list[tuple[Constraint, float]] = []
 
     def run(self) -> Descent:
         """Simulate until no design promises more, or the simulations are spent.

@@ -8,7 +8,7 @@ import numpy as np
 
 from dolfingrip.design.gradient.evaluation import Floats
 from dolfingrip.design.gradient.policy import POLICY
-from dolfingrip.design.gradient.problem import Held
+from dolfingrip.design.gradient.problem import Constraint
 from dolfingrip.design.gradient.quantity import CELL_QUALITY, OF_MANY, Quantity
 from dolfingrip.design.gradient.shape import Shape
 from dolfingrip.design.gradient.subproblem import Rows
@@ -20,7 +20,7 @@ def size_of(limit: float) -> float:
 
 
 CELLS = (
-    Held(Quantity(CELL_QUALITY, None), -1.0, POLICY.least_cell_quality),
+    Constraint(Quantity(CELL_QUALITY, None), -1.0, POLICY.least_cell_quality),
     POLICY.least_cell_quality,
 )
 """The limit that the mesh itself sets."""
@@ -37,7 +37,7 @@ class ShapeLimits:
         rows: the linear limits.
     """
 
-    def __init__(self, limits: Iterable[tuple[Held, float]], ranges: Floats) -> None:
+    def __init__(self, limits: Iterable[tuple[Constraint, float]], ranges: Floats) -> None:
         asked = [each for each in limits if each[0].quantity.experiment is None]
         self._limits = [*asked, CELLS]
         self._range, self._n = ranges, len(ranges)
@@ -94,7 +94,7 @@ class ShapeLimits:
         """By how much the worst limit is broken, as a part of its size; below 0 if all are kept."""
         return max(self._worsts(shape), default=-1.0)
 
-    def worst_limit(self, shape: Shape) -> tuple[Held, float]:
+    def worst_limit(self, shape: Shape) -> tuple[Constraint, float]:
         """The limit that is broken most, and its quantity's value."""
         limit, _ = self._limits[int(np.argmax(self._worsts(shape)))]
         return limit, shape.value(limit.quantity.name)

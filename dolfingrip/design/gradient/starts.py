@@ -8,9 +8,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.design.gradient.descent import Descender, NoStart
+from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
-from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.quantity import GRASP
 from dolfingrip.design.gradient.search import POLICY, Searcher, SearchPolicy
 from dolfingrip.design.gradient.trial import Descent, Trial
@@ -86,10 +86,10 @@ def begins(problem: Problem) -> list[np.ndarray | None]:
 def solve(
     problem: Problem,
     compute: Compute,
-    say: Callable[[Trial, Sequence[tuple[Held, float]]], None],
+    say: Callable[[Trial, Sequence[tuple[Constraint, float]]], None],
     search: SearchPolicy = POLICY,
 ) -> Starts:
-    """Find the best design from each start by a :class:`.Descender`, of a grasp by a search.
+    """Find the best design from each start by a :class:`.TrustRegionSQP`, of a grasp by a search.
 
     Args:
         problem: the design problem.
@@ -105,7 +105,7 @@ def solve(
     """
     if problem.objective.experiment == GRASP:
         return Starts([Searcher(problem, Simulations(problem, compute), say, search).run()], [""])
-    descender = Descender(problem, Simulations(problem, compute), say)
+    descender = TrustRegionSQP(problem, Simulations(problem, compute), say)
     found = Starts([descender.run()], [""])
     for begin in begins(problem)[1:]:
         try:

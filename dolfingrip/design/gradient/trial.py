@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dolfingrip.design.gradient.evaluation import Floats
-from dolfingrip.design.gradient.problem import Held
+from dolfingrip.design.gradient.problem import Constraint
 from dolfingrip.design.gradient.shape import Shape
 
 
@@ -67,7 +67,7 @@ class Descent:
     trials: list[Trial]
     best: Trial
     ending: str
-    limits: list[tuple[Held, float]]
+    limits: list[tuple[Constraint, float]]
     simulations: int
     seconds: float
 

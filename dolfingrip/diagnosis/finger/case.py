@@ -18,8 +18,8 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
 from dolfingrip.diagnosis.finger.first_pass import (
     first_pass,
-    on_a_good_mesh,
-    without_its_end,
+    refine_until_consistent,
+    truncate_before_failure,
 )
 from dolfingrip.diagnosis.finger.model import (
     fitted_moduli,
@@ -109,7 +109,7 @@ class FingerCase(Analysed[FingerSimulation]):
             found += fitted[each.name] * each.change
         return found
 
-    def along_secant(self, fit: Fit, missed: np.ndarray) -> FingerCase:
+    def relinearised(self, fit: Fit, missed: np.ndarray) -> FingerCase:
         """With the finger's own numbers linear between their middle and a fit.
 
         Args:
@@ -192,7 +192,7 @@ def _model(
     rough, configured = first_pass(measurement, config, workers, say)
     for _ in range(POLICY.passes):
         say("simulating the measurement on a graded mesh")
-        simulation = on_a_good_mesh(rough, configured)
+        simulation = refine_until_consistent(rough, configured)
         off = errors(simulation)
         plain = model_case(simulation, off)
         while (walls := _beyond(simulation, plain)) is not None:
@@ -203,7 +203,7 @@ def _model(
         if centre == simulation.centre:
             break
         say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-        rough = without_its_end(
+        rough = truncate_before_failure(
             rough_simulation(measurement, config, workers, simulation.flat, centre)
         )
     return simulation, off, plain

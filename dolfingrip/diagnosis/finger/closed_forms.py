@@ -82,7 +82,7 @@ def _changed(
     return elastic_curve.change(simulation.measurement, base, behind, by)
 
 
-def nearly(
+def approximate(
     simulation: FingerSimulation,
     cause: Cause,
     scale: np.ndarray,

@@ -115,7 +115,7 @@ def _own_numbers_verified(
         )
         if worst <= 1.0:
             break
-        finger = finger.along_secant(fit, missed)
+        finger = finger.relinearised(fit, missed)
         posterior = search(finger.case, np.random.default_rng(0))
     return finger, posterior
 

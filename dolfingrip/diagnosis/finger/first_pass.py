@@ -60,7 +60,7 @@ def first_pass(
                 break
             say(f"the moduli are about {centre:.2g} times those configured; simulating there")
             told = rough_simulation(measurement, config, workers, mesh, centre)
-        told = without_its_end(told)
+        told = truncate_before_failure(told)
         if found and _reached(told) <= _reached(found[-1]):
             break
         found.append(told)
@@ -70,7 +70,9 @@ def first_pass(
     return found[-1], configured
 
 
-def on_a_good_mesh(rough: FingerSimulation, configured: FingerSimulation) -> FingerSimulation:
+def refine_until_consistent(
+    rough: FingerSimulation, configured: FingerSimulation
+) -> FingerSimulation:
     """The whole simulation, its causes on a finer mesh where the graded one reads otherwise.
 
     Args:
@@ -100,7 +102,7 @@ def _moduli(rough: FingerSimulation) -> float:
     return fitted_moduli(plain, rough.centre, POLICY.recentred)
 
 
-def without_its_end(told: FingerSimulation) -> FingerSimulation:
+def truncate_before_failure(told: FingerSimulation) -> FingerSimulation:
     """Simulated no farther than it comes, where it ends beyond the readings.
 
     To find out where a path ends takes many times what comes before.

@@ -167,10 +167,10 @@ def _by_moduli(
     own = (by_moduli, *coordinates_of(cause, 1))
     low, high = spread(even(middle) + 1.5 * MODEL.beside * np.array([-1.0, 1.0]))
     moduli = (float(low), float(high))
-    nearly = closed_forms.nearly(simulation, cause, scale, factor, moduli)
-    if nearly is None:
+    approximation = closed_forms.approximate(simulation, cause, scale, factor, moduli)
+    if approximation is None:
         return trained_on(told, own, scale, (0,))
-    return Stacked.of(nearly, trained_on(_without(told, nearly), own, scale, (0,)))
+    return Stacked.of(approximation, trained_on(_without(told, approximation), own, scale, (0,)))
 
 
 def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:
@@ -324,11 +324,11 @@ def _assembled(
     )  # fmt: skip
 
 
-def _without(told: Simulations, nearly: Emulator) -> Simulations:
+def _without(told: Simulations, approximation: Emulator) -> Simulations:
     """What simulations changed beyond a law."""
     values, slopes = told.values.copy(), told.slopes.copy()
     for place, z in enumerate(told.zeta):
-        g, dg = nearly.with_slopes(z)
-        values[0, place] -= nearly.columns @ g
-        slopes[0, place] -= (nearly.columns @ dg).T
+        g, dg = approximation.with_slopes(z)
+        values[0, place] -= approximation.columns @ g
+        slopes[0, place] -= (approximation.columns @ dg).T
     return replace(told, values=values, slopes=slopes)

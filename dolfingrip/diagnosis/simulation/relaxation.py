@@ -14,7 +14,7 @@ A coupon's travel is given, so its force is that of the elastic coupon, relaxed.
 rotations and the network of :mod:`dolfingrip.forms.transient_network` are not linear. A blocked
 finger does not follow the elastic load, so that its contact opens otherwise in unloading: the law
 is near in free bending, and off in a blocked force. Simulations mend it
-(:func:`dolfingrip.diagnosis.finger.closed_forms.nearly`); nothing is judged by it alone.
+(:func:`dolfingrip.diagnosis.finger.closed_forms.approximate`); nothing is judged by it alone.
 """
 
 from __future__ import annotations

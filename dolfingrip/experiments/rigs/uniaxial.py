@@ -161,12 +161,12 @@ class UniaxialTension:
         for _ in range(POLICY.iterations):
             with np.errstate(all="ignore"):
                 step = np.clip(-residual / slope, -POLICY.largest_change, POLICY.largest_change)
-            told, axial = self._at(symbols, along, across + step)
+            changed, axial = self._at(symbols, along, across + step)
             with np.errstate(all="ignore"):
-                secant = (told - residual) / step
+                secant = (changed - residual) / step
             usable = np.isfinite(secant) & (secant > 0) & (np.abs(step) > POLICY.tolerance)
             slope = np.where(usable, secant, slope)
-            across, residual = across + step, told
+            across, residual = across + step, changed
             if not (np.abs(step) > POLICY.tolerance).any():
                 break
         solved = np.abs(step) <= POLICY.accepted
@@ -248,10 +248,10 @@ class _Point:
     def remember(self, effect: Named, name: str, initial: np.ndarray | float) -> Expr:
         return self.history.variable(initial)
 
-    def values(self, told: Mapping[str, np.ndarray]) -> dict[Expr, np.ndarray]:
-        """Values of all parameters, those of ``told`` for each bar."""
+    def values(self, given: Mapping[str, np.ndarray]) -> dict[Expr, np.ndarray]:
+        """Values of all parameters, those of ``given`` for each bar."""
         found = {made: evaluate_many.constant(value) for made, value in self.parameters.values()}
-        for key, values in told.items():
+        for key, values in given.items():
             made, usual = self.parameters[key]
             table = np.reshape(np.asarray(values, dtype=float), (len(values), *usual.shape))
             found[made] = evaluate_many.constant(np.moveaxis(table, 0, -1), by_set=True)

@@ -179,7 +179,7 @@ class Friction(Term, Lagged, Memory):
         if not self._anew and _change(self._seen_N, now.pressing_N()) <= MEMORY.same:
             return False
         self._lagged, self._anew = now, True
-        self._memory = handed_on(self._start, self._stuck, now)
+        self._memory = transfer_history(self._start, self._stuck, now)
         return True
 
     def lag_error(self, dofs: np.ndarray) -> float:
@@ -235,7 +235,7 @@ TINY = np.finfo(float).tiny
 """A number that avoids 0/0."""
 
 
-def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarray:
+def transfer_history(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarray:
     """(m, 3) elastic displacement (mm) of the pairs ``now``.
 
     A pair keeps its memory. A new pair takes the mean of its nodes' memories; a vertex that slides

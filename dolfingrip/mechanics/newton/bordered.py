@@ -140,8 +140,8 @@ class Bordered:
         BᵀD⁻¹r is (D⁻¹B)ᵀr, which is more exact than a preconditioner's D⁻¹r.
         """
         end = len(inner)
-        left = self._modes.T @ (right[end:] - self._moved.T @ right[:end])
-        outer = self._modes @ (left.T / self._eigenvalues).T
+        residual = self._modes.T @ (right[end:] - self._moved.T @ right[:end])
+        outer = self._modes @ (residual.T / self._eigenvalues).T
         return np.concatenate([inner - self._moved @ outer, outer])
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
@@ -149,7 +149,7 @@ class Bordered:
         values = right.array_r[:, None]
         inner = np.empty((BLOCK * self._inside, 1))
         for part in self._parts:
-            inner[part.rows] = part.inverse.nearly(values[part.rows])
+            inner[part.rows] = part.inverse.approximate(values[part.rows])
         solution.array[:] = self._joined(values, inner)[:, 0]
 
     def solve(self, right: PETSc.Vec, solution: PETSc.Vec, rtol: float) -> None:

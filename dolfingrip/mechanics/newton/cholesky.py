@@ -49,7 +49,7 @@ class Cholesky:
         self._scalars: _Scalars | None = None
         self._definite = False
         self._dtype = dtype
-        self._refused = self._left = 0
+        self._refused = self._skips = 0
         self.pc = PETSc.PC().create(comm)
         self.pc.setType(PETSc.PC.Type.PYTHON)
         self.pc.setPythonContext(context(self.apply))
@@ -57,7 +57,7 @@ class Cholesky:
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix`` (type SBAIJ, blocks of 3)."""
         self._matrix = matrix
-        self._definite = self._left == 0 and self._factorised(matrix)
+        self._definite = self._skips == 0 and self._factorised(matrix)
         if self._definite:
             self._refused = 0
         else:
@@ -67,10 +67,10 @@ class Cholesky:
 
     def _leave(self) -> None:
         """Leave matrices to LDLᵀ after some in a row that were not definite, as in a grasp."""
-        if self._left > 0:
-            self._left -= 1
+        if self._skips > 0:
+            self._skips -= 1
             return
-        self._left = min(2**self._refused - 1, CHOLESKY.most_left)
+        self._skips = min(2**self._refused - 1, CHOLESKY.most_skipped)
         self._refused += 1
 
     @cached_property
@@ -96,9 +96,9 @@ class Cholesky:
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
         """Precondition, for PETSc's preconditioner of type ``python``."""
-        solution.array[:] = self.nearly(right.array_r[:, None])[:, 0]
+        solution.array[:] = self.approximate(right.array_r[:, None])[:, 0]
 
-    def nearly(self, right: np.ndarray) -> np.ndarray:
+    def approximate(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions, to single precision at least, for (n, k) right-hand sides.
 
         The next ones may overwrite them.
@@ -130,14 +130,14 @@ class Cholesky:
             rtol: largest error in the norm of the energy, relative to the solution.
         """
         if self._definite and self._dtype == np.float32:
-            found = conjugate_gradients(self._matrix, self.nearly, right, rtol)
+            found = conjugate_gradients(self._matrix, self.approximate, right, rtol)
             if found is not None:
                 return found
             assert self._scalars is not None
             self._definite = self._factorised_in_double(self._scalars)
             if not self._definite:
                 self._indefinite.set_up(self._matrix)
-        return self.nearly(right)
+        return self.approximate(right)
 
 
 class _Scalars:
@@ -226,9 +226,9 @@ def conjugate_gradients(
     Returns:
         (n, k) solutions; None if they are not found, as with a matrix that is not definite.
     """
-    found, left = np.zeros_like(right), right.copy()
-    step = np.array(inverse(left), dtype=float)
-    energy = first = _products(left, step)
+    found, residual = np.zeros_like(right), right.copy()
+    step = np.array(inverse(residual), dtype=float)
+    energy = first = _products(residual, step)
     for _ in range(CHOLESKY.iterations):
         rising = _times(matrix, step)
         curvature = _products(step, rising)
@@ -236,9 +236,9 @@ def conjugate_gradients(
             return None
         length = np.divide(energy, curvature, out=np.zeros_like(energy), where=curvature > 0)
         found += length * step
-        left -= length * rising
-        next_step = inverse(left)
-        before, energy = energy, _products(left, next_step)
+        residual -= length * rising
+        next_step = inverse(residual)
+        before, energy = energy, _products(residual, next_step)
         if (energy <= rtol**2 * first).all():
             return found
         turned = -length * _products(rising, next_step)

@@ -122,17 +122,17 @@ class Factors:
         GMRES' residual is that after the preconditioner, nearly the error of the displacement. What
         is left of the forces may be thousands of times as large.
         """
-        left, more = right.duplicate(), right.duplicate()
+        residual, more = right.duplicate(), right.duplicate()
         enough = self._policy.last * last_fall * right.norm()
         ksp.setOperators(matrix)
         for _ in range(self._policy.ends):
-            matrix.mult(solution, left)
-            left.aypx(-1.0, right)
-            if left.norm() <= enough:
+            matrix.mult(solution, residual)
+            residual.aypx(-1.0, right)
+            if residual.norm() <= enough:
                 break
-            ksp.solve(left, more)
+            ksp.solve(residual, more)
             solution.axpy(1.0, more)
-        left.destroy()
+        residual.destroy()
         more.destroy()
 
     def _solve_own(

@@ -38,7 +38,7 @@ class Globalisation:
             (mJ).
         policy: how long steps are, and when a solve stops.
         scale_N: force (N) that the relative tolerance refers to; default: the first residual.
-        far: whether the start is another state than that at the end of the last solve.
+        elsewhere: whether the start is another state than that at the end of the last solve.
         damped: whether each step is searched along, and a residual may rise.
 
     Attributes:
@@ -56,7 +56,7 @@ class Globalisation:
         policy: StepPolicy,
         *,
         scale_N: float | None = None,
-        far: bool = False,
+        elsewhere: bool = False,
         damped: bool = False,
     ) -> None:
         self._model = model
@@ -66,7 +66,7 @@ class Globalisation:
         self._search_first = model.singular_at_rest
         self.bound = ""
         self.overshot = False
-        self.changed_much = far
+        self.changed_much = elsewhere
         self._damped = damped
         self._short = 0
         self._inverted = 0
@@ -120,7 +120,7 @@ class Globalisation:
             return Verdict.CONVERGED
         self._before = list(self._recent)
         if self._recent:
-            self.changed_much = norm > policy.far * self._recent[-1]
+            self.changed_much = norm > policy.changed_much * self._recent[-1]
         self._settled = iteration >= policy.settled
         # not only with the last one: pairs that touch and part in turn make the residual jump
         self._stagnates = self._damped or (
@@ -180,21 +180,21 @@ class Globalisation:
 
 def _root(work: Callable[[float], float], first: float, end: float, policy: StepPolicy) -> float:
     """The place up to ``end`` at which ``work``, ``first`` at 0, is nearly 0; else ``end``."""
-    near, far = (0.0, first), (end, work(end))
-    if far[1] <= policy.left * abs(first):
+    lower, upper = (0.0, first), (end, work(end))
+    if upper[1] <= policy.remaining * abs(first):
         return end
     found = end
     for _ in range(policy.searched):
-        found = near[0] - near[1] * (far[0] - near[0]) / (far[1] - near[1])
-        if far[1] > policy.steep * abs(first):
-            found = near[0] + policy.closer * (far[0] - near[0])
+        found = lower[0] - lower[1] * (upper[0] - lower[0]) / (upper[1] - lower[1])
+        if upper[1] > policy.steep * abs(first):
+            found = lower[0] + policy.closer * (upper[0] - lower[0])
         value = work(found)
-        if abs(value) <= policy.left * abs(first):
+        if abs(value) <= policy.remaining * abs(first):
             break
         if value > 0:
-            far = (found, value)
-            near = (near[0], near[1] / 2)  # as Illinois does, lest one end stays for ever
+            upper = (found, value)
+            lower = (lower[0], lower[1] / 2)  # as Illinois does, lest one end stays for ever
         else:
-            near = (found, value)
-            far = (far[0], far[1] / 2)
+            lower = (found, value)
+            upper = (upper[0], upper[1] / 2)
     return found

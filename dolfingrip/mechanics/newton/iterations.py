@@ -124,7 +124,7 @@ class Iterations:
             parts.equations.along,
             parts.policy.steps,
             scale_N=scale_N,
-            far=guess is not None,
+            elsewhere=guess is not None,
             damped=damped,
         )
         self.lagging = LagRules(model, parts.policy.lag, predicted=predicted, corrected=corrected)

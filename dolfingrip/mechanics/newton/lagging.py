@@ -138,15 +138,15 @@ class CorrectedStep:
         matrix = PETSc.Mat().createPython(sizes, context(self.mult), comm=comm)
         matrix.setUp()
         solve(matrix, right, solution)
-        left, more, trial, error = (right.duplicate() for _ in range(4))
-        off, careful = self._error(right, solution, left), False
+        residual, more, trial, error = (right.duplicate() for _ in range(4))
+        off, careful = self._error(right, solution, residual), False
         enough = self._policy.tolerance * right.norm()
         best, least = solution.copy(), off
         for _ in range(self._policy.solves):
             if off <= enough or not np.isfinite(off):
                 break
             self._linearise(solution, convex=careful)
-            solve(matrix, left, more)
+            solve(matrix, residual, more)
             more.copy(trial)
             trial.axpy(1.0, solution)
             now = self._error(right, trial, error)
@@ -155,13 +155,13 @@ class CorrectedStep:
                 continue
             careful = False
             trial.copy(solution)
-            error.copy(left)
+            error.copy(residual)
             off = now
             if off < least:
                 least = off
                 solution.copy(best)
         best.copy(solution)
-        for made in (matrix, left, more, trial, error, best):
+        for made in (matrix, residual, more, trial, error, best):
             made.destroy()
 
     def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:

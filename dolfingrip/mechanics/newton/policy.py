@@ -13,8 +13,8 @@ class StepPolicy:
 
     Attributes:
         recent: how many of the last residuals are compared with one another.
-        far: a residual that has not fallen to this part of the one before belongs to a tangent that
-            has changed much.
+        changed_much: a residual that has not fallen to this part of the one before belongs to a
+            tangent that has changed much.
         stagnant: once the first iterations are over, a residual that has not fallen to this part of
             the least recent one calls a line search.
         settled: iterations after which a step that a bound cuts is searched: a new touch must not
@@ -25,7 +25,7 @@ class StepPolicy:
         patience: number of such steps in a row that are allowed.
         folded: number of steps in a row in which elements would invert; the next one would, too.
         searched: residuals that a search evaluates beyond the first two.
-        left: part of the work at the start of a step that may be left where a search ends.
+        remaining: part of the work at the start of a step that may be left where a search ends.
         overshot: part of a first step, as searched, below which what is carried along it linearly
             means nothing.
         steep, closer: where the work is so many times that of the start, the search goes on at this
@@ -34,7 +34,7 @@ class StepPolicy:
     """
 
     recent: int = 3
-    far: float = 0.5
+    changed_much: float = 0.5
     stagnant: float = 0.7
     settled: int = 2
     hopeless: float = 3.0
@@ -43,7 +43,7 @@ class StepPolicy:
     patience: int = 2
     folded: int = 5
     searched: int = 8
-    left: float = 0.3
+    remaining: float = 0.3
     overshot: float = 0.5
     steep: float = 100.0
     closer: float = 0.1
@@ -185,7 +185,7 @@ class CholeskyPolicy:
     """When Cholesky factors are tried; see :class:`~.cholesky.Cholesky`.
 
     Attributes:
-        most_left: largest number of matrices that are left to LDLᵀ before the next try: none after
+        most_skipped: largest number of matrices that are left to LDLᵀ before the next try: none after
             one that was not definite, then 1, 3, 7 and so on after each further one in a row.
         iterations: largest number of conjugate gradients' iterations with factors in single
             precision.
@@ -194,7 +194,7 @@ class CholeskyPolicy:
         border_rtol: error of the columns that couple a border, relative to them.
     """
 
-    most_left: int = 31
+    most_skipped: int = 31
     iterations: int = 30
     rounding: float = 1e-12
     border_rtol: float = 1e-6

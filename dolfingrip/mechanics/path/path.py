@@ -163,11 +163,11 @@ class LoadPath:
 
     def _next(self, done: float, whole: float) -> float:
         """The part of a way of ``whole`` longest steps at which the next step ends."""
-        length, left = min(self._length, 1.0) / whole, 1.0 - done
+        length, remaining = min(self._length, 1.0) / whole, 1.0 - done
         if self._by_error:  # equal steps: a short last one would cost as much as a long one
-            length = left / math.ceil(left / length - self._policy.sliver)
+            length = remaining / math.ceil(remaining / length - self._policy.sliver)
         # no tiny last step is left
-        return 1.0 if (1 + self._policy.sliver) * length >= left else done + length
+        return 1.0 if (1 + self._policy.sliver) * length >= remaining else done + length
 
     def _adapt(self, taken: float, guess: Guess | None, iterations: int, before: State) -> None:
         """Choose the next step's length after a step of length ``taken`` has converged.

@@ -91,8 +91,8 @@ class Adjoint:
     def derivative(self, perturbation: Perturbation) -> float:
         """dg/dm, in the reading's unit for each unit of the parameter."""
         amount = SENSITIVITY.adjoint_change * perturbation.scale * perturbation.direction
-        near, far = (self._change(perturbation, each) for each in (amount, 2 * amount))
-        return (4 * near - far) / (2 * amount)
+        once, twice = (self._change(perturbation, each) for each in (amount, 2 * amount))
+        return (4 * once - twice) / (2 * amount)
 
     def by_coordinates(self, coordinates: Coordinates) -> ShapeDerivative:
         """dg/dX by all coordinates of the reference mesh, while all other parameters stay.

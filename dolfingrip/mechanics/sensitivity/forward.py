@@ -125,9 +125,9 @@ class ForwardSensitivity:
                 first = np.maximum(size, np.finfo(float).tiny)
             # what falls no more is rounding
             falls = size < SENSITIVITY.stalled * last[due]
-            left = falls & (size > SENSITIVITY.close * first[due])
-            due, right = due[left], right[:, left]
-            last[due] = size[left]
+            remaining = falls & (size > SENSITIVITY.close * first[due])
+            due, right = due[remaining], right[:, remaining]
+            last[due] = size[remaining]
             if not len(due):
                 break
             found[:, due] -= solve(np.asfortranarray(right))
