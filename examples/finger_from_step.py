@@ -24,7 +24,7 @@ from dolfingrip.experiments import run
 from dolfingrip.meshes import files
 from dolfingrip.meshes.adoption.adopt import adopt
 from dolfingrip.meshes.adoption.roles import Asked
-from dolfingrip.meshes.adoption.sizes import Wanted
+from dolfingrip.meshes.adoption.sizes import MeshRequest
 
 PART = Path(__file__).with_name("half_round_finger.step")
 CAVITY_mm3 = math.pi / 2 * 7.5**2 * 60 + math.pi * 1.5**2 * 5
@@ -52,7 +52,7 @@ def main(out: Path, overrides: Change = NO_CHANGE, size_mm: float = 4.0, order: 
         size_mm, order: of the elements.
     """
     out.mkdir(parents=True, exist_ok=True)
-    part = adopt(PART, Asked(), Wanted(size_mm=size_mm, order=order))
+    part = adopt(PART, Asked(), MeshRequest(size_mm=size_mm, order=order))
     files.write(out / "finger.msh", part.mesh)
     depth, width, length = part.size_mm
     finger = config.load(

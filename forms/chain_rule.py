@@ -23,7 +23,7 @@ NOWHERE = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
 """Domain of an expression that consists of numbers and so has no domain."""
 
 
-class Known(Label):
+class KnownDerivatives(Label):
     """Label of a value whose derivatives are known or are not asked for.
 
     Attributes:
@@ -161,7 +161,7 @@ def _marks(expression: Expr) -> Sequence[Variable]:
         if id(node) in seen:
             continue
         seen.add(id(node))
-        if isinstance(node, Variable) and isinstance(node.label(), Known):
+        if isinstance(node, Variable) and isinstance(node.label(), KnownDerivatives):
             found[node.label().count()] = node
         else:
             left.extend(node.ufl_operands)

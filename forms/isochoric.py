@@ -16,7 +16,7 @@ from ufl.classes import Variable
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import invariants
-from dolfingrip.forms.chain_rule import Known, by_variable, strain_variable
+from dolfingrip.forms.chain_rule import KnownDerivatives, by_variable, strain_variable
 
 
 def energy(density: Callable[[Expr], Expr], strain: Expr) -> Expr:
@@ -46,4 +46,4 @@ def energy(density: Callable[[Expr], Expr], strain: Expr) -> Expr:
     def rate(strain_rate: Expr) -> Expr:
         return ufl.inner(stress, strain_rate)
 
-    return Variable(value, Known(strain, stress, rate))
+    return Variable(value, KnownDerivatives(strain, stress, rate))

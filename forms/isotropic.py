@@ -41,7 +41,7 @@ from ufl.constantvalue import as_ufl
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import invariants
-from dolfingrip.forms.chain_rule import Known, once
+from dolfingrip.forms.chain_rule import KnownDerivatives, once
 from dolfingrip.forms.jet import Jet, series, variables
 
 
@@ -113,7 +113,7 @@ def energy(strain: Expr, function: Callable[[Invariants], Jet]) -> Expr:
     """
     known = once(strain, "isotropic", lambda: _Tensors(strain))
     plain = function(known.invariants)
-    jet = Jet(*(Variable(as_ufl(part), Known(strain)) for part in plain.parts()))
+    jet = Jet(*(Variable(as_ufl(part), KnownDerivatives(strain)) for part in plain.parts()))
     c, x, g, t, second = known.c, known.x, known.g, known.t, known.second
     a1, a2, unit = known.a1, known.a2, known.unit
 
@@ -129,12 +129,12 @@ def energy(strain: Expr, function: Callable[[Invariants], Jet]) -> Expr:
         change += (along1 * jet.xy + along2 * jet.yy - volume * (jet.y * (2 / 3))) * a2
         return 2 * change
 
-    stress = Variable(2 * (jet.x * a1 + jet.y * a2), Known(strain, rate=stress_rate))
+    stress = Variable(2 * (jet.x * a1 + jet.y * a2), KnownDerivatives(strain, rate=stress_rate))
 
     def rate(strain_rate: Expr) -> Expr:
         return ufl.inner(stress, strain_rate)
 
-    return Variable(plain.f, Known(strain, stress, rate))
+    return Variable(plain.f, KnownDerivatives(strain, stress, rate))
 
 
 ROOTS = 3

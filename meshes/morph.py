@@ -27,7 +27,7 @@ _NO_EDGES: Final = np.empty((0, 3), dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True)
-class Morph:
+class MorphMap:
     """The relative changes of the two regions' thicknesses, and the plane between the regions.
 
     Attributes:
@@ -44,7 +44,7 @@ class Morph:
         """True if no point moves."""
         return self.xi1 == 0 and self.xi2 == 0
 
-    def inverse(self) -> Morph:
+    def inverse(self) -> MorphMap:
         """The morph that undoes this one.
 
         Raises:
@@ -52,7 +52,7 @@ class Morph:
         """
         if min(self.xi1, self.xi2) <= -1:
             raise MeshError(f"{self}: cannot be undone; allowed: xi1 and xi2 above -1")
-        return Morph(
+        return MorphMap(
             -self.xi1 / (1 + self.xi1), -self.xi2 / (1 + self.xi2), self.d_mm * (1 + self.xi1)
         )
 
@@ -94,7 +94,7 @@ class Morph:
         return f"morph with xi1 = {self.xi1:g}, xi2 = {self.xi2:g}"
 
 
-def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
+def morphed(mesh: SolidMesh, morph: MorphMap) -> SolidMesh:
     """Move the points of a mesh by a morph.
 
     Args:

@@ -14,7 +14,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.files.whole import write
 
 if TYPE_CHECKING:
-    from dolfingrip.meshes.adoption.adopt import Adopted
+    from dolfingrip.meshes.adoption.adopt import AdoptedPart
 
 NAME = "adopted"
 """Stem of the files that are written."""
@@ -83,7 +83,7 @@ def adopt(
     options correct it. All coordinates are those of the file, in mm.
     """
     from dolfingrip.meshes.adoption.roles import Asked
-    from dolfingrip.meshes.adoption.sizes import Wanted
+    from dolfingrip.meshes.adoption.sizes import MeshRequest
 
     asked = Asked(
         tuple(_point("--cavity", text) for text in cavity or ()),
@@ -109,7 +109,7 @@ def adopt(
         from dolfingrip.report import adopted as picture
 
         with Meshing(screen, part, limit_s) as meshing:
-            found = make(part, asked, Wanted(size_mm, order, cap_mm, meshing.tell), scale)
+            found = make(part, asked, MeshRequest(size_mm, order, cap_mm, meshing.tell), scale)
         files.write(out / f"{NAME}.msh", found.mesh)
         write(out / f"{NAME}.toml", _configuration(found, part))
         title = f"{part.name}: what is taken for what"
@@ -125,14 +125,14 @@ def adopt(
     on_root(MPI.COMM_WORLD, work)
 
 
-def _walls(found: Adopted) -> str:
+def _walls(found: AdoptedPart) -> str:
     said = f"{found.measured.wall.mm:.3g} mm at least, elements of {found.measured.size_mm:.3g} mm"
     if found.measured.gap.mm < float("inf"):
         said += f"; gaps between outer sides of {found.measured.gap.mm:.3g} mm at least"
     return said
 
 
-def _configuration(found: Adopted, part: Path) -> str:
+def _configuration(found: AdoptedPart, part: Path) -> str:
     """The configuration of the adopted part, as TOML."""
     depth, width, length = found.size_mm
     defaults = Config()

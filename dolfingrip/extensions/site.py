@@ -20,7 +20,7 @@ from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.history import History
-from dolfingrip.mechanics.model.moving_support import Motion
+from dolfingrip.mechanics.model.moving_support import SupportMotion
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 from dolfingrip.sections.setup import Setup
@@ -69,7 +69,7 @@ class Site:
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
     unknowns: dict[str, GlobalUnknown] = field(default_factory=dict)
-    motions: list[Motion] = field(default_factory=list)
+    motions: list[SupportMotion] = field(default_factory=list)
     pressure: fem.Constant | None = None
     contact: BarrierContact | None = None
     further: list[Term] = field(default_factory=list)
@@ -133,7 +133,7 @@ class Site:
             unknown: it moves with.
             mode: (3, n) reference coordinates (mm) to (3, n) displacements for each unit of it.
         """
-        self.motions.append(Motion(unknown, mode))
+        self.motions.append(SupportMotion(unknown, mode))
 
     def spring(
         self, effect: Named, force: str, moved: Expr, compliance: Expr, lever_mm: float = 1.0

@@ -57,7 +57,7 @@ class Segment(Section):
         return self
 
 
-class Pose(Section):
+class SetupPose(Section):
     """A set-up in which all segments are run through."""
 
     name: str = Field(description="folder of its results")
@@ -71,7 +71,7 @@ class ProtocolFile(Section):
     segment: Annotated[tuple[Segment, ...], Field(strict=False)] = Field(
         (), description="ramps and waits in order"
     )
-    pose: Annotated[tuple[Pose, ...], Field(strict=False)] = Field((), description="set-ups")
+    pose: Annotated[tuple[SetupPose, ...], Field(strict=False)] = Field((), description="set-ups")
 
 
 def waits(length_s: float, count: int) -> list[float]:
@@ -81,7 +81,7 @@ def waits(length_s: float, count: int) -> list[float]:
 
 def read(
     file: Path, experiment: str, control: str = "pressure_kPa", specimen: str | None = None
-) -> tuple[dict[str, Any], Sequence[Pose]]:
+) -> tuple[dict[str, Any], Sequence[SetupPose]]:
     """The table ``[protocol]`` that ``file`` describes, and its poses.
 
     Args:

@@ -11,7 +11,7 @@ import numpy as np
 from dolfingrip.meshes import files, groups
 from dolfingrip.meshes.adoption.facets import in_frame
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
-from dolfingrip.meshes.adoption.sizes import Measured, Wanted, measured
+from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
 from dolfingrip.meshes.adoption.sound import place
 from dolfingrip.meshes.adoption.surface import Faces, segmented
 from dolfingrip.meshes.measures import centroid, edge_lengths
@@ -24,7 +24,7 @@ MESHES: Final = (".msh", ".inp", ".vtk", ".vtu")
 
 
 @dataclass(frozen=True, slots=True)
-class Adopted:
+class AdoptedPart:
     """An adopted part.
 
     Attributes:
@@ -37,7 +37,7 @@ class Adopted:
     mesh: SolidMesh
     quality: Quality
     roles: Roles
-    measured: Measured
+    measured: WallSizes
 
     @property
     def size_mm(self) -> np.ndarray:
@@ -51,7 +51,7 @@ class Adopted:
         return float(centroid(self.mesh)[0])
 
 
-def adopt(path: Path, asked: Asked, wanted: Wanted, scale: float = 1.0) -> Adopted:
+def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> AdoptedPart:
     """Adopt a part.
 
     Args:
@@ -76,14 +76,14 @@ def adopt(path: Path, asked: Asked, wanted: Wanted, scale: float = 1.0) -> Adopt
         raise MeshError(f"{path}: unknown format; allowed: {', '.join((*CAD, *SURFACES, *MESHES))}")
     try:
         mesh, roles, measured = make(path, asked, wanted, scale)
-        return Adopted(mesh, check(mesh), roles, measured)
+        return AdoptedPart(mesh, check(mesh), roles, measured)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
 
 def adopt_mesh(
-    path: Path, asked: Asked, wanted: Wanted, scale: float
-) -> tuple[SolidMesh, Roles, Measured]:
+    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+) -> tuple[SolidMesh, Roles, WallSizes]:
     """A file's mesh in the finger's frame, with groups where it has none.
 
     Raises:
@@ -113,7 +113,7 @@ def adopt_mesh(
     points = (mesh.points - roles.origin_mm) @ roles.rotation.T
     roles.said["symmetry"] = "a mesh is taken as it is, whole"
     size = float(np.median(edge_lengths(mesh)))
-    found = replace(measured(roles, Wanted()), size_mm=size)
+    found = replace(measured(roles, MeshRequest()), size_mm=size)
     return in_frame(replace(mesh, points=points, facets=facets), roles), roles, found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
 from dolfingrip.meshes.adoption.roles import Roles
-from dolfingrip.meshes.adoption.sizes import Measured, Wanted
+from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes
 from dolfingrip.meshes.adoption.surface import Faces, consistent
 from dolfingrip.meshes.closed_surface import nearest
 from dolfingrip.meshes.gmsh_model import current_mesh
@@ -54,7 +54,7 @@ def outward(surface: Faces) -> Faces:
     return replace(surface, triangles=consistent(surface.points, surface.triangles))
 
 
-def meshed(roles: Roles, found: Measured, wanted: Wanted, *, curved: bool) -> SolidMesh:
+def meshed(roles: Roles, found: WallSizes, wanted: MeshRequest, *, curved: bool) -> SolidMesh:
     """Mesh the current model, which is in the finger's frame, with its groups.
 
     Args:

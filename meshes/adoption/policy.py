@@ -7,7 +7,7 @@ from typing import Final
 
 
 @dataclass(frozen=True, slots=True)
-class Shapes:
+class FacePolicy:
     """How faces and openings are recognised.
 
     Attributes:
@@ -31,7 +31,7 @@ class Shapes:
 
 
 @dataclass(frozen=True, slots=True)
-class Roles:
+class RolePolicy:
     """How faces are taken for clamp, tip and sides.
 
     Attributes:
@@ -59,7 +59,7 @@ class Roles:
 
 
 @dataclass(frozen=True, slots=True)
-class Caps:
+class CapPolicy:
     """How caps close openings of a surface of triangles.
 
     Attributes:
@@ -77,7 +77,7 @@ class Caps:
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
+class SizePolicy:
     """How the size of elements follows from a part's walls.
 
     Attributes:
@@ -115,7 +115,7 @@ class Sizes:
     tried: tuple[float, ...] = (1.0, 0.93, 0.86, 0.8)
 
 
-SHAPES: Final = Shapes()
-ROLES: Final = Roles()
-CAPS: Final = Caps()
-SIZES: Final = Sizes()
+SHAPES: Final = FacePolicy()
+ROLES: Final = RolePolicy()
+CAPS: Final = CapPolicy()
+SIZES: Final = SizePolicy()

@@ -15,7 +15,7 @@ from dolfingrip.meshes.solid import MeshError
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class MeshRequest:
     """Size and order of elements that are asked for.
 
     Attributes:
@@ -32,7 +32,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class WallSizes:
     """Walls and gaps of a part, and what follows from them.
 
     Attributes:
@@ -48,7 +48,7 @@ class Measured:
     cap_mm: float
 
 
-def measured(roles: Roles, wanted: Wanted) -> Measured:
+def measured(roles: Roles, wanted: MeshRequest) -> WallSizes:
     """Measure walls and gaps, and find the size of elements.
 
     Args:
@@ -95,4 +95,4 @@ def measured(roles: Roles, wanted: Wanted) -> Measured:
             f"wall has {wall.mm:.3g} mm, at {at}"
         )
     cap = SIZES.cap_walls * wall.mm if wanted.cap_mm is None else wanted.cap_mm
-    return Measured(wall, gap, size, cap)
+    return WallSizes(wall, gap, size, cap)

@@ -15,7 +15,7 @@ from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward, triangul
 from dolfingrip.meshes.adoption.hollows import Opening
 from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
-from dolfingrip.meshes.adoption.sizes import Measured, Wanted, measured
+from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
 from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
 from dolfingrip.meshes.adoption.stl import meshed_triangles
 from dolfingrip.meshes.adoption.surface import Faces, united
@@ -31,8 +31,8 @@ FINENESS = (1.0, 3.0)
 
 
 def adopt_step(
-    path: Path, asked: Asked, wanted: Wanted, scale: float
-) -> tuple[SolidMesh, Roles, Measured]:
+    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+) -> tuple[SolidMesh, Roles, WallSizes]:
     """The mesh of the solids in a STEP or BREP file.
 
     Raises:
@@ -50,8 +50,8 @@ class HalfError(MeshError):
 
 
 def _adopted(
-    path: Path, asked: Asked, wanted: Wanted, scale: float
-) -> tuple[SolidMesh, Roles, Measured]:
+    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+) -> tuple[SolidMesh, Roles, WallSizes]:
     with session("not meshed", OPTIONS):
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
@@ -170,7 +170,7 @@ def _place(solids: dict[int, str], roles: Roles) -> None:
 
 
 def _capped(
-    solids: dict[int, str], opening: Opening, faces: list[int], roles: Roles, found: Measured
+    solids: dict[int, str], opening: Opening, faces: list[int], roles: Roles, found: WallSizes
 ) -> dict[int, str]:
     """The solids with an opening in some faces closed by a plug of the wall's material.
 

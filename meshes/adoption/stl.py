@@ -12,7 +12,7 @@ from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward
 from dolfingrip.meshes.adoption.policy import SIZES
 from dolfingrip.meshes.adoption.polyhedron import insert
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
-from dolfingrip.meshes.adoption.sizes import Measured, Wanted, measured
+from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
 from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight
 from dolfingrip.meshes.adoption.surface import Faces, segmented
 from dolfingrip.meshes.gmsh_model import session
@@ -26,8 +26,8 @@ MERGED = 1e-6
 
 
 def adopt_stl(
-    path: Path, asked: Asked, wanted: Wanted, scale: float
-) -> tuple[SolidMesh, Roles, Measured]:
+    path: Path, asked: Asked, wanted: MeshRequest, scale: float
+) -> tuple[SolidMesh, Roles, WallSizes]:
     """The mesh of the solid that a file's triangles enclose.
 
     Raises:
@@ -39,8 +39,8 @@ def adopt_stl(
 
 
 def meshed_triangles(
-    roles: Roles, found: Measured, wanted: Wanted
-) -> tuple[SolidMesh, Roles, Measured]:
+    roles: Roles, found: WallSizes, wanted: MeshRequest
+) -> tuple[SolidMesh, Roles, WallSizes]:
     """The mesh within a part's triangles, of its half if it has one.
 
     Raises:
@@ -66,7 +66,7 @@ def meshed_triangles(
         return poor, roles, found
 
 
-def _meshed(surface: Faces, roles: Roles, found: Measured, wanted: Wanted) -> SolidMesh:
+def _meshed(surface: Faces, roles: Roles, found: WallSizes, wanted: MeshRequest) -> SolidMesh:
     """The mesh within a closed surface.
 
     Raises:

@@ -11,7 +11,7 @@ from support.command import run_command
 from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import files
 from dolfingrip.meshes.generate import finger_mesh
-from dolfingrip.meshes.morph import Morph
+from dolfingrip.meshes.morph import MorphMap
 
 
 @pytest.mark.parametrize(("first", "second"), [(".msh", ".vtk"), (".vtu", ".inp")])
@@ -23,7 +23,7 @@ def test_there_and_back(first: str, second: str, tmp_path: Path) -> None:
     assert run_command("morph", paths[0], *xi, "-o", paths[1]) == 0
     moved = files.read(Path(paths[1]))
     np.testing.assert_allclose(
-        moved.points, Morph(0.3, -0.3, 9.5).points(original.points), atol=1e-9
+        moved.points, MorphMap(0.3, -0.3, 9.5).points(original.points), atol=1e-9
     )
     assert run_command("morph", paths[1], *xi, "--inverse", "-o", paths[2]) == 0
     back = files.read(Path(paths[2]))

@@ -13,7 +13,7 @@ from support import stand_in
 from dolfingrip.design.optimum import files, optimum, resolve
 from dolfingrip.design.optimum.genetic import Settings
 from dolfingrip.design.optimum.optimum import Optimum
-from dolfingrip.design.optimum.resolve import Failure, Outputs, Resolved, SelectedDesign
+from dolfingrip.design.optimum.resolve import FailedSolve, Outputs, Resolved, SelectedDesign
 from dolfingrip.design.surrogate.training import Training
 from dolfingrip.files.optimum import OptimumFile
 
@@ -25,7 +25,7 @@ def found(training: Training) -> Optimum:
     return optimum.find(training.surrogate, [2.5, 3.0, 0.1], SMALL)
 
 
-def _truth(designs: Sequence[dict[str, float]]) -> list[Outputs | Failure]:
+def _truth(designs: Sequence[dict[str, float]]) -> list[Outputs | FailedSolve]:
     values = stand_in.outputs(np.array([list(design.values()) for design in designs]))
     return [{"cog_offset_mm": float(cog), "force_N": float(force)} for cog, force in values]
 
@@ -48,7 +48,7 @@ def test_choices_then_the_original_then_the_front(found: Optimum) -> None:
 def test_each_design_is_computed_once(found: Optimum) -> None:
     asked: list[dict[str, float]] = []
 
-    def evaluate(designs: Sequence[dict[str, float]]) -> list[Outputs | Failure]:
+    def evaluate(designs: Sequence[dict[str, float]]) -> list[Outputs | FailedSolve]:
         asked.extend(designs)
         return _truth(designs)
 
@@ -75,9 +75,9 @@ def test_error_is_that_of_the_surrogate_on_the_front(found: Optimum) -> None:
 
 
 def test_failed_designs_are_told_and_never_numbers(found: Optimum, tmp_path: Path) -> None:
-    def evaluate(designs: Sequence[dict[str, float]]) -> list[Outputs | Failure]:
+    def evaluate(designs: Sequence[dict[str, float]]) -> list[Outputs | FailedSolve]:
         known = _truth(designs)
-        return [Failure("stopped at 12 kPa"), *known[1:-1], Failure("no mesh")]
+        return [FailedSolve("stopped at 12 kPa"), *known[1:-1], FailedSolve("no mesh")]
 
     resolved = optimum.compute(found, evaluate)
     assert math.isnan(resolved[0].miss("force_N"))
@@ -89,7 +89,7 @@ def test_failed_designs_are_told_and_never_numbers(found: Optimum, tmp_path: Pat
     lines = (tmp_path / "resolved.csv").read_text(encoding="utf-8").splitlines()
     assert lines[1].endswith(",,failed,stopped at 12 kPa")
     assert "nan" not in "".join(lines).lower()
-    nothing = [Resolved(one.candidate, Failure("lost")) for one in resolved]
+    nothing = [Resolved(one.candidate, FailedSolve("lost")) for one in resolved]
     assert resolve.errors(nothing) == {}
 
 

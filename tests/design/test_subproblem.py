@@ -6,23 +6,25 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from dolfingrip.design.gradient.subproblem import Floats, Model, Rows, best_step
+from dolfingrip.design.gradient.subproblem import Floats, ObjectiveModel, Rows, best_step
 
 
-def problem(seed: int, n: int, m: int, k: int, bend: float) -> tuple[Model, Rows, Rows]:
+def problem(seed: int, n: int, m: int, k: int, bend: float) -> tuple[ObjectiveModel, Rows, Rows]:
     """A convex model of n variables, k objectives and m limits, half of them firm."""
     print("seed", seed)
     random = np.random.default_rng(seed)
     root = random.standard_normal((n, n))
     curvature = root @ root.T / (2 * n) + 0.01 * np.eye(n)
-    model = Model(-3 + 0.1 * random.standard_normal(k), random.standard_normal((k, n)), curvature)
+    model = ObjectiveModel(
+        -3 + 0.1 * random.standard_normal(k), random.standard_normal((k, n)), curvature
+    )
     slopes, values = random.standard_normal((m, n)), 0.2 * random.random(m) - 0.15
     half = m // 2
     soft = Rows(values[:half], slopes[:half], np.full(half, bend))
     return model, soft, Rows(-np.abs(values[half:]), slopes[half:], np.zeros(m - half))
 
 
-def by_slsqp(model: Model, soft: Rows, firm: Rows, box: float, price: float) -> float:
+def by_slsqp(model: ObjectiveModel, soft: Rows, firm: Rows, box: float, price: float) -> float:
     """The least of objective and price of the excess, from an independent method."""
     n = len(model.curvature)
 

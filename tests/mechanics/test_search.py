@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.newton.globalisation import Globalisation, IterationVerdict
 from dolfingrip.mechanics.newton.policy import StepPolicy
 
 POLICY = StepPolicy()
@@ -72,7 +72,7 @@ def test_damped_solves_search_every_step_and_allow_a_rising_residual() -> None:
         fraction = rules.fraction(np.array([2.0]))
         assert fraction == pytest.approx(expected, abs=0.0 if expected == 1 else 0.1)
         verdicts = [rules.judge(iteration, 10.0**iteration) for iteration in range(1, 8)]
-        assert (Verdict.HOPELESS in verdicts) is not damped
+        assert (IterationVerdict.HOPELESS in verdicts) is not damped
 
 
 def test_a_step_far_too_long_is_searched_by_decades() -> None:

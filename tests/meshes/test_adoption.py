@@ -11,7 +11,7 @@ import pytest
 
 from dolfingrip.meshes.adoption.adopt import adopt
 from dolfingrip.meshes.adoption.roles import Asked
-from dolfingrip.meshes.adoption.sizes import Wanted
+from dolfingrip.meshes.adoption.sizes import MeshRequest
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.solid import MeshError
 
@@ -31,7 +31,7 @@ def tube(file: Path, *, closed: bool = False) -> Path:
 
 @pytest.mark.parametrize("closed", [True, False])
 def test_the_volumes_of_a_tube(tmp_path: Path, closed: bool) -> None:
-    found = adopt(tube(tmp_path / "tube.step", closed=closed), Asked(), Wanted())
+    found = adopt(tube(tmp_path / "tube.step", closed=closed), Asked(), MeshRequest())
     hollow = math.pi * 7**2 * (50 if closed else 55)
     assert found.roles.half
     assert 2 * found.quality.cavity_mm3 == pytest.approx(hollow, rel=5e-3)
@@ -42,14 +42,14 @@ def test_the_volumes_of_a_tube(tmp_path: Path, closed: bool) -> None:
 def test_a_wall_too_thin_for_its_mesh(tmp_path: Path) -> None:
     file = tube(tmp_path / "tube.step")
     with pytest.raises(MeshError, match=r"--size-mm 9: too large for a wall of 2\.\d+ mm"):
-        adopt(file, Asked(), Wanted(size_mm=9.0))
+        adopt(file, Asked(), MeshRequest(size_mm=9.0))
 
 
 def test_a_file_that_is_no_part(tmp_path: Path) -> None:
     file = tmp_path / "part.step"
     file.write_text("nothing", encoding="utf-8")
     with pytest.raises(MeshError, match=r"part\.step: not readable"):
-        adopt(file, Asked(), Wanted())
+        adopt(file, Asked(), MeshRequest())
 
 
 def bent_tube(file: Path) -> Path:
@@ -64,7 +64,7 @@ def bent_tube(file: Path) -> Path:
 
 
 def test_a_cap_in_a_hollow_that_turns(tmp_path: Path) -> None:
-    found = adopt(bent_tube(tmp_path / "bent.step"), Asked(), Wanted())
+    found = adopt(bent_tube(tmp_path / "bent.step"), Asked(), MeshRequest())
     outer = math.pi * 9**2 * 60 * math.pi / 3  # Pappus
     sides = 2 if found.roles.half else 1
     assert len(found.roles.caps) == 1
@@ -88,7 +88,7 @@ def triangles(file: Path, deg: float = 15.0) -> Path:
 
 def test_triangles_with_an_opening_away_from_the_clamp(tmp_path: Path) -> None:
     file = triangles(bent_tube(tmp_path / "bent.step"))
-    found = adopt(file, Asked(), Wanted())
+    found = adopt(file, Asked(), MeshRequest())
     assert found.roles.caps == []
     outer, inner = (math.pi * r**2 * 60 * math.pi / 3 for r in (9, 6))
     everything = found.quality.volume_mm3 + found.quality.cavity_mm3
@@ -110,7 +110,7 @@ def test_an_opening_in_a_curved_face(tmp_path: Path, suffix: str) -> None:
         occ.cut([(3, body)], tools)
         occ.synchronize()
         gmsh.write(str(file))
-    found = adopt(file if suffix == ".step" else triangles(file), Asked(), Wanted())
+    found = adopt(file if suffix == ".step" else triangles(file), Asked(), MeshRequest())
     sides = 2 if found.roles.half else 1
     assert "closes 1 opening" in found.roles.said["cap"]
     hollow = math.pi * 7**2 * 42
@@ -127,7 +127,7 @@ def test_a_tube_of_thin_walls_is_its_own_mirror_image(tmp_path: Path) -> None:
         occ.synchronize()
         gmsh.write(str(file))
     told: list[str] = []
-    found = adopt(file, Asked(), Wanted(tell=told.append))
+    found = adopt(file, Asked(), MeshRequest(tell=told.append))
     assert found.roles.half
     assert len(told) == 1
     assert "the thinnest wall has 0.3 mm" in told[0]
@@ -141,7 +141,7 @@ def test_two_cavities_without_slivers(tmp_path: Path) -> None:
         occ.cut([(3, body)], tools)
         occ.synchronize()
         gmsh.write(str(tmp_path / "two.step"))
-    found = adopt(tmp_path / "two.step", Asked(), Wanted())
+    found = adopt(tmp_path / "two.step", Asked(), MeshRequest())
     assert {"cavity", "cavity_2"} <= set(found.mesh.facets)
     assert found.quality.cavity_mm3 == pytest.approx(2 * 14 * 10.5 * 75)
     # scaled Jacobian 0.018 with the first size that is tried
@@ -170,5 +170,5 @@ def test_surfaces_that_enclose_no_solid(
     file = tmp_path / "part.stl"
     pv.PolyData.from_regular_faces(points, faces[drop:]).save(file)
     with pytest.raises(MeshError) as error:
-        adopt(file, Asked(), Wanted())
+        adopt(file, Asked(), MeshRequest())
     assert f"{file}: {said}" in str(error.value)

@@ -11,7 +11,7 @@ import pytest
 from dolfingrip.config import Config
 from dolfingrip.meshes import files
 from dolfingrip.meshes.measures import centroid, enclosed_volume, jacobians
-from dolfingrip.meshes.morph import Morph, morphed
+from dolfingrip.meshes.morph import MorphMap, morphed
 from dolfingrip.meshes.solid import MeshError, SolidMesh
 
 CORNERS = [(-0.2, -0.5), (-0.2, 1.0), (1.0, -0.5), (1.0, 1.0), (0.306, -0.298)]
@@ -25,7 +25,7 @@ def volume(mesh: SolidMesh) -> float:
     return sum(enclosed_volume(mesh.points, facets) for facets in mesh.facets.values())
 
 
-def closed_form(morph: Morph) -> tuple[float, float]:
+def closed_form(morph: MorphMap) -> tuple[float, float]:
     """Volume (mm³) of the half finger's solid and of its cavity, from the boxes it is made of."""
     finger = Config().finger
     width = finger.width_mm / 2
@@ -51,7 +51,7 @@ def closed_form(morph: Morph) -> tuple[float, float]:
 @pytest.mark.parametrize(("xi1", "xi2"), CORNERS)
 def test_volumes_are_those_of_the_moved_boxes(half: SolidMesh, xi1: float, xi2: float) -> None:
     """Elements that straddle x = d change nothing: the boundary's planes stay planes."""
-    morph = Morph(xi1, xi2, D)
+    morph = MorphMap(xi1, xi2, D)
     moved = morphed(half, morph)
     solid, cavity = closed_form(morph)
     assert volume(moved) == pytest.approx(solid, rel=1e-12)
@@ -68,7 +68,7 @@ def test_inverse_restores_the_original(
     mesh = request.getfixturevalue(name)
     if mesh.order == 2:
         mesh = curved(mesh)
-    morph = Morph(xi1, xi2, PLANES[name])
+    morph = MorphMap(xi1, xi2, PLANES[name])
     back = morphed(morphed(mesh, morph), morph.inverse())
     assert np.abs(back.points - mesh.points).max() < 2e-14 * 90
 
@@ -86,7 +86,7 @@ def curved(mesh: SolidMesh) -> SolidMesh:
 @pytest.mark.parametrize("name", ["half_second_order", "bricks_second_order"])
 def test_straight_edges_stay_straight(name: str, request: pytest.FixtureRequest) -> None:
     mesh = request.getfixturevalue(name)
-    moved = morphed(mesh, Morph(1.0, -0.5, PLANES[name]))
+    moved = morphed(mesh, MorphMap(1.0, -0.5, PLANES[name]))
     ends = moved.points[moved.cells[:, mesh.shape.edges]].mean(axis=2)
     assert np.abs(ends - moved.points[moved.cells[:, mesh.shape.corners :]]).max() < 1e-13
     assert jacobians(moved).min() > 0
@@ -100,7 +100,7 @@ def test_centre_of_gravity_of_the_published_designs() -> None:
     original = finger_mesh(config.finger, config.mesh)
     offsets = {(0.236, -0.363): 2.5, (0.306, -0.298): 3.0, (0.374, -0.229): 3.5}
     for (xi1, xi2), offset in offsets.items():
-        moved = morphed(original, Morph(xi1, xi2, config.morph.d_mm))
+        moved = morphed(original, MorphMap(xi1, xi2, config.morph.d_mm))
         assert centroid(moved)[0] - config.cog.x_ref_mm == pytest.approx(offset, abs=0.03)
     assert 2.5 < centroid(original)[0] - config.cog.x_ref_mm < 3.0
 
@@ -110,7 +110,7 @@ def test_centre_of_gravity_of_the_published_designs() -> None:
 def test_no_element_is_inverted_within_the_bounds(
     half_second_order: SolidMesh, xi1: float, xi2: float
 ) -> None:
-    morphed(half_second_order, Morph(xi1, xi2, D))
+    morphed(half_second_order, MorphMap(xi1, xi2, D))
 
 
 def test_inverted_elements_name_xi(half: SolidMesh) -> None:
@@ -119,13 +119,13 @@ def test_inverted_elements_name_xi(half: SolidMesh) -> None:
     sliver = SolidMesh(points, np.array([[0, 1, 2, 3]]), {})
     if jacobians(sliver).min() < 0:
         sliver = SolidMesh(points, np.array([[0, 1, 3, 2]]), {})
-    morphed(sliver, Morph(0.05, 0.05, 1.0))
+    morphed(sliver, MorphMap(0.05, 0.05, 1.0))
     with pytest.raises(MeshError, match=r"xi1 = 1, xi2 = -0\.5: turns 1 of 1 elements inside out"):
-        morphed(sliver, Morph(1.0, -0.5, 1.0))
+        morphed(sliver, MorphMap(1.0, -0.5, 1.0))
     with pytest.raises(MeshError, match=r"xi1 = -1\.5, xi2 = 0: turns .* elements inside out"):
-        morphed(half, Morph(-1.5, 0.0, D))
+        morphed(half, MorphMap(-1.5, 0.0, D))
     with pytest.raises(MeshError, match="xi1 = -1, xi2 = 0: cannot be undone"):
-        Morph(-1.0, 0.0, D).inverse()
+        MorphMap(-1.0, 0.0, D).inverse()
 
 
 @pytest.mark.parametrize("suffix", [".vtk", ".vtu"])

@@ -20,7 +20,7 @@ from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.shape import Shapes
 from dolfingrip.design.gradient.shape_limits import ShapeLimits, size_of
-from dolfingrip.design.gradient.subproblem import Model, Rows, best_step
+from dolfingrip.design.gradient.subproblem import ObjectiveModel, Rows, best_step
 from dolfingrip.design.gradient.trial import Descent, Trial
 
 
@@ -89,7 +89,7 @@ class TrustRegionSQP:
         cost = self._spent
         while self._spent + cost <= problem.method.simulations:
             worst = int(here.signed.argmax())
-            model = Model(here.signed, here.signed_slopes, curvature)
+            model = ObjectiveModel(here.signed, here.signed_slopes, curvature)
             rows = bundle(here, trials, bend)
             found = self._step(here, model, rows, radius)
             if found is None:
@@ -205,7 +205,7 @@ class TrustRegionSQP:
     # -- steps -----------------------------------------------------------------------------------
 
     def _step(
-        self, here: Trial, model: Model, simulated: Rows, radius: float
+        self, here: Trial, model: ObjectiveModel, simulated: Rows, radius: float
     ) -> tuple[Floats, float] | None:
         """The best step in the box, and the gain it promises; None if it breaks the shape.
 
@@ -224,7 +224,11 @@ class TrustRegionSQP:
         most = POLICY.aimed if nearest else POLICY.corrections
         for number in range(most + nearest * POLICY.nearest):
             aimed = number < most
-            aim = model if aimed else Model(np.ones(1), -POLICY.shorter * step[None], np.eye(n))
+            aim = (
+                model
+                if aimed
+                else ObjectiveModel(np.ones(1), -POLICY.shorter * step[None], np.eye(n))
+            )
             step, _ = best_step(aim, simulated, held.rows, box, POLICY.penalty)
             step = self._rounded(here.scaled + step) - here.scaled
             try:
@@ -260,7 +264,7 @@ class TrustRegionSQP:
         step: Floats = np.zeros(len(scaled))
         held = ShapeLimits(self._limits(), self._range)
         n = len(here)
-        near = Model(np.ones(1), np.zeros((1, n)), np.eye(n))
+        near = ObjectiveModel(np.ones(1), np.zeros((1, n)), np.eye(n))
         worst = np.inf
         for _ in range(3 * POLICY.corrections):
             shape = self._shapes.at(self._values(here + step))

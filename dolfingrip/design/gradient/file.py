@@ -49,7 +49,7 @@ class Limit(Placed):
     at_least: float | Literal["start"] | None = Field(None, description="in the name's unit")
 
 
-class FreeForm(Section):
+class FreeFormTable(Section):
     """Offsets of the planes of the finger's faces."""
 
     along: int = Field(5, ge=3, le=40, description="numbers of a field along the finger")
@@ -105,7 +105,7 @@ class File(Section):
     objective: Objective = Field(description="what is improved")
     constraints: tuple[Limit, ...] = Field((), strict=False, description="what is held")
     parameters: dict[str, Any] = Field({}, description="key = [low, high]")
-    free_form: FreeForm | None = None
+    free_form: FreeFormTable | None = None
     scenarios: tuple[Scenario, ...] = Field((), strict=False, description="that it must stand")
     method: Method = Method()
     front: Front | None = None

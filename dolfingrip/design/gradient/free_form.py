@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.gradient.file import FreeForm
+from dolfingrip.design.gradient.file import FreeFormTable
 from dolfingrip.design.gradient.problem import Variable
 from dolfingrip.parameter import find
 from dolfingrip.sections.form import Form, Offset
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, BoxSolid
 
 
-def begun(base: Config, asked: FreeForm) -> Config:
+def begun(base: Config, asked: FreeFormTable) -> Config:
     """A configuration with a free form: its own, or planes with a ripple.
 
     A straight tube is as stiff with a ripple of either sign, so no gradient makes bellows of it;
@@ -37,7 +37,7 @@ def begun(base: Config, asked: FreeForm) -> Config:
     return base.changed(form={"along": asked.along, "offsets_mm": offsets})
 
 
-def variables(base: Config, asked: FreeForm) -> list[Variable]:
+def variables(base: Config, asked: FreeFormTable) -> list[Variable]:
     """The offsets of a configuration's free form, with their ranges.
 
     Raises:
@@ -72,7 +72,7 @@ def _at_end(each: Offset) -> bool:
     return each.axis == 2 or each.along in (0.0, 1.0)
 
 
-def _ripple(each: Offset, boxes: BoxSolid, asked: FreeForm) -> float:
+def _ripple(each: Offset, boxes: BoxSolid, asked: FreeFormTable) -> float:
     """Amplitude of the ripple: 0 at the contact face and along z, all of it at the roof."""
     (low, high), _, (start, end) = boxes.body
     if each.axis == 2 or not asked.ripple_mm or (not asked.ends and _at_end(each)):

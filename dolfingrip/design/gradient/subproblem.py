@@ -46,7 +46,7 @@ class Rows:
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class ObjectiveModel:
     """Objectives fᵢ + gᵢ s + ½ s B s, of which the largest counts.
 
     Attributes:
@@ -66,7 +66,7 @@ class Model:
 
 
 def best_step(
-    model: Model, rows: Rows, firm: Rows, box: tuple[Floats, Floats], penalty: float
+    model: ObjectiveModel, rows: Rows, firm: Rows, box: tuple[Floats, Floats], penalty: float
 ) -> tuple[Floats, float]:
     """Minimise the model in a box under limits, by an interior-point method (Clarabel).
 

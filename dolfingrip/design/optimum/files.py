@@ -13,7 +13,7 @@ from dolfingrip.channels import FORCE
 from dolfingrip.design.optimum import resolve
 from dolfingrip.design.optimum.optimum import Optimum
 from dolfingrip.design.optimum.pareto import COG
-from dolfingrip.design.optimum.resolve import Failure, Resolved
+from dolfingrip.design.optimum.resolve import FailedSolve, Resolved
 from dolfingrip.files import table
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile, SurrogateError
@@ -39,7 +39,7 @@ def front(optimum: Optimum, resolved: Sequence[Resolved] = ()) -> list[FrontDesi
     again = {
         tuple(each.candidate.inputs.values()): each.computed
         for each in resolved
-        if each.candidate.role == "front" and not isinstance(each.computed, Failure)
+        if each.candidate.role == "front" and not isinstance(each.computed, FailedSolve)
     }
     return [
         FrontDesign(
@@ -125,8 +125,8 @@ def _designs(optimum: Optimum, resolved: Sequence[Resolved]) -> tuple[ChosenDesi
                 inputs=each.inputs,
                 surrogate=each.predicted,
                 resolved=one is not None,
-                fem=None if isinstance(computed, Failure) else computed,
-                failure=computed.sentence if isinstance(computed, Failure) else "",
+                fem=None if isinstance(computed, FailedSolve) else computed,
+                failure=computed.sentence if isinstance(computed, FailedSolve) else "",
                 within_limit=first <= each.cog_max_mm if checked else None,  # type: ignore[operator]
                 gain=None if one is None else resolve.improvement(resolved, one),
             )

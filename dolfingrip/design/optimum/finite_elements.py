@@ -10,7 +10,7 @@ from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign import objective as ours
 from dolfingrip.design.campaign.plan import OBJECTIVE, Plan, quantities
-from dolfingrip.design.optimum.resolve import Evaluate, Failure, Outputs
+from dolfingrip.design.optimum.resolve import Evaluate, FailedSolve, Outputs
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.run import Progress, silent
 
@@ -39,7 +39,7 @@ def evaluator(
     """
     wanted = quantities(outputs, ours.QUANTITIES if objective == OBJECTIVE else outputs)
 
-    def evaluate(designs: Sequence[dict[str, float]]) -> list[Outputs | Failure]:
+    def evaluate(designs: Sequence[dict[str, float]]) -> list[Outputs | FailedSolve]:
         plans = [_plan(base, (design,), wanted, objective) for design in designs]
         whole = _plan(base, tuple(designs), wanted, objective)
         campaign.run(whole, out, where, progress=progress)
@@ -55,7 +55,7 @@ def _plan(
     return Plan(base, tuple(points[0]), tuple(map(dict, points)), wanted, objective)
 
 
-def _found(row: dict[str, Any]) -> Outputs | Failure:
+def _found(row: dict[str, Any]) -> Outputs | FailedSolve:
     if row["status"] == "done":
         return {name: float(value) for name, value in row["outputs"].items()}
-    return Failure(row["failure"] or "not computed")
+    return FailedSolve(row["failure"] or "not computed")

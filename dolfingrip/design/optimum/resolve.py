@@ -15,13 +15,13 @@ Outputs = dict[str, float]
 
 
 @dataclass(frozen=True)
-class Failure:
+class FailedSolve:
     """Why a design has no outputs, in one sentence."""
 
     sentence: str
 
 
-Evaluate = Callable[[Sequence[dict[str, float]]], list[Outputs | Failure]]
+Evaluate = Callable[[Sequence[dict[str, float]]], list[Outputs | FailedSolve]]
 """From designs (inputs by name) to the outputs of each by name, or why it has none."""
 
 
@@ -46,11 +46,11 @@ class Resolved:
     """A candidate and what finite elements gave for it."""
 
     candidate: SelectedDesign
-    computed: Outputs | Failure
+    computed: Outputs | FailedSolve
 
     def miss(self, name: str) -> float:
         """Surrogate minus finite elements, in the output's unit; NaN where these failed."""
-        if isinstance(self.computed, Failure):
+        if isinstance(self.computed, FailedSolve):
             return float("nan")
         return self.candidate.predicted[name] - self.computed[name]
 
@@ -111,13 +111,13 @@ def _key(inputs: dict[str, float]) -> tuple[tuple[str, float], ...]:
 
 def error(resolved: Iterable[Resolved], name: str) -> Error:
     """The surrogate's error of one output on the designs that finite elements could compute."""
-    good = [one for one in resolved if not isinstance(one.computed, Failure)]
+    good = [one for one in resolved if not isinstance(one.computed, FailedSolve)]
     if not good:
         nothing = float("nan")
         return Error(0, nothing, nothing, nothing)
     miss = np.array([one.miss(name) for one in good])
     size = np.mean(
-        [abs(one.computed[name]) for one in good if not isinstance(one.computed, Failure)]
+        [abs(one.computed[name]) for one in good if not isinstance(one.computed, FailedSolve)]
     )
     rms = float(np.sqrt(np.mean(miss**2)))
     return Error(len(good), rms, float(np.abs(miss).max()), rms / float(size))
@@ -141,7 +141,7 @@ def improvement(resolved: Sequence[Resolved], one: Resolved) -> float | None:
 
 def computed(one: Resolved, name: str) -> float | None:
     """One of its outputs by finite elements; None where they failed."""
-    return None if isinstance(one.computed, Failure) else one.computed.get(name)
+    return None if isinstance(one.computed, FailedSolve) else one.computed.get(name)
 
 
 def rows(resolved: Iterable[Resolved]) -> list[dict[str, object]]:
@@ -153,11 +153,13 @@ def rows(resolved: Iterable[Resolved]) -> list[dict[str, object]]:
             "cog_max_mm": one.candidate.cog_max_mm,
         }
         row |= one.candidate.inputs
-        failed = isinstance(one.computed, Failure)
+        failed = isinstance(one.computed, FailedSolve)
         for name, value in one.candidate.predicted.items():
             row[f"surrogate.{name}"] = value
-            row[f"fem.{name}"] = None if isinstance(one.computed, Failure) else one.computed[name]
+            row[f"fem.{name}"] = (
+                None if isinstance(one.computed, FailedSolve) else one.computed[name]
+            )
         row["status"] = "failed" if failed else "done"
-        row["failure"] = one.computed.sentence if isinstance(one.computed, Failure) else None
+        row["failure"] = one.computed.sentence if isinstance(one.computed, FailedSolve) else None
         table.append(row)
     return table

@@ -15,7 +15,7 @@ from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.of_model import of_model
-from dolfingrip.mechanics.readings.plate import PlateForce, PlateGap
+from dolfingrip.mechanics.readings.plate import PlateForce, PlateGapReading
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.readings.tip import ChordAngle, FaceAngle, TipDisplacement
@@ -145,7 +145,11 @@ class Observation:
             *of_model(model, "finger"),
         ]
         if plate is not None:
-            found += [PlateForce(model, plate), PlateGap(model, plate), *of_model(model, "plate")]
+            found += [
+                PlateForce(model, plate),
+                PlateGapReading(model, plate),
+                *of_model(model, "plate"),
+            ]
         self._from_rest = [reading for reading in found if isinstance(reading, FromRest)]
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}

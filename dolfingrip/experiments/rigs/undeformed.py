@@ -14,7 +14,7 @@ from dolfingrip.experiments.rigs.regions import parts_of, sheets_of
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.meshes import copies, dimensions
 from dolfingrip.meshes.free_form import FreeForm, bent
-from dolfingrip.meshes.morph import Morph, morphed
+from dolfingrip.meshes.morph import MorphMap, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 from dolfingrip.meshes.structured import structured_mesh
@@ -23,7 +23,7 @@ from dolfingrip.sections.geometry.geometry import Geometry
 log = logging.getLogger(__name__)
 
 
-def morph(config: Config) -> Morph:
+def morph(config: Config) -> MorphMap:
     """Morph of the finger's mesh.
 
     Args:
@@ -32,7 +32,7 @@ def morph(config: Config) -> Morph:
     Returns:
         The morph, in mm.
     """
-    return Morph(config.morph.xi1, config.morph.xi2, config.morph.d_mm)
+    return MorphMap(config.morph.xi1, config.morph.xi2, config.morph.d_mm)
 
 
 def free_form(config: Config) -> FreeForm:

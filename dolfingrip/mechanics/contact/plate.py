@@ -131,9 +131,9 @@ class RigidPlate(RigidContact):
     # -- readings --------------------------------------------------------------------------------
 
     @property
-    def reaction(self) -> Load:
+    def reaction(self) -> ContactLoad:
         """The normal force on the meshed part, dΠ/d(offset), with its derivatives."""
-        return Load(self, self._motion)
+        return ContactLoad(self, self._motion)
 
     def force_N(self) -> float:
         """Normal force on the whole finger's plate."""
@@ -195,7 +195,7 @@ if TYPE_CHECKING:
     from dolfingrip.mechanics.contact.rigid import RigidContact
 
 
-class Load:
+class ContactLoad:
     """g = e · ∂Π/∂q: the force that holds a rigid body along a motion e of its pose q.
 
     It is the meshed part's share. Each derivative is this rank's share.

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient, Unknowns
 
 
-class Motion(NamedTuple):
+class SupportMotion(NamedTuple):
     """The motion of a support with one global unknown.
 
     Attributes:
@@ -52,7 +52,7 @@ class MovingSupport:
         u: fem.Function,
         supports: Sequence[fem.DirichletBC],
         nodes: np.ndarray,
-        motions: Sequence[Motion],
+        motions: Sequence[SupportMotion],
     ) -> None:
         space = u.function_space
         self._comm = space.mesh.comm

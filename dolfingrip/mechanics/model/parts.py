@@ -43,7 +43,7 @@ def _as_it_is(tensor: Expr) -> Expr:
     return tensor
 
 
-class Part(NamedTuple):
+class PartEnergy(NamedTuple):
     """Cells of one material, or cells with a face on a membrane.
 
     Attributes:
@@ -70,7 +70,7 @@ def solid_parts(
     strain_energies: Sequence[StrainEnergy | ReducedIntegration] | ByPart,
     domain: Domain | None,
     degree: int,
-) -> list[Part]:
+) -> list[PartEnergy]:
     """The whole as one part, or the domain's named parts; reduced integration makes parts, too."""
     strain = chain_rule.strain_variable(green_lagrange(u))
     coarse = integration_degree(u.function_space)
@@ -80,11 +80,13 @@ def solid_parts(
             return ufl.Measure("dx", u.function_space.mesh, metadata={"quadrature_degree": degree})
         return domain.volume(*names, quadrature_degree=degree)
 
-    def part(energies: Sequence[StrainEnergy], names: Sequence[str], rule: int | None) -> Part:
+    def part(
+        energies: Sequence[StrainEnergy], names: Sequence[str], rule: int | None
+    ) -> PartEnergy:
         density = sum((energy(strain) for energy in energies), start=0 * strain[0, 0])
         cells = domain.cells(*names) if domain is not None and (names or rule) else None
         stress = chain_rule.by_variable(density, strain)
-        return Part(density, stress, volume(names, rule or degree), cells, rule=rule)
+        return PartEnergy(density, stress, volume(names, rule or degree), cells, rule=rule)
 
     by_part = strain_energies if isinstance(strain_energies, Mapping) else {(): strain_energies}
     found = []
@@ -100,7 +102,7 @@ def solid_parts(
 
 def sheet_parts(
     u: fem.Function, sheets: Sequence[Sheet], domain: Domain, degree: int
-) -> list[Part]:
+) -> list[PartEnergy]:
     """The parts of membranes, one for each local facet that their cells have on them."""
     found = []
     for sheet in sheets:
@@ -117,5 +119,5 @@ def sheet_parts(
             rule = facet_rule(domain.mesh, facet, degree)
             dx = domain.behind(sheet.name, facet, **rule.metadata())
             stress = chain_rule.by_variable(density, strain)
-            found.append(Part(density, stress, dx, cells, size, rule, surface))
+            found.append(PartEnergy(density, stress, dx, cells, size, rule, surface))
     return found

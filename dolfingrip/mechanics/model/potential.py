@@ -25,7 +25,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import integration_degree, sheet_degree
 from dolfingrip.mechanics.model.parts import (
     ByPart,
-    Part,
+    PartEnergy,
     ReducedIntegration,
     StrainEnergy,
     sheet_parts,
@@ -207,7 +207,10 @@ class Potential(Term):
 
 
 def _carried(
-    fields: Sequence[fem.Function], solids: Sequence[Part], apart: Sequence[Part], degree: int
+    fields: Sequence[fem.Function],
+    solids: Sequence[PartEnergy],
+    apart: Sequence[PartEnergy],
+    degree: int,
 ) -> CarriedStress:
     """Carries the stresses of all parts."""
     held = [

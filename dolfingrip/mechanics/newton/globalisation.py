@@ -13,7 +13,7 @@ from dolfingrip.mechanics.newton.policy import StepPolicy
 from dolfingrip.sections.numerics import Solver
 
 
-class Verdict(Enum):
+class IterationVerdict(Enum):
     """The verdicts on a residual norm."""
 
     GO_ON = auto()
@@ -97,7 +97,7 @@ class Globalisation:
         """True if the last step made no progress, or elements would invert again and again."""
         return self._short > 0 or self._folds
 
-    def judge(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
+    def judge(self, iteration: int, norm: float, scale: float = 0.0) -> IterationVerdict:
         """The verdict on the residual norm (N) at the start of ``iteration``.
 
         Args:
@@ -108,16 +108,16 @@ class Globalisation:
         """
         policy, late = self._policy, iteration > self._policy.early
         if not np.isfinite(norm):
-            return Verdict.NOT_A_NUMBER
+            return IterationVerdict.NOT_A_NUMBER
         if self._scale_N is None:
             self._scale_N = norm
         self._before = []
         if not late:
             self._peak = max(self._peak, norm)
         if self._short > policy.patience or self._folds:
-            return Verdict.STUCK
+            return IterationVerdict.STUCK
         if norm <= self.tolerance_N(scale) and not self.bound:
-            return Verdict.CONVERGED
+            return IterationVerdict.CONVERGED
         self._before = list(self._recent)
         if self._recent:
             self.changed_much = norm > policy.changed_much * self._recent[-1]
@@ -128,10 +128,10 @@ class Globalisation:
         )
         self._recent.append(norm)
         if late and norm > policy.hopeless * self._peak and not self._damped:
-            return Verdict.HOPELESS
-        return Verdict.GO_ON
+            return IterationVerdict.HOPELESS
+        return IterationVerdict.GO_ON
 
-    def judge_anew(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
+    def judge_anew(self, iteration: int, norm: float, scale: float = 0.0) -> IterationVerdict:
         """The verdict of :meth:`judge` at this iterate after the potential has changed.
 
         The earlier residuals still tell whether the solve stagnates, because the lagged quantities

@@ -17,7 +17,7 @@ from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.damping import Damping
 from dolfingrip.mechanics.newton.ending import REASON, Watch
 from dolfingrip.mechanics.newton.factors import Factors
-from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.newton.globalisation import Globalisation, IterationVerdict
 from dolfingrip.mechanics.newton.lagging import CorrectedStep, LagRules
 from dolfingrip.mechanics.newton.mixed_tangent import condensing_step
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
@@ -267,12 +267,12 @@ class Iterations:
             norm = float(residual.norm())
             self.lagging.updated(norm)
             verdict = rules.judge_anew(iteration, norm, scale)
-        return REASON[Verdict.HOPELESS if self.lagging.lost else verdict]
+        return REASON[IterationVerdict.HOPELESS if self.lagging.lost else verdict]
 
-    def _updates_lagged(self, verdict: Verdict, norm: float) -> bool:
+    def _updates_lagged(self, verdict: IterationVerdict, norm: float) -> bool:
         """Let terms update lagged quantities if due; return whether the potential changed."""
-        if verdict is Verdict.GO_ON:
+        if verdict is IterationVerdict.GO_ON:
             due = self.lagging.is_due(norm, self.rules.first_N)
         else:
-            due = verdict is Verdict.CONVERGED and self.lagging.is_due_at_the_end()
+            due = verdict is IterationVerdict.CONVERGED and self.lagging.is_due_at_the_end()
         return due and self._model.update_lagged()

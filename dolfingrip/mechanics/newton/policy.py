@@ -185,8 +185,8 @@ class CholeskyPolicy:
     """When Cholesky factors are tried; see :class:`~.cholesky.Cholesky`.
 
     Attributes:
-        most_skipped: largest number of matrices that are left to LDLᵀ before the next try: none after
-            one that was not definite, then 1, 3, 7 and so on after each further one in a row.
+        most_skipped: largest number of matrices that are left to LDLᵀ before the next try: none
+            after one that was not definite, then 1, 3, 7 and so on after each further one in a row.
         iterations: largest number of conjugate gradients' iterations with factors in single
             precision.
         rounding: error that is taken for rounding, relative to the solution; see

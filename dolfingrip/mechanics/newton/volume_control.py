@@ -23,7 +23,7 @@ CONTROL = "cavity_volume_mm3"
 
 
 @dataclass(slots=True)
-class Prescribed:
+class PrescribedVolume:
     """Volume of the whole cavity (mm³), as a control of a load path.
 
     Attributes:
@@ -77,7 +77,7 @@ class VolumeControl(Term, Memory):
         self._rate = fem.form(ufl.derivative(volume, u, test), jit_options=jit.options())
         self._integral = volume
         self._by_coordinates: fem.Form | None = None
-        self.control = Prescribed(self.volume_mm3())
+        self.control = PrescribedVolume(self.volume_mm3())
         self._u = u
         self._undeformed = self._undeformed_mm3()
         # 1 MPa for each size of the cavity: a missing volume then counts as much as the forces on

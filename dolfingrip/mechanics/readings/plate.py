@@ -73,7 +73,7 @@ class PlatePlace(Reading):
         found.at_nodes[nodes] += shares
 
 
-class PlateGap(Reading):
+class PlateGapReading(Reading):
     """Smallest distance of the skin's nodes from the plate (mm)."""
 
     differentiable = False
