@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
 
 import gmsh
 import numpy as np
 
 from dolfingrip.meshes import solid_model
 from dolfingrip.meshes.gmsh_model import current_mesh, session
-from dolfingrip.meshes.policy import GRADING
 from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh, boundary, faces
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.specimen import Mesh
@@ -30,71 +28,19 @@ _OPTIONS = {
 }
 
 
-def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
-    """Mesh a finger.
+@dataclass(frozen=True, slots=True)
+class GradingPolicy:
+    """How tetrahedra grow from the concave edges of a finger, where stress concentrates.
 
-    Args:
-        finger: dimensions.
-        mesh: half or whole, sizes or target number of elements, order of the elements.
-
-    Returns:
-        Points in mm.
-
-    Raises:
-        MeshError: if Gmsh fails, or the target number of elements is missed by more than 1 %.
+    Attributes:
+        coarse: element size, as part of the finger's depth, of the mesh that shows concave edges.
+        flat_sine: sine of the angle below which two faces count as one smooth face.
+        growth: growth of the element size (mm) with each mm of distance from a concave edge.
     """
-    size, edge_size = mesh.tetrahedra_mm()
-    if edge_size > size:
-        raise MeshError(
-            f"mesh.edge_size_mm = {edge_size}: allowed: above 0 and up to size_mm = {size:g} mm"
-        )
-    with session("mesh of the finger", _OPTIONS):
-        solid_model.build(finger, mesh.half)
-        curves = _concave_curves(finger) if mesh.edge_size_mm is not None else []
 
-        def tetrahedra(below: float, above: float, share: float) -> int:
-            scale = step_along_z(below, above, share * finger.length_mm)
-            set_sizes(curves, size, edge_size, scale)
-            return _generate()
-
-        if mesh.target_elements is None:
-            _limit(size, mesh.edge_size_mm, *expected_elements(curves, size, edge_size))
-            tetrahedra(1.0, 1.0, 1.0)
-        else:
-            meet(mesh.target_elements, tetrahedra)
-        gmsh.model.mesh.optimize("Relocate3D", niter=3)
-        if mesh.order == 2:
-            gmsh.model.mesh.setOrder(2)
-        return current_mesh()
-
-
-def _limit(size: float, edge_size: float | None, bulk: float, at_edges: float) -> None:
-    """Refuse sizes whose expected number of elements would fill the memory."""
-    if bulk > MOST_ELEMENTS:
-        least = size * (bulk / MOST_ELEMENTS) ** (1 / 3)
-        raise MeshError(
-            f"mesh.size_mm = {size}: about {bulk:.0e} tetrahedra; "
-            f"allowed: at least {least:.2g} mm for this finger"
-        )
-    if edge_size is not None and at_edges > MOST_ELEMENTS:
-        least = edge_size * at_edges / MOST_ELEMENTS
-        raise MeshError(
-            f"mesh.edge_size_mm = {edge_size}: about {at_edges:.0e} tetrahedra; "
-            f"allowed: at least {least:.2g} mm for this finger"
-        )
-
-
-def _concave_curves(finger: Geometry) -> list[int]:
-    set_sizes([], GRADING.coarse * finger.depth_mm, GRADING.coarse * finger.depth_mm)
-    _generate()
-    return concave_curves()
-
-
-def _generate() -> int:
-    """Set the sizes and mesh; return the number of tetrahedra."""
-    gmsh.model.mesh.clear()
-    gmsh.model.mesh.generate(3)
-    return len(gmsh.model.mesh.getElementsByType(4)[0])
+    coarse: float = 0.25
+    flat_sine: float = 1e-3
+    growth: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,10 +63,88 @@ class TargetPolicy:
     close: float = 0.02
 
 
-POLICY: Final = TargetPolicy()
+def finger_mesh(
+    finger: Geometry,
+    mesh: Mesh,
+    grading: GradingPolicy = GradingPolicy(),
+    target: TargetPolicy = TargetPolicy(),
+) -> SolidMesh:
+    """Mesh a finger.
+
+    Args:
+        finger: dimensions.
+        mesh: half or whole, sizes or target number of elements, order of the elements.
+        grading: how elements grow from concave edges.
+        target: how sizes for a number of elements are sought.
+
+    Returns:
+        Points in mm.
+
+    Raises:
+        MeshError: if Gmsh fails, or the target number of elements is missed by more than 1 %.
+    """
+    size, edge_size = mesh.tetrahedra_mm()
+    if edge_size > size:
+        raise MeshError(
+            f"mesh.edge_size_mm = {edge_size}: allowed: above 0 and up to size_mm = {size:g} mm"
+        )
+    with session("mesh of the finger", _OPTIONS):
+        solid_model.build(finger, mesh.half)
+        curves = _concave_curves(finger, grading) if mesh.edge_size_mm is not None else []
+
+        def tetrahedra(below: float, above: float, share: float) -> int:
+            scale = step_along_z(below, above, share * finger.length_mm)
+            set_sizes(curves, size, edge_size, grading.growth, scale)
+            return _generate()
+
+        if mesh.target_elements is None:
+            _limit(
+                size, mesh.edge_size_mm, *expected_elements(curves, size, edge_size, grading.growth)
+            )
+            tetrahedra(1.0, 1.0, 1.0)
+        else:
+            meet(mesh.target_elements, tetrahedra, target)
+        gmsh.model.mesh.optimize("Relocate3D", niter=3)
+        if mesh.order == 2:
+            gmsh.model.mesh.setOrder(2)
+        return current_mesh()
 
 
-def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
+def _limit(size: float, edge_size: float | None, bulk: float, at_edges: float) -> None:
+    """Refuse sizes whose expected number of elements would fill the memory."""
+    if bulk > MOST_ELEMENTS:
+        least = size * (bulk / MOST_ELEMENTS) ** (1 / 3)
+        raise MeshError(
+            f"mesh.size_mm = {size}: about {bulk:.0e} tetrahedra; "
+            f"allowed: at least {least:.2g} mm for this finger"
+        )
+    if edge_size is not None and at_edges > MOST_ELEMENTS:
+        least = edge_size * at_edges / MOST_ELEMENTS
+        raise MeshError(
+            f"mesh.edge_size_mm = {edge_size}: about {at_edges:.0e} tetrahedra; "
+            f"allowed: at least {least:.2g} mm for this finger"
+        )
+
+
+def _concave_curves(finger: Geometry, grading: GradingPolicy) -> list[int]:
+    size = grading.coarse * finger.depth_mm
+    set_sizes([], size, size, grading.growth)
+    _generate()
+    return concave_curves(grading.flat_sine)
+
+
+def _generate() -> int:
+    """Set the sizes and mesh; return the number of tetrahedra."""
+    gmsh.model.mesh.clear()
+    gmsh.model.mesh.generate(3)
+    return len(gmsh.model.mesh.getElementsByType(4)[0])
+
+
+def meet(
+    target: int,
+    mesh: Callable[[float, float, float], int],
+    policy: TargetPolicy = TargetPolicy(),
+) -> None:
     """Mesh until the number of elements is within 1 % of the target.
 
     The bellows are alike, so the count jumps by more than 1 % if the number of elements on an edge
@@ -133,6 +157,7 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
         target: wanted number of elements.
         mesh: makes a mesh with sizes scaled by its first argument up to a part of the length, its
             third argument, and by its second argument beyond; returns the number of elements.
+        policy: how near, and in how many tries.
 
     Raises:
         MeshError: if the target is missed.
@@ -144,13 +169,13 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
         return math.log(tried[-1] / target)
 
     def met() -> bool:
-        return abs(tried[-1] - target) <= POLICY.tolerance * target
+        return abs(tried[-1] - target) <= policy.tolerance * target
 
-    found = _bracket(miss)
+    found = _bracket(miss, policy)
     if found is not None:
         fine, coarse = found
         low, high = 0.0, 1.0
-        for _ in range(POLICY.tries):
+        for _ in range(policy.tries):
             if met():
                 return
             share = (low + high) / 2
@@ -161,28 +186,30 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
     if not met():
         nearest = min(tried, key=lambda count: abs(count - target))
         raise MeshError(
-            f"mesh.target_elements = {target}: cannot be met within {POLICY.tolerance:.0%} "
+            f"mesh.target_elements = {target}: cannot be met within {policy.tolerance:.0%} "
             f"with these dimensions and sizes; nearest allowed: {nearest}"
         )
 
 
-def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float] | None:
+def _bracket(
+    miss: Callable[[float, float, float], float], policy: TargetPolicy
+) -> tuple[float, float] | None:
     """Close log scales with too many and too few elements; None if met or not found."""
-    within = math.log1p(POLICY.tolerance) * 0.99
+    within = math.log1p(policy.tolerance) * 0.99
     fine = coarse = None
     scale, slope = 0.0, -2.1  # walls thinner than the elements
     value = miss(scale, scale, 1.0)
-    for _ in range(POLICY.tries):
+    for _ in range(policy.tries):
         if abs(value) <= within:
             return None
         if value > 0:
             fine = scale
         else:
             coarse = scale
-        step = min(max(-value / slope, -POLICY.largest_step), POLICY.largest_step)
+        step = min(max(-value / slope, -policy.largest_step), policy.largest_step)
         new = scale + step
         if fine is not None and coarse is not None:
-            if abs(coarse - fine) <= POLICY.close:
+            if abs(coarse - fine) <= policy.close:
                 return fine, coarse
             # a secant that hardly moves an end is no better than this end
             if not fine + within / 4 <= new <= coarse - within / 4:
@@ -190,15 +217,18 @@ def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float
         before, scale = (scale, value), new
         value = miss(scale, scale, 1.0)
         slope = (value - before[1]) / (scale - before[0])
-        slope = min(max(slope, POLICY.slopes[0]), POLICY.slopes[1])
+        slope = min(max(slope, policy.slopes[0]), policy.slopes[1])
     return None
 
 
-def concave_curves() -> list[int]:
+def concave_curves(flat_sine: float = 1e-3) -> list[int]:
     """Curves of the current, meshed Gmsh model where the dihedral angle exceeds 180°.
 
     At a concave edge each of the two faces rises above the plane of the other. The mesh gives the
     outward normals, so the test finds edges of the cavity and outer ones. A coarse mesh is enough.
+
+    Args:
+        flat_sine: sine of the angle below which two faces count as one smooth face.
 
     Returns:
         Tags of the curves.
@@ -219,18 +249,21 @@ def concave_curves() -> list[int]:
         normal = np.cross(b - a, c - a)
         apex = points[facets[pair[1]][~on_edge[pair[1]]]][0]
         height = normal @ (apex - a) / np.linalg.norm(normal)
-        if height > GRADING.flat_sine * np.linalg.norm(apex - a):
+        if height > flat_sine * np.linalg.norm(apex - a):
             concave.append(curve)
     return concave
 
 
-def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1") -> None:
+def set_sizes(
+    curves: list[int], size: float, edge_size: float, growth: float, scale: str = "1"
+) -> None:
     """Set the element sizes of the current Gmsh model.
 
     Args:
         curves: tags of the curves at which the mesh is refined.
         size: element size away from the curves (mm).
         edge_size: element size at the curves (mm).
+        growth: growth of the element size (mm) with each mm of distance from a curve.
         scale: factor on both, as an expression of Gmsh's MathEval field in x, y, z (mm).
     """
     field = gmsh.model.mesh.field
@@ -248,7 +281,7 @@ def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1"
         field.setNumber(2, "SizeMin", edge_size)
         field.setNumber(2, "SizeMax", size)
         field.setNumber(2, "DistMin", 0)
-        field.setNumber(2, "DistMax", (size - edge_size) / GRADING.growth)
+        field.setNumber(2, "DistMax", (size - edge_size) / growth)
         unscaled = "F2"
     field.add("MathEval", 3)
     field.setString(3, "F", f"{unscaled} * ({scale})")
@@ -262,16 +295,18 @@ def step_along_z(below: float, above: float, z: float) -> str:
     return f"{below:.17g} + ({above - below:.17g}) * step(z - {z:.17g})"
 
 
-def expected_elements(curves: list[int], size: float, edge_size: float) -> tuple[float, float]:
+def expected_elements(
+    curves: list[int], size: float, edge_size: float, growth: float
+) -> tuple[float, float]:
     """Rough number of tetrahedra in the bulk and around the concave edges.
 
     A regular tetrahedron with edges h fills 0.118 h³. Around an edge the solid fills three
     quarters of a circle, in which the size grows with the distance.
 
     Args:
-        curves, size, edge_size: as in :func:`set_sizes`.
+        curves, size, edge_size, growth: as in :func:`set_sizes`.
     """
     volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))
     length = sum(gmsh.model.occ.getMass(1, curve) for curve in curves)
-    around = 0.75 * math.pi / GRADING.growth**2 * length * max(1 / edge_size - 1 / size, 0)
+    around = 0.75 * math.pi / growth**2 * length * max(1 / edge_size - 1 / size, 0)
     return volume / (0.118 * size**3), around / 0.118

@@ -15,8 +15,7 @@ from dolfingrip.meshes.measures import (
     jacobians,
     scaled_jacobians,
 )
-from dolfingrip.meshes.policy import ON_PLANE
-from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, boundary, faces, labels
+from dolfingrip.meshes.solid import ON_PLANE, Ints, MeshError, SolidMesh, boundary, faces, labels
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dolfingrip.meshes.policy import ON_PLANE
-from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, faces, labels, match
+from dolfingrip.meshes.solid import ON_PLANE, Ints, MeshError, SolidMesh, faces, labels, match
 
 
 def face_rows(mesh: SolidMesh, cells: Ints) -> Ints:

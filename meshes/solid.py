@@ -11,6 +11,9 @@ import numpy as np
 from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
 from dolfingrip.sections.errors import ConfigError
 
+ON_PLANE: Final = 1e-6
+"""Distance from a plane, relative to a mesh's extent, up to which a point lies in it."""
+
 MOST_ELEMENTS: Final = 10_000_000
 """Largest number of elements; larger meshes do not fit into memory."""
 

@@ -16,7 +16,6 @@ from dolfingrip.forms.kinematics import green_lagrange
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.plate import RigidPlate
-from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.history import History
@@ -160,7 +159,7 @@ class Site:
         return self.domain.copies * self._integral(self.fixed(1.0) * part)
 
     def add_friction(
-        self, effect: Named, key: str, contact: Touching, slip_mm: float = MEMORY.slip_mm
+        self, effect: Named, key: str, contact: Touching, slip_mm: float | None = None
     ) -> None:
         """Add friction to ``contact``, its coefficient the parameter ``key`` of ``effect``."""
         mu = self.constant(effect, key)

@@ -13,7 +13,6 @@ from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.results.sensitivity_table import COLUMNS
 from dolfingrip.mechanics.newton.callbacks import callback
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
-from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
 from dolfingrip.parameter import Entry, Parameter, every, find
 
 if TYPE_CHECKING:
@@ -112,7 +111,7 @@ class Sensitivities:
         self, parameter: Parameter, true: Mapping[str, float], slopes: Mapping[str, float]
     ) -> Row:
         """Derivatives of what the instruments display, by column."""
-        amount = SENSITIVITY.change * parameter.scale * parameter.direction(self._config)
+        amount = self.forward.policy.change * parameter.scale * parameter.direction(self._config)
         changed = self._config
         if parameter.entry is Entry.INSTRUMENT:
             changed = parameter.at(self._config, parameter.value(self._config) + amount)

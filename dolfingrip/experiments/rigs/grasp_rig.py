@@ -13,8 +13,7 @@ from dolfingrip.experiments.protocol.grasping import lift_mm, lift_starts_s
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.results.outcome import Ring, decided, judge
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
-from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
-from dolfingrip.experiments.rigs.policy import GRASP_PATH
+from dolfingrip.experiments.rigs.gripper import GraspPolicy, GripperModel, build_gripper
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.files.run import GraspOutcome
 from dolfingrip.mechanics.model.profile import Profile
@@ -31,18 +30,26 @@ class GraspRig(Rig):
         config: configuration that was asked for.
         gripper: model of the gripper.
         profile: takes the time of each phase.
+        policy: numbers with which it is solved.
     """
 
     specimen_name: ClassVar = "gripper"
 
-    def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
-        policy = NewtonPolicy(
-            steps=StepPolicy(shortest=GRASP_PATH.shortest, patience=GRASP_PATH.patience),
-            lag=LagPolicy(tolerance=GRASP_PATH.lag_tolerance),
-            correction=CorrectionPolicy(tolerance=GRASP_PATH.close),
-            guess_residual_ratio=GRASP_PATH.guess_residual_ratio,
+    def __init__(
+        self,
+        config: Config,
+        gripper: GripperModel,
+        profile: Profile,
+        policy: GraspPolicy = GraspPolicy(),
+    ) -> None:
+        self._policy = policy
+        solving = NewtonPolicy(
+            steps=StepPolicy(shortest=policy.shortest, patience=policy.patience),
+            lag=LagPolicy(tolerance=policy.lag_tolerance),
+            correction=CorrectionPolicy(tolerance=policy.close),
+            guess_residual_ratio=policy.guess_residual_ratio,
         )
-        super().__init__(Newton(gripper.model, config.solver, profile, policy), gripper)
+        super().__init__(Newton(gripper.model, config.solver, profile, solving), gripper)
         self.readings = {}
         self._config = config
         self._gripper = gripper
@@ -51,7 +58,7 @@ class GraspRig(Rig):
             min(float(np.linalg.norm(root)) for root in roots),
             np.array([root / np.linalg.norm(root) for root in roots]),
         )
-        self._reads = GraspReadings(gripper, lift_starts_s(config.gripper), GRASP_PATH.settling_s)
+        self._reads = GraspReadings(gripper, lift_starts_s(config.gripper), policy.settling_s)
 
     @classmethod
     def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> GraspRig:
@@ -70,7 +77,7 @@ class GraspRig(Rig):
     def controls(self, stop: Stop) -> Mapping[str, float]:
         return {
             "pressure_kPa": stop.value,
-            "time_s": GRASP_PATH.settling_s + stop.time_s,
+            "time_s": self._policy.settling_s + stop.time_s,
             "table_z_mm": -lift_mm(self._config.gripper, stop.time_s),
         }
 
@@ -86,7 +93,7 @@ class GraspRig(Rig):
     def read(self) -> dict[str, float]:
         model = self._gripper.model
         pressure = model.controls["pressure_kPa"].value
-        time_s = model.time_s - GRASP_PATH.settling_s
+        time_s = model.time_s - self._policy.settling_s
         return {"time_s": time_s, "pressure_kPa": pressure, **self._reads.read()}
 
     def over(self) -> bool:

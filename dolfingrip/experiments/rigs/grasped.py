@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.foods.food import Food
-from dolfingrip.foods.policy import FOOD_SHAPE
 from dolfingrip.mechanics.contact.distance import SignedDistance, TurnedShape
 from dolfingrip.mechanics.model.rigid_body import RigidBody
 from dolfingrip.meshes.closed_surface import MM3_PER_M3, ClosedSurface
@@ -34,11 +33,13 @@ class GraspedBody:
     body: RigidBody
 
 
-def grasped(food: Food) -> GraspedBody:
+def grasped(food: Food, tipped_deg: float = 40.0) -> GraspedBody:
     """The food that a configuration asks for, on the table z = 0 below the gripper's centre.
 
     Args:
         food: shape, size, density and place of the food.
+        tipped_deg: angle by which a body that does not lie still as it is drawn may turn to where
+            it does.
 
     Returns:
         The body in coordinates about its centre of gravity (mm).
@@ -48,7 +49,7 @@ def grasped(food: Food) -> GraspedBody:
     """
     shape, surface = food.shape.made(food.size_mm)
     lying = food.shape.lying
-    upright = _stable(surface.points) if lying is None else Rotation.from_rotvec(lying)
+    upright = _stable(surface.points, tipped_deg) if lying is None else Rotation.from_rotvec(lying)
     turned = Rotation.from_rotvec([0, 0, math.radians(food.turn_deg)]) * upright
     if turned.magnitude() > 0:
         shape = TurnedShape(shape, turned.as_matrix())
@@ -64,7 +65,7 @@ def grasped(food: Food) -> GraspedBody:
     return GraspedBody(shape, surface, body)
 
 
-def _stable(points: np.ndarray) -> Rotation:
+def _stable(points: np.ndarray, tipped_deg: float) -> Rotation:
     """The smallest turn with which a body lies still: its centre of gravity is lowest there.
 
     The face of its convex hull that is nearest to the centre has the centre above it (Goldberg et
@@ -72,7 +73,7 @@ def _stable(points: np.ndarray) -> Rotation:
     """
     hull = ConvexHull(points)
     normals, apart = hull.equations[:, :3], -hull.equations[:, 3]
-    near = np.flatnonzero(normals[:, 2] < -math.cos(math.radians(FOOD_SHAPE.tipped_deg)))
+    near = np.flatnonzero(normals[:, 2] < -math.cos(math.radians(tipped_deg)))
     down = normals[near[apart[near].argmin()]]
     axis = np.cross(down, [0.0, 0.0, -1.0])
     size = float(np.linalg.norm(axis))
@@ -88,7 +89,7 @@ SIDEWAYS = frozenset({"y_mm", "turn_x_rad", "turn_z_rad"})
 """Coordinates of a body that have the other sign in its mirror image."""
 
 
-def halved(config: Config, food: GraspedBody) -> bool:
+def halved(config: Config, food: GraspedBody, even_mm: float = 0.01) -> bool:
     """Decide if half of a gripper is computed for the whole.
 
     Fingers B and C are mirror images in any pose of the gripper. Only with ``gripper.half = false``
@@ -97,6 +98,8 @@ def halved(config: Config, food: GraspedBody) -> bool:
     Args:
         config: gripper and fingers.
         food: body that is grasped.
+        even_mm: difference of the food from its mirror image that is not felt: a part of the
+            barrier's width.
 
     Returns:
         True if half a thumb and one finger are computed for the whole gripper.
@@ -105,13 +108,13 @@ def halved(config: Config, food: GraspedBody) -> bool:
         ConfigError: one line, if half is asked for and something is not symmetric.
     """
     asked = config.gripper.half
-    uneven = "" if asked is False else _uneven(config, food)
+    uneven = "" if asked is False else _uneven(config, food, even_mm)
     if asked and uneven:
         raise ConfigError(f"gripper.half = true: {uneven}; allowed: what is its own mirror image")
     return asked is not False and not uneven
 
 
-def _uneven(config: Config, food: GraspedBody) -> str:
+def _uneven(config: Config, food: GraspedBody, even_mm: float) -> str:
     """Key and value of something that is not its own mirror image; "" if everything is."""
     if config.mesh.file is not None:
         return "mesh.file may be any solid"
@@ -123,6 +126,6 @@ def _uneven(config: Config, food: GraspedBody) -> str:
     points = food.surface.points
     apart = food.shape.at(points * MIRROR).value - food.shape.at(points).value
     most = float(np.abs(apart).max())
-    if most > FOOD_SHAPE.even_mm:
+    if most > even_mm:
         return f"the food differs from its mirror image by {most:.2g} mm"
     return ""

@@ -15,7 +15,6 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.grasped import SIDEWAYS, GraspedBody, grasped, halved
-from dolfingrip.experiments.rigs.policy import GRASP_PATH
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.contact.density import Smooth
@@ -40,6 +39,34 @@ UPWARDS = Plane((0.0, 0.0, 1.0))
 
 ONE_FINGER = "skin of finger B"
 """Region of a half gripper that may touch its own mirror image."""
+
+
+@dataclass(frozen=True, slots=True)
+class GraspPolicy:
+    """The numbers with which a gripper and its food are solved, step by step in time.
+
+    Attributes:
+        guess_residual_ratio: pairs in contact make a predicted state a bad start, so its residual
+            must be half of that of the step's start or less. If twice is allowed, more steps around
+            a large potato fail.
+        shortest, patience: as :class:`~dolfingrip.mechanics.newton.policy.StepPolicy` has them: a
+            step that a bound cuts so short, as where the food is first touched, goes astray, and
+            half a step in time is easy.
+        lag_tolerance: largest change of the nodes' normal forces, relative to their sum, that
+            friction's forces may lag behind by. Each step updates them, so the next step has it.
+        close: part of the residual that a step may leave. With 1e-4 a grasp solves nearly twice as
+            often with the factors and takes as many iterations.
+        settling_s: time before the first stop, in which fingers and food come to rest.
+        restraint_mm: see :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`.
+    """
+
+    guess_residual_ratio: float = 0.5
+    shortest: float = 0.05
+    patience: int = 0
+    lag_tolerance: float = 0.05
+    close: float = 1e-2
+    settling_s: float = 0.1
+    restraint_mm: float = 1.0
 
 
 @dataclass(slots=True)
@@ -85,7 +112,9 @@ class GripperModel:
         return placement
 
 
-def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
+def build_gripper(
+    config: Config, comm: MPI.Comm, restraint_mm: float = GraspPolicy().restraint_mm
+) -> GripperModel:
     """Build the model that a configuration asks for.
 
         Π = Π_fingers + Π_motion + Π_contact + Π_finger_friction + Π_table + Π_table_friction
@@ -94,6 +123,14 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     Π_fingers is the potential of all fingers with their weight (:func:`~.finger.total_potential`),
     and Π_motion that of the food's weight and inertia. The food touches fingers and table. In half
     a gripper a finger may touch its own mirror image.
+
+    Args:
+        config: gripper, fingers and food.
+        comm: ranks to run on.
+        restraint_mm: see :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`.
+
+    Returns:
+        The model; food and fingers do not touch.
 
     Raises:
         ConfigError: on every rank, one line.
@@ -105,7 +142,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     grasps: list[_Grasp] = []
 
     def adds(site: Site) -> Additions:
-        grasps.append(_grasp(config, food, site, comm))
+        grasps.append(_grasp(config, food, site, comm, restraint_mm))
         return grasps[0].additions
 
     finger = build(hung, domain, plate=False, adds=adds)
@@ -123,7 +160,9 @@ class _Grasp(NamedTuple):
     additions: Additions
 
 
-def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Grasp:
+def _grasp(
+    config: Config, food: GraspedBody, site: Site, comm: MPI.Comm, restraint_mm: float
+) -> _Grasp:
     """Put food and table among the fingers."""
     domain, u, gripper = site.domain, site.u, config.gripper
     gravity = GRAVITY_M_S2 * np.array(DOWN)
@@ -136,7 +175,7 @@ def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Gr
     standing = Pose([height], np.array([[0, 0, 1, 0, 0, 0.0]]).T, np.zeros(6))
     barrier, skin = Smooth(gripper.barrier_mm, gripper.stiffness_MPa), food.surface
     areas, copies = skin.point_areas_mm2(), domain.copies
-    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=GRASP_PATH.restraint_mm)
+    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=restraint_mm)
     contact = RigidContact(u, domain, SKIN, food.shape, pose, barrier)
     table = RigidPoints(u, skin.points, areas, pose, UPWARDS, standing, barrier, copies)
     _stand(motion, table, u.x.array)

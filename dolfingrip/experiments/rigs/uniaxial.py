@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final, cast
+from typing import cast
 
 import numpy as np
 import ufl
@@ -46,9 +46,6 @@ class UniaxialPolicy:
     nudge: float = 1e-6
 
 
-POLICY: Final = UniaxialPolicy()
-
-
 @dataclass(frozen=True, slots=True)
 class Stretched:
     """Stress and width of the bars at the stops.
@@ -66,13 +63,15 @@ class UniaxialTension:
     """Bars of one material whose effects have other parameters in each.
 
     Args:
-        config: material and effects; the parameters that :meth:`pull` is not told stay as here.
+        config: material and effects; parameters that :meth:`pull` is not given stay as here.
+        policy: how the sides' stretch is found.
 
     Raises:
         ValueError: the material differs between the directions across the bar.
     """
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, policy: UniaxialPolicy = UniaxialPolicy()) -> None:
+        self._policy = policy
         raster = getattr(config.extensions, "print_anisotropy")  # noqa: B009
         if raster is not None and raster.raster_deg:
             raise ValueError("raster_deg: a bar pulled across its raster shears; allowed: 0")
@@ -156,20 +155,22 @@ class UniaxialTension:
         across = guess
         residual, _ = self._at(symbols, along, across)
         if slope is None:
-            beside, _ = self._at(symbols, along, across + POLICY.nudge)
-            slope = (beside - residual) / POLICY.nudge
-        for _ in range(POLICY.iterations):
+            beside, _ = self._at(symbols, along, across + self._policy.nudge)
+            slope = (beside - residual) / self._policy.nudge
+        for _ in range(self._policy.iterations):
             with np.errstate(all="ignore"):
-                step = np.clip(-residual / slope, -POLICY.largest_change, POLICY.largest_change)
+                step = np.clip(
+                    -residual / slope, -self._policy.largest_change, self._policy.largest_change
+                )
             changed, axial = self._at(symbols, along, across + step)
             with np.errstate(all="ignore"):
                 secant = (changed - residual) / step
-            usable = np.isfinite(secant) & (secant > 0) & (np.abs(step) > POLICY.tolerance)
+            usable = np.isfinite(secant) & (secant > 0) & (np.abs(step) > self._policy.tolerance)
             slope = np.where(usable, secant, slope)
             across, residual = across + step, changed
-            if not (np.abs(step) > POLICY.tolerance).any():
+            if not (np.abs(step) > self._policy.tolerance).any():
                 break
-        solved = np.abs(step) <= POLICY.accepted
+        solved = np.abs(step) <= self._policy.accepted
         return across, np.where(solved, axial, np.nan), slope
 
     def _at(

@@ -6,12 +6,12 @@ Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996, section 2
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from dolfingrip.mechanics.contact.distance import Bounds, SignedDistance
-from dolfingrip.mechanics.contact.policy import ADVANCE
 from dolfingrip.mechanics.model.rotation import rotation
 
 
@@ -31,7 +31,23 @@ class Path(NamedTuple):
     bend: np.ndarray
 
 
-def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = ADVANCE.kept) -> float:
+@dataclass(frozen=True, slots=True)
+class AdvancePolicy:
+    """The bound on the approach of points to a shape in a step of Newton's method.
+
+    Attributes:
+        kept: part of its distance that each point keeps in a step.
+        pieces: largest number of pieces of a step; each is as long as is safe from the end of the
+            last one.
+    """
+
+    kept: float = 0.1
+    pieces: int = 16
+
+
+def reach(
+    at: Callable[[float], Path], bounds: Bounds, policy: AdvancePolicy = AdvancePolicy()
+) -> float:
     """The largest safe fraction of a step, 1 or less; each point keeps a part of its distance.
 
     With a shape's slope L and concavity κ, φ(t) ≥ φ + t φ' − t² (L A + κ v²)/2 as long as φ stays
@@ -42,18 +58,18 @@ def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = ADVANCE.kep
     Args:
         at: returns the points at a fraction of the step.
         bounds: bounds of the shape.
-        kept: the part of its distance that each point keeps.
+        policy: the part of its distance that each point keeps, and the number of pieces.
     """
     path = at(0.0)
     if not len(path.distance):
         return 1.0
-    least, reached = kept * path.distance, 0.0
-    for _ in range(ADVANCE.pieces):
+    least, reached = policy.kept * path.distance, 0.0
+    for _ in range(policy.pieces):
         ahead = _ahead(path, least, bounds)
         reached += ahead
         if reached >= 1.0:
             return 1.0
-        if ahead < ADVANCE.kept * reached:
+        if ahead < policy.kept * reached:
             break
         path = at(reached)
     return reached

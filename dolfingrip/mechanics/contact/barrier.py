@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import ipctk
 import numpy as np
 import scipy.sparse as sp
 
-from dolfingrip.mechanics.contact.policy import PAIRS
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
@@ -26,6 +26,21 @@ PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMe
 """Projection of each pair's Hessian, by whether it must be convex."""
 
 
+@dataclass(frozen=True, slots=True)
+class PairPolicy:
+    """How pairs of a surface with itself are found and differentiated.
+
+    Attributes:
+        unaligned: part of an edge's length by which vertices are moved at random, so that no edges
+            lie on one line.
+        moved: part of the barrier's width by which points move for derivatives that are taken by
+            differences.
+    """
+
+    unaligned: float = 3e-7
+    moved: float = 1e-4
+
+
 class BarrierContact(Term):
     """Surfaces repel one another within the barrier's width and never pass.
 
@@ -39,16 +54,24 @@ class BarrierContact(Term):
         surface: vertices and triangles of all bodies.
         width_mm: distance ĝ at which contact is first felt.
         stiffness_MPa: κ.
+        policy: how pairs are found and differentiated.
     """
 
     name: ClassVar[str] = "contact"
 
-    def __init__(self, surface: Surface, width_mm: float, stiffness_MPa: float) -> None:
+    def __init__(
+        self,
+        surface: Surface,
+        width_mm: float,
+        stiffness_MPa: float,
+        policy: PairPolicy = PairPolicy(),
+    ) -> None:
+        self._policy = policy
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
         self._size_mm = float(np.linalg.norm(np.ptp(surface.rest, axis=0)))
-        self._jitter = _jitter(surface)
+        self._jitter = _jitter(surface, policy.unaligned)
         self._mesh = _collision_mesh(surface, self._jitter)
         self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
         self._apart = False
@@ -194,9 +217,9 @@ class BarrierContact(Term):
         weight = pair.weight * (pair.mollifier(positions) if pair.is_mollified() else 1.0)
         force, nearer = (
             weight * self._potential.force_magnitude(part**2 * float(apart @ apart), pair.dmin)
-            for part in (1.0, 1 - PAIRS.moved)
+            for part in (1.0, 1 - self._policy.moved)
         )
-        rise = (nearer - force) / (PAIRS.moved * float(np.linalg.norm(apart)))
+        rise = (nearer - force) / (self._policy.moved * float(np.linalg.norm(apart)))
         return vertices, shares, apart, float(force), float(rise)
 
     def facing(self, step: np.ndarray) -> np.ndarray:
@@ -292,8 +315,8 @@ def _known(
     yield from (((3, c.face_id, c.vertex_id), c) for c in pairs.fv_collisions)
 
 
-def _jitter(surface: Surface) -> np.ndarray:
-    """(v, 3) random displacement (mm) of the vertices, ``PAIRS.unaligned`` of an edge or less.
+def _jitter(surface: Surface, part: float) -> np.ndarray:
+    """(v, 3) random displacement (mm) of the vertices, at most this part of an edge.
 
     ipctk 1.6 takes edges on one line that rounding turns by 1e-8 for edges that cross, at a
     distance of 0 whose barrier is infinite; and the corners of neighbouring bellows are such edges.
@@ -301,4 +324,4 @@ def _jitter(surface: Surface) -> np.ndarray:
     ends = surface.rest[surface.triangles]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
     by = np.random.default_rng(0).uniform(-1, 1, surface.rest.shape)
-    return np.asarray(PAIRS.unaligned * length / np.sqrt(3) * by)
+    return np.asarray(part * length / np.sqrt(3) * by)

@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.optimize import linprog
 
-from dolfingrip.mechanics.contact.policy import CLOSURE
+
+@dataclass(frozen=True, slots=True)
+class ClosurePolicy:
+    """The size of the problem whose solution is a force-closure margin.
+
+    Attributes:
+        edges: number of edges of the pyramid that replaces a friction cone.
+        contacts: number of contacts that are used; they have the largest normal forces.
+    """
+
+    edges: int = 8
+    contacts: int = 40
 
 
 def margin(
-    points_mm: np.ndarray, normals: np.ndarray, normal_N: np.ndarray, friction: float
+    points_mm: np.ndarray,
+    normals: np.ndarray,
+    normal_N: np.ndarray,
+    friction: float,
+    policy: ClosurePolicy = ClosurePolicy(),
 ) -> float:
     """Force-closure margin of contacts; 0 if some load cannot be resisted.
 
@@ -25,11 +42,12 @@ def margin(
         normals: (n, 3) directions in which they push the object.
         normal_N: (n,) normal forces; the points with the largest ones are used.
         friction: μ.
+        policy: size of the problem.
     """
-    hardest = np.argsort(normal_N)[::-1][: CLOSURE.contacts]
+    hardest = np.argsort(normal_N)[::-1][: policy.contacts]
     if len(hardest) < 2:
         return 0.0
-    wrenches = _wrenches(points_mm[hardest], normals[hardest], friction)
+    wrenches = _wrenches(points_mm[hardest], normals[hardest], friction, policy.edges)
     ways = [sign * np.eye(6)[k] for k in range(6) for sign in (1, -1)]
     return max(min(_borne(wrenches, way) for way in ways), 0.0)
 
@@ -49,7 +67,9 @@ def _borne(wrenches: np.ndarray, way: np.ndarray) -> float:
     return float(-found.fun) if found.success else 0.0
 
 
-def _wrenches(points_mm: np.ndarray, normals: np.ndarray, friction: float) -> np.ndarray:
+def _wrenches(
+    points_mm: np.ndarray, normals: np.ndarray, friction: float, edges: int
+) -> np.ndarray:
     """(6, n edges) forces and moments of the pyramids' edges, moments by the points' spread."""
     helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
     one = np.cross(normals, helper)
@@ -57,7 +77,7 @@ def _wrenches(points_mm: np.ndarray, normals: np.ndarray, friction: float) -> np
     other = np.cross(normals, one)
     length = max(float(np.sqrt((points_mm**2).sum(axis=1).mean())), 1e-9)
     found = []
-    for angle in 2 * np.pi * np.arange(CLOSURE.edges) / CLOSURE.edges:
+    for angle in 2 * np.pi * np.arange(edges) / edges:
         force = normals + friction * (np.cos(angle) * one + np.sin(angle) * other)
         found.append(np.concatenate([force, np.cross(points_mm, force) / length], axis=1))
     return np.concatenate(found).T

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -10,7 +11,6 @@ import scipy.sparse as sp
 from dolfinx import fem
 
 from dolfingrip.mechanics.contact.friction_correction import FrictionCorrection
-from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.ramp import Ramp, size_of
 from dolfingrip.mechanics.contact.tangential import Tangential, Touching
 from dolfingrip.mechanics.model.state import Memory
@@ -30,6 +30,27 @@ class Sliding(NamedTuple):
     keys: np.ndarray
     normal_N: np.ndarray
     slid_mm: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionPolicy:
+    """How friction remembers where points stick.
+
+    Attributes:
+        slip_mm: ε: the elastic displacement of a point that sticks is smaller. It is a numerical
+            choice and not a property of a material: small compared with the motion of fingers
+            (mm), large enough for Newton's method.
+        same: relative change of the nodes' normal forces that counts as none: far above that in a
+            load step in which nothing happens but Newton's method ending elsewhere within its
+            tolerance.
+        most_growth: growth of a normal force in a load step up to which a point's memory stays. If
+            forces grow less, like those of fingers, it must not fade, or shorter steps would give
+            other results.
+    """
+
+    slip_mm: float = 0.02
+    same: float = 1e-6
+    most_growth: float = 10.0
 
 
 class Friction(Term, Lagged, Memory):
@@ -64,8 +85,9 @@ class Friction(Term, Lagged, Memory):
         contact: normal contact that presses points together.
         u: displacement (mm); its present value is the start of a load step.
         coefficient: μ.
-        slip_mm: ε.
+        slip_mm: ε; default: that of the policy.
         title: name of its memory in a state.
+        policy: how it remembers where points stick.
     """
 
     name: ClassVar[str] = "friction"
@@ -75,13 +97,15 @@ class Friction(Term, Lagged, Memory):
         contact: Touching,
         u: fem.Function,
         coefficient: fem.Constant,
-        slip_mm: float = MEMORY.slip_mm,
+        slip_mm: float | None = None,
         title: str = "friction",
+        policy: FrictionPolicy = FrictionPolicy(),
     ) -> None:
         self.contact = contact
         self.coefficient = coefficient
-        self.slip_mm = slip_mm
-        self._ramp = Ramp(slip_mm)
+        self.slip_mm = policy.slip_mm if slip_mm is None else slip_mm
+        self._policy = policy
+        self._ramp = Ramp(self.slip_mm)
         self._u = u
         self._title = title
         self._nodes = contact.touching
@@ -164,6 +188,7 @@ class Friction(Term, Lagged, Memory):
             coefficient,
             self._ramp,
             self.contact.facing,
+            self._policy.most_growth,
         )
 
     # -- lagged quantities -------------------------------------------------------------------------
@@ -176,10 +201,10 @@ class Friction(Term, Lagged, Memory):
         by that.
         """
         now = self.contact.tangential(dofs)
-        if not self._anew and _change(self._seen_N, now.pressing_N()) <= MEMORY.same:
+        if not self._anew and _change(self._seen_N, now.pressing_N()) <= self._policy.same:
             return False
         self._lagged, self._anew = now, True
-        self._memory = transfer_history(self._start, self._stuck, now)
+        self._memory = transfer_history(self._start, self._stuck, now, self._policy.most_growth)
         return True
 
     def lag_error(self, dofs: np.ndarray) -> float:
@@ -235,18 +260,21 @@ TINY = np.finfo(float).tiny
 """A number that avoids 0/0."""
 
 
-def transfer_history(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarray:
+def transfer_history(
+    start: Tangential, stuck: np.ndarray, now: Tangential, most_growth: float = 10.0
+) -> np.ndarray:
     """(m, 3) elastic displacement (mm) of the pairs ``now``.
 
     A pair keeps its memory. A new pair takes the mean of its nodes' memories; a vertex that slides
     to the next triangle makes such a pair. If the normal force grows by more than the factor
-    ``MEMORY.most_growth``, memory fades. Such a point had nearly left, and a finger that is pressed
+    ``most_growth``, memory fades. Such a point had nearly left, and a finger that is pressed
     on its plate again must not feel how it last slid off.
 
     Args:
         start: pairs at the load step's start.
         stuck: (n, 3) elastic displacements of these pairs.
         now: pairs in contact now.
+        most_growth: growth of a normal force up to which a pair's memory stays.
     """
     known = {tuple(key): i for i, key in enumerate(start.keys.tolist())}
     before = np.array([known.get(tuple(key), -1) for key in now.keys.tolist()], dtype=np.int64)
@@ -258,7 +286,7 @@ def transfer_history(start: Tangential, stuck: np.ndarray, now: Tangential) -> n
         weights = abs(now.weights[new])
         found[new] = _of_nodes(start, stuck, now.weights[new])
         share[new] = weights @ start.pressed_N() / np.maximum(weights @ now.pressed_N(), TINY)
-    return np.asarray(found * np.minimum(MEMORY.most_growth * share, 1.0)[:, None])
+    return np.asarray(found * np.minimum(most_growth * share, 1.0)[:, None])
 
 
 def _of_nodes(start: Tangential, stuck: np.ndarray, weights: sp.csr_matrix) -> np.ndarray:

@@ -8,7 +8,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from dolfingrip.mechanics.contact.node_set import NodeSet
-from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.ramp import Ramp, size_of
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.unknowns import Gradient
@@ -22,7 +21,7 @@ class FrictionCorrection:
         C(w) = F(s(u + w), N(u) + N'(u) w) − F(s(u), N(u)) − H w
 
     H is the Hessian in the tangent, for fixed normal forces. The tangent planes are those of
-    u. Normal forces are linear in w, from 0 to ``MEMORY.most_growth`` times their values at u. A
+    u. Normal forces are linear in w, from 0 to ``most_growth`` times their values at u. A
     point whose force grows more had nearly left, so its rate does not tell its force.
 
     Args:
@@ -32,6 +31,7 @@ class FrictionCorrection:
         coefficient: μ.
         ramp: f0.
         facing: returns, for a step, the (3,) displacement of the body that pairs touch, if no node.
+        most_growth: factor by which a normal force grows at most.
     """
 
     def __init__(
@@ -42,7 +42,9 @@ class FrictionCorrection:
         coefficient: float,
         ramp: Ramp,
         facing: Callable[[np.ndarray], np.ndarray],
+        most_growth: float,
     ) -> None:
+        self._most_growth = most_growth
         self._pairs = pairs
         self._nodes = nodes
         self._slip = slip
@@ -83,7 +85,7 @@ class FrictionCorrection:
     def _after(self, moved: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(m, 3) slip and (m,) limits after the nodes have ``moved``."""
         more = self._pairs.pressed_more_N(moved, self._facing(step))
-        most = MEMORY.most_growth * self._pairs.normal_N
+        most = self._most_growth * self._pairs.normal_N
         normal_N = np.clip(self._pairs.normal_N + more, 0.0, most)
         return self._slip + self._pairs.slip(moved), self._coefficient * normal_N
 
@@ -96,7 +98,7 @@ class FrictionCorrection:
     ) -> tuple[sp.csr_matrix, np.ndarray]:
         """The derivatives by the slip, without H, and by the normal forces (m, 3)."""
         blocks = self._ramp.curvature(slip, limit_N, self._pairs.normals, convex=convex)
-        most = MEMORY.most_growth * self._coefficient * self._pairs.normal_N
+        most = self._most_growth * self._coefficient * self._pairs.normal_N
         pressed = self._coefficient * ((limit_N > 0) & (limit_N < most))
         return self._pairs.spread(blocks) - self._hessian, self._at_pairs(slip, pressed)
 

@@ -13,7 +13,13 @@ from dolfinx import fem
 from dolfingrip.mechanics.contact.advance import MovingPoints
 from dolfingrip.mechanics.contact.density import Density
 from dolfingrip.mechanics.contact.distance import SignedDistance
-from dolfingrip.mechanics.contact.pose_contact import Near, PoseContact, curvatures, slopes
+from dolfingrip.mechanics.contact.pose_contact import (
+    Near,
+    NearPolicy,
+    PoseContact,
+    curvatures,
+    slopes,
+)
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.pose import SIX, Pose
@@ -38,6 +44,7 @@ class RigidPoints(PoseContact):
         other: prescribed pose of the other body.
         density: the barrier.
         copies: number of meshed parts that make the whole and share the body.
+        policy: which points are evaluated, and how near they come in a step.
     """
 
     name: ClassVar[str] = "table"
@@ -53,8 +60,9 @@ class RigidPoints(PoseContact):
         other: Pose,
         density: Density,
         copies: int = 1,
+        policy: NearPolicy = NearPolicy(),
     ) -> None:
-        super().__init__(shape, pose, density, copies)
+        super().__init__(shape, pose, density, copies, policy)
         self.other = other
         self._space = u.function_space
         self._points = points

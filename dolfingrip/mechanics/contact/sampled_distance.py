@@ -11,7 +11,6 @@ import numpy as np
 from scipy import ndimage
 
 from dolfingrip.mechanics.contact.distance import Bounds, Distances
-from dolfingrip.mechanics.contact.policy import NEARNESS
 
 SUPPORT = 4
 """Number of coefficients of a cubic B-spline along each axis that act on a point."""
@@ -41,9 +40,18 @@ class SampledDistance:
             the grid's faces.
         origin_mm: (3,) place of the first sample.
         spacing_mm: h.
+        bounded_cells: distance from the surface, in cells, within which second derivatives are
+            bounded.
     """
 
-    def __init__(self, samples: np.ndarray, origin_mm: np.ndarray, spacing_mm: float) -> None:
+    def __init__(
+        self,
+        samples: np.ndarray,
+        origin_mm: np.ndarray,
+        spacing_mm: float,
+        bounded_cells: float = 2.0,
+    ) -> None:
+        self._bounded_cells = bounded_cells
         filtered = ndimage.spline_filter(samples, order=3, mode="mirror", output=float)
         self._coefficients = np.pad(filtered, 1, mode="reflect")
         self._count = np.array(samples.shape)
@@ -127,7 +135,7 @@ class SampledDistance:
         cells = cells.reshape(-1, *3 * (SUPPORT,))
         high, low = cells.max(axis=(1, 2, 3)), cells.min(axis=(1, 2, 3))
         outside = high >= 0
-        reach = NEARNESS.bounded_cells * self.spacing_mm
+        reach = self._bounded_cells * self.spacing_mm
         near = outside & (low <= reach)
         one = np.eye(3, dtype=int)
         slope = self._largest(cells[outside], list(one))

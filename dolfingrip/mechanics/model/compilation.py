@@ -19,13 +19,13 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
 import cffi
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.policy import COMPILATION
 from dolfingrip.sections.errors import MachineError
 
 Tell = Callable[[str], None]
@@ -33,6 +33,23 @@ Tell = Callable[[str], None]
 
 _IN_PROCESS = threading.Lock()
 """A compile changes the process' working folder and its standard output."""
+
+
+@dataclass(frozen=True, slots=True)
+class CompilationPolicy:
+    """When compiles tell how they go on, and how long they wait for one another.
+
+    Attributes:
+        silent_s: time after which a compile, or a wait, tells that it goes on.
+        every_s: time from one such message to the next.
+        poll_s: time between two attempts to get the lock.
+        patience_s: longest wait for a process that compiles the same; it may be suspended.
+    """
+
+    silent_s: float = 2.0
+    every_s: float = 1.0
+    poll_s: float = 0.05
+    patience_s: float = 600.0
 
 
 class CompilationError(MachineError):
@@ -43,12 +60,12 @@ _listener: ContextVar[Tell | None] = ContextVar("listener", default=None)
 _next_line_s = 0.0
 
 
-def _lines(line: str) -> None:
-    """Tell on the standard error of one rank, where nobody else listens."""
+def _lines(line: str, pause_s: float = 30.0) -> None:
+    """Tell on the standard error of one rank, a line each ``pause_s`` seconds at most."""
     global _next_line_s
     now_s = time.monotonic()
     if line and now_s >= _next_line_s and MPI.COMM_WORLD.rank == 0:
-        _next_line_s = now_s + COMPILATION.line_s
+        _next_line_s = now_s + pause_s
         # in place of a bar that the process of a campaign draws on the same terminal
         begin = "\r\x1b[K" if sys.stderr.isatty() else ""
         sys.stderr.write(f"{begin}dolfingrip: {line}\n")
@@ -71,13 +88,19 @@ def told_to(tell: Tell | None) -> Iterator[None]:
         _listener.reset(token)
 
 
-def compiled[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
+def compiled[T](
+    folder: Path,
+    get: Callable[[Path], T],
+    what: str,
+    policy: CompilationPolicy = CompilationPolicy(),
+) -> T:
     """Load what a folder of the cache holds, after compiling it where it is missing or broken.
 
     Args:
         folder: of this code alone. Its name contains all that the code depends on.
         get: loads the code from a folder, after compiling it there if the folder is empty.
         what: is compiled, in words.
+        policy: how long it waits for another process, and when it tells that it goes on.
 
     Returns:
         What ``get`` returns.
@@ -91,7 +114,7 @@ def compiled[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
             return get(folder)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with _locked(folder.with_name(f"{folder.name}.lock"), what) as alone:
+        with _locked(folder.with_name(f"{folder.name}.lock"), what, policy) as alone:
             with suppress(Exception):
                 if folder.exists():  # another process has compiled it meanwhile
                     return get(folder)
@@ -99,17 +122,17 @@ def compiled[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
             if alone:
                 for left in folder.parent.glob(f"{folder.name}.*.part"):
                     shutil.rmtree(left, ignore_errors=True)
-            return _made(folder, get, what)
+            return _made(folder, get, what, policy)
     except (OSError, ImportError, cffi.VerificationError) as error:
         raise CompilationError(f"{what} could not be compiled: {error}") from error
 
 
-def _made[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
+def _made[T](folder: Path, get: Callable[[Path], T], what: str, policy: CompilationPolicy) -> T:
     """Compile into a new folder; an error or an interrupt leaves nothing of it."""
     place = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:8]}.part")
     place.mkdir()
     try:
-        with _watched(lambda: f"compiling {what}"), _IN_PROCESS:
+        with _watched(lambda: f"compiling {what}", policy), _IN_PROCESS:
             found = get(place)
         try:
             place.rename(folder)
@@ -122,11 +145,11 @@ def _made[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
 
 
 @contextmanager
-def _locked(path: Path, what: str) -> Iterator[bool]:
+def _locked(path: Path, what: str, policy: CompilationPolicy) -> Iterator[bool]:
     """Hold a lock of the operating system; yield False on a disk that has none."""
     while True:
         with path.open("a+", encoding="utf-8", errors="replace") as file:
-            alone = _acquired(file, what)
+            alone = _acquired(file, what, policy)
             if alone and not _is_at(path, file):  # its last holder has removed it
                 continue
             file.truncate(0)
@@ -146,7 +169,7 @@ def _is_at(path: Path, file: TextIO) -> bool:
         return False
 
 
-def _acquired(file: TextIO, what: str) -> bool:
+def _acquired(file: TextIO, what: str, policy: CompilationPolicy) -> bool:
     """Wait for the lock of a file; return False on a disk that has none."""
     began_s = time.monotonic()
 
@@ -154,31 +177,31 @@ def _acquired(file: TextIO, what: str) -> bool:
         file.seek(0)
         return f"waiting for another process{file.read()[:80]}, which compiles {what}"
 
-    with _watched(wait):
+    with _watched(wait, policy):
         while True:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 return True
             except BlockingIOError:
-                if time.monotonic() - began_s > COMPILATION.patience_s:
+                if time.monotonic() - began_s > policy.patience_s:
                     raise CompilationError(
-                        f"{wait()}, given up after {COMPILATION.patience_s:.0f} s"
+                        f"{wait()}, given up after {policy.patience_s:.0f} s"
                     ) from None
             except OSError:
                 return False
-            time.sleep(COMPILATION.poll_s)
+            time.sleep(policy.poll_s)
 
 
 @contextmanager
-def _watched(line: Callable[[], str]) -> Iterator[None]:
+def _watched(line: Callable[[], str], policy: CompilationPolicy) -> Iterator[None]:
     """Tell what goes on in this block, and for how long, once it has taken some time."""
     tell, began_s, over = _listener.get() or _lines, time.monotonic(), threading.Event()
 
     def watch() -> None:
-        pause_s, told = COMPILATION.silent_s, False
+        pause_s, told = policy.silent_s, False
         while not over.wait(pause_s):
             tell(f"{line()}, {time.monotonic() - began_s:.0f} s")
-            pause_s, told = COMPILATION.every_s, True
+            pause_s, told = policy.every_s, True
         if told:
             tell("")
 

@@ -15,7 +15,6 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.carried_stress import CarriedTogether, Regularised
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.moving_support import MovingSupport
-from dolfingrip.mechanics.model.policy import STEP_BOUNDS
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import Memory, State
 from dolfingrip.mechanics.model.term import Lagged, Term
@@ -23,6 +22,19 @@ from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient, Unknown
 
 INVERTED = "inverted"
 """Name of the bound on a step that would turn an element inside out."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepBounds:
+    """How far one step of Newton's method may go, whatever the terms allow.
+
+    Attributes:
+        kept_jacobian: part of the smallest det F that a step keeps, so that no element inverts.
+        shortest: smallest fraction of a step that is tried.
+    """
+
+    kept_jacobian: float = 0.1
+    shortest: float = 1e-6
 
 
 class Prescribed(Protocol):
@@ -71,6 +83,7 @@ class Model:
         p: pressure field of a mixed model (MPa).
         global_unknowns: global unknowns that the potential does not contain.
         constraint: a support among ``supports`` that follows global unknowns.
+        step_bounds: how far one step of Newton's method may go, whatever the terms allow.
         unknowns: u, p if there is one, and all global unknowns as one vector.
     """
 
@@ -85,6 +98,7 @@ class Model:
     p: fem.Function | None = None
     global_unknowns: Sequence[GlobalUnknown] = ()
     constraint: MovingSupport | None = None
+    step_bounds: StepBounds = field(default_factory=StepBounds)
     unknowns: Unknowns = field(init=False, repr=False)
     _clock: str = field(default="time_s", init=False)
     _accepted_s: float = field(default=0.0, init=False)
@@ -315,7 +329,7 @@ class Model:
         Inversion is checked first, because contact is searched along the whole step, which may be
         very long.
         """
-        least = STEP_BOUNDS.kept_jacobian * min(self._smallest_jacobian(), 1.0)
+        least = self.step_bounds.kept_jacobian * min(self._smallest_jacobian(), 1.0)
         fraction, reason = self._upright(step, 1.0, least)
         allowed, bound = self.max_step(fraction * step)
         if allowed < 1.0:
@@ -333,7 +347,7 @@ class Model:
         start = self.u.x.array.copy()
         fraction, reason = longest, ""
         try:
-            while fraction > STEP_BOUNDS.shortest:
+            while fraction > self.step_bounds.shortest:
                 self.u.x.array[:] = start + fraction * step
                 if self._smallest_jacobian() > least:
                     return fraction, reason

@@ -13,7 +13,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.carried_stress import Regularised
-from dolfingrip.mechanics.model.policy import STEP_BOUNDS
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
@@ -86,7 +85,7 @@ class RigidMotion(Term, Memory, Regularised):
     over a load step of h seconds that starts at c_n, R_n, v_n, Ṙ_n; J = ½ tr(I) 1 − I is the
     second moment of mass. The last is ½ ∫ ρ |R X − R_n X − h Ṙ_n X|² dV/h² without its constant.
     If no time passes there is no inertia: the body is at rest, and no velocity is stored.
-    It bounds Newton's steps to ``STEP_BOUNDS.rigid_mm``.
+    It bounds Newton's steps to ``longest_mm``.
 
     Args:
         body: mass and inertia.
@@ -95,6 +94,8 @@ class RigidMotion(Term, Memory, Regularised):
         copies: number of meshed parts that make the whole and share the body.
         restraint_mm: distance over which the restraint, a stiffness that Newton's method adds to a
             nearly free body, bears the residual's force; it vanishes with the residual.
+        longest_mm: largest step of the centre, and of the turn at the radius of gyration. A linear
+            prediction would throw a nearly free body metres away.
     """
 
     name: ClassVar[str] = "rigid body"
@@ -107,7 +108,9 @@ class RigidMotion(Term, Memory, Regularised):
         comm: MPI.Comm,
         copies: int = 1,
         restraint_mm: float = np.inf,
+        longest_mm: float = 8.0,
     ) -> None:
+        self.longest_mm = longest_mm
         self.restraint_mm = restraint_mm
         self.body = body
         self.pose = pose
@@ -196,11 +199,10 @@ class RigidMotion(Term, Memory, Regularised):
         return self._share * float(np.linalg.norm(self.weight_N))
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction that moves the body by ``STEP_BOUNDS.rigid_mm`` or less."""
+        """Largest fraction that moves the body by ``longest_mm`` or less."""
         change = self.pose.change(step)
         length = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
-        most = STEP_BOUNDS.rigid_mm
-        return min(1.0, most / max(float(length), most))
+        return min(1.0, self.longest_mm / max(float(length), self.longest_mm))
 
     # -- memory ----------------------------------------------------------------------------------
 

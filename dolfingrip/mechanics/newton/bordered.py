@@ -15,7 +15,7 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.callbacks import context
 from dolfingrip.mechanics.newton.cholesky import BLOCK, Cholesky, stored_values
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
-from dolfingrip.mechanics.newton.policy import CHOLESKY
+from dolfingrip.mechanics.newton.policy import CholeskyPolicy
 
 
 def factors(
@@ -60,11 +60,19 @@ class Bordered:
         comm: one rank.
         border: rows of blocks at the matrix' end that are no part's.
         create: returns what factorises a part.
+        policy: how exact solutions are.
     """
 
     exact = True
 
-    def __init__(self, comm: MPI.Comm, border: int, create: Callable[[], Cholesky]) -> None:
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        border: int,
+        create: Callable[[], Cholesky],
+        policy: CholeskyPolicy = CholeskyPolicy(),
+    ) -> None:
+        self._policy = policy
         self._border, self._create = border, create
         self._matrix: PETSc.Mat | None = None
         self._parts: list[_Part] = []
@@ -81,7 +89,7 @@ class Bordered:
         for part in self._parts:
             part.set_up(blocks)
         self._coupling = self._coupled(blocks)
-        self._eliminate(CHOLESKY.border_rtol)
+        self._eliminate(self._policy.border_rtol)
         self.pc.setOperators(matrix)
 
     def _eliminate(self, rtol: float) -> None:
@@ -159,8 +167,8 @@ class Bordered:
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides."""
-        self._eliminate(CHOLESKY.rounding)
-        return self._joined(right, self._inner(right, CHOLESKY.rounding))
+        self._eliminate(self._policy.rounding)
+        return self._joined(right, self._inner(right, self._policy.rounding))
 
     @property
     def negative(self) -> int:

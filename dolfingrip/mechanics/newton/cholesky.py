@@ -18,7 +18,7 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.newton.callbacks import context
 from dolfingrip.mechanics.newton.cholmod import CholmodFactors, elimination_order
 from dolfingrip.mechanics.newton.inverse import Factorisation
-from dolfingrip.mechanics.newton.policy import CHOLESKY
+from dolfingrip.mechanics.newton.policy import CholeskyPolicy
 
 BLOCK = 3
 """Rows of a block of the tangent."""
@@ -35,6 +35,7 @@ class Cholesky:
         comm: one rank.
         indefinite: returns what factorises matrices that are not definite.
         dtype: precision of the first factors, float32 or float64.
+        policy: when Cholesky factors are tried, and how exact solutions are.
     """
 
     exact = True
@@ -44,7 +45,9 @@ class Cholesky:
         comm: MPI.Comm,
         indefinite: Callable[[], Factorisation],
         dtype: type[np.floating[Any]] = np.float32,
+        policy: CholeskyPolicy = CholeskyPolicy(),
     ) -> None:
+        self._policy = policy
         self._create_indefinite = indefinite
         self._scalars: _Scalars | None = None
         self._definite = False
@@ -70,7 +73,7 @@ class Cholesky:
         if self._skips > 0:
             self._skips -= 1
             return
-        self._skips = min(2**self._refused - 1, CHOLESKY.most_skipped)
+        self._skips = min(2**self._refused - 1, self._policy.most_skipped)
         self._refused += 1
 
     @cached_property
@@ -122,15 +125,22 @@ class Cholesky:
         """Solve for one right-hand side to an error of ``rtol`` times the solution."""
         solution.array[:] = self.solve_many(right.array_r[:, None], rtol)[:, 0]
 
-    def solve_many(self, right: np.ndarray, rtol: float = CHOLESKY.rounding) -> np.ndarray:
+    def solve_many(self, right: np.ndarray, rtol: float | None = None) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides.
 
         Args:
             right: the right-hand sides.
-            rtol: largest error in the norm of the energy, relative to the solution.
+            rtol: largest error in the norm of the energy, relative to the solution; default:
+                rounding.
         """
         if self._definite and self._dtype == np.float32:
-            found = conjugate_gradients(self._matrix, self.approximate, right, rtol)
+            found = conjugate_gradients(
+                self._matrix,
+                self.approximate,
+                right,
+                self._policy.rounding if rtol is None else rtol,
+                self._policy.iterations,
+            )
             if found is not None:
                 return found
             assert self._scalars is not None
@@ -211,6 +221,7 @@ def conjugate_gradients(
     inverse: Callable[[np.ndarray], np.ndarray],
     right: np.ndarray,
     rtol: float,
+    iterations: int,
 ) -> np.ndarray | None:
     """Solutions with a definite matrix, by preconditioned conjugate gradients.
 
@@ -222,6 +233,7 @@ def conjugate_gradients(
         inverse: returns nearly the solutions for (n, k) right-hand sides.
         right: (n, k) right-hand sides.
         rtol: largest error in the norm of the energy, relative to the solution.
+        iterations: largest number of iterations.
 
     Returns:
         (n, k) solutions; None if they are not found, as with a matrix that is not definite.
@@ -229,7 +241,7 @@ def conjugate_gradients(
     found, residual = np.zeros_like(right), right.copy()
     step = np.array(inverse(residual), dtype=float)
     energy = first = _products(residual, step)
-    for _ in range(CHOLESKY.iterations):
+    for _ in range(iterations):
         rising = _times(matrix, step)
         curvature = _products(step, rising)
         if (curvature < 0).any():

@@ -12,7 +12,6 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.model import INVERTED
 from dolfingrip.mechanics.newton.globalisation import Globalisation, IterationVerdict
-from dolfingrip.mechanics.newton.policy import WATCH
 
 REASON = {
     IterationVerdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
@@ -89,12 +88,16 @@ class Watch:
 
     Args:
         clock: in seconds.
+        patience_s: time after which it tells.
 
     Attributes:
         tell: receives each line; None: nothing is told.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, patience_s: float = 2.0
+    ) -> None:
+        self._patience_s = patience_s
         self._clock = clock
         self.tell: Tell | None = None
         self.start()
@@ -112,6 +115,6 @@ class Watch:
 
     def judged(self, iteration: int, norm_N: float, tolerance_N: float) -> None:
         """The residual after so many iterations is known."""
-        if self.tell is not None and self._clock() - self._began_s > WATCH.patience_s:
+        if self.tell is not None and self._clock() - self._began_s > self._patience_s:
             residual = f"residual {norm_N:.1e} N (to {tolerance_N:.1e} N)"
             self.tell(f"iteration {iteration}: {residual}{self._step}")

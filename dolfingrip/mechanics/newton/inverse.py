@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.policy import LINEAR, WORKSPACE
+from dolfingrip.mechanics.newton.policy import WorkspacePolicy
 from dolfingrip.mechanics.newton.symmetric import symmetric
 
 CANDIDATES: Final = (2, 4, 6)
@@ -34,14 +34,16 @@ class Order(NamedTuple):
     operations: float = 0.0
 
 
-def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> Order:
+def cheapest(graph: sp.csr_matrix, comm: MPI.Comm, smallest: int = 1000) -> Order:
     """The order of :data:`CANDIDATES` with the fewest operations, equal on all ranks.
 
     Args:
         graph: (owned nodes, nodes) symmetric; nodes that a matrix couples, each with itself.
         comm: communicator of the ranks that own the nodes.
+        smallest: number of nodes below which no order is sought; PORD ends the process on tiny
+            graphs.
     """
-    if graph.shape[1] < LINEAR.smallest_graph:
+    if graph.shape[1] < smallest:
         return Order(AUTOMATIC)
     matrix = _laplacian(graph, comm)
     found = [_tried(matrix, ordering) for ordering in CANDIDATES]
@@ -196,7 +198,7 @@ TOO_SMALL: Final = (-8, -9, -14, -17, -20)
 """INFOG(1) of MUMPS where the integer or real workspace, or a buffer of messages, is too small."""
 
 
-def factorise_by_mumps(pc: PETSc.PC) -> None:
+def factorise_by_mumps(pc: PETSc.PC, policy: WorkspacePolicy = WorkspacePolicy()) -> None:
     """Factorise; if MUMPS' workspace is too small, factorise again with a larger one.
 
     The estimate does not know delayed pivots, which saddle points have. Rounding decides which ones
@@ -206,13 +208,14 @@ def factorise_by_mumps(pc: PETSc.PC) -> None:
     Args:
         pc: a factorisation by MUMPS with its operators; what it still fails by is its own
             ``getFailedReason``.
+        policy: how much larger the workspace may be.
     """
     pc.setUp()
-    more = WORKSPACE.first_percent
-    while more <= WORKSPACE.most_percent and pc.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL:
+    more = policy.first_percent
+    while more <= policy.most_percent and pc.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL:
         operators = pc.getOperators()
         pc.reset()  # PETSc takes no further matrix for factors that ran out of memory once
         pc.setOperators(*operators)
         PETSc.Options(pc.getOptionsPrefix())[RELAXATION] = more
         pc.setUp()
-        more *= WORKSPACE.growth
+        more *= policy.growth

@@ -12,7 +12,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.newton.policy import MULTIGRID
 
 BLOCK = 3
 """Unknowns of a node."""
@@ -214,8 +213,14 @@ def _parents(space: fem.FunctionSpace, linear: fem.FunctionSpace) -> np.ndarray:
     return found[: space.dofmap.index_map.size_local]
 
 
-def _upper_blocks(matrix: PETSc.Mat) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _upper_blocks(
+    matrix: PETSc.Mat, rows_at_once: int = 50_000
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Blocks on and above the diagonal, by groups of owned block rows.
+
+    Args:
+        matrix: the matrix.
+        rows_at_once: rows of blocks whose copies are in memory together.
 
     Yields:
         For each group: place of each row's first block, which is the diagonal's; (m,) columns of
@@ -223,8 +228,8 @@ def _upper_blocks(matrix: PETSc.Mat) -> Iterator[tuple[np.ndarray, np.ndarray, n
     """
     matrix.setOption(PETSc.Mat.Option.GETROW_UPPERTRIANGULAR, True)
     pointer, columns, values = matrix.getValuesCSR()
-    for first in range(0, len(pointer) - 1, BLOCK * MULTIGRID.rows_at_once):
-        rows = pointer[first : first + BLOCK * MULTIGRID.rows_at_once + 1]
+    for first in range(0, len(pointer) - 1, BLOCK * rows_at_once):
+        rows = pointer[first : first + BLOCK * rows_at_once + 1]
         counts = np.diff(rows[::BLOCK]) // (BLOCK * BLOCK)
         places = np.concatenate([[0], np.cumsum(counts)])
         # a row of blocks comes as three rows of scalars

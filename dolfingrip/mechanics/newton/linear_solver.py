@@ -16,7 +16,7 @@ from dolfingrip.mechanics.newton.inverse import (
     cheapest,
 )
 from dolfingrip.mechanics.newton.multigrid import Multigrid
-from dolfingrip.mechanics.newton.policy import LINEAR, MEMORY
+from dolfingrip.mechanics.newton.policy import LinearPolicy, MemoryPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.numerics import Solver
@@ -33,6 +33,8 @@ class LinearSolver:
         model: model whose tangent is inverted.
         tangent: the tangent.
         settings: which solver is asked for, and the memory that it may take.
+        policy: from which size on multigrid is used.
+        needs: memory that solvers need, for the forecast.
 
     Attributes:
         iterative: whether inverses are approximate.
@@ -42,7 +44,15 @@ class LinearSolver:
         ConfigError: one line, if the element has no multigrid, or the model will not fit.
     """
 
-    def __init__(self, model: Model, tangent: Tangent, settings: Solver) -> None:
+    def __init__(
+        self,
+        model: Model,
+        tangent: Tangent,
+        settings: Solver,
+        policy: LinearPolicy = LinearPolicy(),
+        needs: MemoryPolicy = MemoryPolicy(),
+    ) -> None:
+        self._memory = needs
         self._model, self._tangent = model, tangent
         self._mixed = len(model.unknowns.fields) > 1
         element = model.u.function_space.ufl_element()
@@ -50,8 +60,8 @@ class LinearSolver:
         if settings.linear == "iterative" and not quadratic:
             raise ConfigError('solver.linear = "iterative": allowed: with elements P2 and S2')
         large = {
-            "tetrahedron": LINEAR.iterative_from,
-            "hexahedron": LINEAR.iterative_from_hexahedra,
+            "tetrahedron": policy.iterative_from,
+            "hexahedron": policy.iterative_from_hexahedra,
         }[model.domain.mesh.ufl_cell().cellname()]
         wanted = settings.linear == "iterative" or model.dofs >= large
         self.iterative = settings.linear != "direct" and quadratic and wanted
@@ -75,8 +85,10 @@ class LinearSolver:
         """Memory of the solver on all ranks (10⁶ bytes)."""
         thousands = self._model.dofs / 1e3
         if self.iterative:
-            return (MEMORY.tangent_kB + MEMORY.multigrid_kB) * thousands
-        return MEMORY.tangent_kB * thousands + memory.of_factors_MB(self._order.entries)
+            return (self._memory.tangent_kB + self._memory.multigrid_kB) * thousands
+        return self._memory.tangent_kB * thousands + memory.of_factors_MB(
+            self._order.entries, self._memory.workspace
+        )
 
     def inverse(self, prefix: str) -> Inverse:
         """The inverse for solves of Newton's method."""

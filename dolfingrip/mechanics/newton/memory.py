@@ -6,7 +6,6 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from dolfingrip.mechanics.newton.policy import MEMORY
 from dolfingrip.sections.errors import ConfigError
 
 MB = 1e6
@@ -59,9 +58,14 @@ def free_MB() -> float:
     return min(found)
 
 
-def of_factors_MB(entries: float) -> float:
-    """Memory of a factorisation (10⁶ bytes) by the entries of its factors, one for each node."""
-    return MEMORY.workspace * 8 * 9 * entries / MB
+def of_factors_MB(entries: float, workspace: float) -> float:
+    """Memory of a factorisation (10⁶ bytes) by the entries of its factors, one for each node.
+
+    Args:
+        entries: number of entries.
+        workspace: memory of the factorisation by that of the entries.
+    """
+    return workspace * 8 * 9 * entries / MB
 
 
 def peak_MB() -> float:

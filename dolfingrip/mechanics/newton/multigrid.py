@@ -10,7 +10,7 @@ from dolfingrip.mechanics.newton.bordered import factors
 from dolfingrip.mechanics.newton.callbacks import context
 from dolfingrip.mechanics.newton.inverse import Exact, cheapest
 from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
-from dolfingrip.mechanics.newton.policy import MULTIGRID
+from dolfingrip.mechanics.newton.policy import MultigridPolicy
 
 
 class Multigrid:
@@ -24,6 +24,7 @@ class Multigrid:
     Args:
         prefix: prefix of PETSc's options of the factorisation.
         model: model with a displacement of second order, its only field.
+        policy: numbers of the smoother.
 
     Attributes:
         pc: the preconditioner.
@@ -31,7 +32,10 @@ class Multigrid:
 
     exact = False
 
-    def __init__(self, prefix: str, model: Model) -> None:
+    def __init__(
+        self, prefix: str, model: Model, policy: MultigridPolicy = MultigridPolicy()
+    ) -> None:
+        self._policy = policy
         self._level = LinearLevel(model)
         self._model, self._comm = model, model.comm
         self._coarse: Exact | None = None
@@ -92,8 +96,8 @@ class Multigrid:
     def _smooth(self, right: PETSc.Vec, solution: PETSc.Vec, *, start: bool) -> None:
         """Improve ``solution``, which is zero unless ``start``."""
         residual, step, scaled, product = self._vectors
-        highest = MULTIGRID.beyond * self._largest
-        lowest = highest / MULTIGRID.ratio
+        highest = self._policy.beyond * self._largest
+        lowest = highest / self._policy.ratio
         middle, half = (highest + lowest) / 2, (highest - lowest) / 2
         sigma = middle / half
         rho = 1 / sigma
@@ -105,7 +109,7 @@ class Multigrid:
         self._inverse.mult(residual, step)
         step.scale(1 / middle)
         solution.axpy(1.0, step)
-        for _ in range(MULTIGRID.degree - 1):
+        for _ in range(self._policy.degree - 1):
             self._matrix.mult(step, product)
             residual.axpy(-1.0, product)
             self._inverse.mult(residual, scaled)
@@ -141,7 +145,7 @@ class Multigrid:
             self._inverse.mult(self._mode, step)  # nothing in global unknowns
             step.copy(self._mode)
         found = 0.0
-        for _ in range(MULTIGRID.powers):
+        for _ in range(self._policy.powers):
             self._mode.normalize()
             self._matrix.mult(self._mode, product)
             self._inverse.mult(product, scaled)

@@ -202,19 +202,16 @@ class CholeskyPolicy:
 
 @dataclass(frozen=True, slots=True)
 class LinearPolicy:
-    """Linear systems beside the tangent's.
+    """From which size on multigrid takes the place of factors.
 
     Attributes:
         iterative_from: unknowns of quadratic tetrahedra from which on multigrid takes less time.
         iterative_from_hexahedra: of hexahedra of 20 nodes, in walls of one element: linear ones
             cannot bend, so the linear level says less.
-        smallest_graph: number of nodes below which no elimination order is sought; PORD ends the
-            process on tiny graphs.
     """
 
     iterative_from: int = 120_000
     iterative_from_hexahedra: int = 400_000
-    smallest_graph: int = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,14 +223,12 @@ class MultigridPolicy:
         ratio: of the highest and the lowest eigenvalue that it damps.
         beyond: of the highest and the one that the power method finds from below.
         powers: steps of the power method.
-        rows_at_once: rows of blocks whose copies are in memory together.
     """
 
     degree: int = 2
     ratio: float = 4.0
     beyond: float = 1.1
     powers: int = 10
-    rows_at_once: int = 50_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,21 +244,6 @@ class MemoryPolicy:
     workspace: float = 1.4
     tangent_kB: float = 2.0
     multigrid_kB: float = 4.0
-
-
-@dataclass(frozen=True, slots=True)
-class WatchPolicy:
-    """When a solve tells how it goes on; see :class:`~.ending.Watch`.
-
-    Attributes:
-        patience_s: time after which it does.
-    """
-
-    patience_s: float = 2.0
-
-
-WORKSPACE, LINEAR, MULTIGRID = WorkspacePolicy(), LinearPolicy(), MultigridPolicy()
-CHOLESKY, MEMORY, WATCH = CholeskyPolicy(), MemoryPolicy(), WatchPolicy()
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,32 +55,6 @@ class SeriesPolicy:
 
 
 @dataclass(frozen=True, slots=True)
-class LimitPointPolicy:
-    """The search for a limit point; see :class:`~.limit_point.LimitPointSearch`.
-
-    Attributes:
-        first: first step of the volume, relative to the cavity's; each is twice the one before.
-        longest: longest step of the volume, relative to the cavity's.
-        most: largest number of steps; together they are about the cavity's volume.
-        shorter: factor by which a step that fails is shortened.
-        failures: of steps, after which the search ends.
-        iterations: of a step, at most.
-        fall: part of the pressure by which it must fall after a maximum.
-    """
-
-    first: float = 1e-4
-    longest: float = 0.1
-    most: int = 20
-    shorter: float = 4.0
-    failures: int = 3
-    iterations: int = 10
-    fall: float = 1e-4
-
-
-LIMIT_POINT = LimitPointPolicy()
-
-
-@dataclass(frozen=True, slots=True)
 class LengthPolicy:
     """Lengths of steps by the error of predictions; see :class:`~.path.LoadPath`.
 

@@ -12,8 +12,11 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
 from dolfingrip.mechanics.readings.reading import Reading
-from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
-from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation, RepeatedStep
+from dolfingrip.mechanics.sensitivity.repeated_step import (
+    Perturbation,
+    RepeatedStep,
+    SensitivityPolicy,
+)
 
 
 class HasHistory(Exception):
@@ -59,6 +62,7 @@ class Adjoint:
         model: at a solution.
         linear: makes K⁻¹ at the model's present state, for owned arrays in the order of a vector.
         reading: g.
+        policy: sizes of differences.
 
     Raises:
         HasHistory: one line, where internal variables or lagged quantities remember earlier states.
@@ -69,7 +73,9 @@ class Adjoint:
         model: Model,
         linear: Callable[[], Callable[[np.ndarray], np.ndarray]],
         reading: Reading,
+        policy: SensitivityPolicy = SensitivityPolicy(),
     ) -> None:
+        self._policy = policy
         self._model = model
         self._reading = reading
         self._state = model.state()
@@ -90,7 +96,7 @@ class Adjoint:
 
     def derivative(self, perturbation: Perturbation) -> float:
         """dg/dm, in the reading's unit for each unit of the parameter."""
-        amount = SENSITIVITY.adjoint_change * perturbation.scale * perturbation.direction
+        amount = self._policy.adjoint_change * perturbation.scale * perturbation.direction
         once, twice = (self._change(perturbation, each) for each in (amount, 2 * amount))
         return (4 * once - twice) / (2 * amount)
 
@@ -115,7 +121,7 @@ class Adjoint:
         largest = model.comm.allreduce(float(np.abs(along).max(initial=0.0)), MPI.MAX)
         if largest == 0:
             return ShapeDerivative(coordinates, own.owned)
-        amount = SENSITIVITY.along_mm / largest
+        amount = self._policy.along_mm / largest
         ends = []
         for sign in (1, -1):
             model.unknowns.set_local(here + sign * amount * along)

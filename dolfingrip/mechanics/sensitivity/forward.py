@@ -9,8 +9,12 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.state import State
-from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
-from dolfingrip.mechanics.sensitivity.repeated_step import Change, Perturbation, RepeatedStep
+from dolfingrip.mechanics.sensitivity.repeated_step import (
+    Change,
+    Perturbation,
+    RepeatedStep,
+    SensitivityPolicy,
+)
 
 Readings = Mapping[str, float]
 
@@ -33,6 +37,7 @@ class ForwardSensitivity:
         model: model at rest, at the start of its path.
         linear: returns K⁻¹ at the model's present state, for owned arrays in a vector's order.
         perturbations: a perturbation for each parameter.
+        policy: sizes of differences, and when corrections end.
 
     Attributes:
         changes: derivatives of the present state, one for each parameter.
@@ -43,7 +48,9 @@ class ForwardSensitivity:
         model: Model,
         linear: Callable[[], Callable[[np.ndarray], np.ndarray]],
         perturbations: Sequence[Perturbation],
+        policy: SensitivityPolicy = SensitivityPolicy(),
     ) -> None:
+        self.policy = policy
         self._model = model
         self._linear = linear
         self._perturbations = perturbations
@@ -113,7 +120,7 @@ class ForwardSensitivity:
         first, last = np.zeros(len(each)), np.full(len(each), np.inf)
         exact = not lagged
         due = np.arange(len(each))
-        for correction in range(1 if exact else SENSITIVITY.corrections):
+        for correction in range(1 if exact else self.policy.corrections):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
             for column, i in enumerate(due.tolist()):
                 moved = step.residual(*each[i], model.unknowns.to_local(found[:, i]))
@@ -124,8 +131,8 @@ class ForwardSensitivity:
             if not correction:
                 first = np.maximum(size, np.finfo(float).tiny)
             # what falls no more is rounding
-            falls = size < SENSITIVITY.stalled * last[due]
-            remaining = falls & (size > SENSITIVITY.close * first[due])
+            falls = size < self.policy.stalled * last[due]
+            remaining = falls & (size > self.policy.close * first[due])
             due, right = due[remaining], right[:, remaining]
             last[due] = size[remaining]
             if not len(due):
@@ -147,7 +154,7 @@ class ForwardSensitivity:
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""
         for perturbation, change in zip(self._perturbations, self.changes, strict=True):
-            amount = SENSITIVITY.change * perturbation.scale * perturbation.direction
+            amount = self.policy.change * perturbation.scale * perturbation.direction
             yield perturbation, change, amount
 
 
