@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,80 +14,94 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.damping import Damping
-from dolfingrip.mechanics.newton.ending import REASON, Watch
+from dolfingrip.mechanics.newton.ending import REASON, Counts, Watch
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, IterationVerdict
 from dolfingrip.mechanics.newton.lagging import CorrectedStep, LagRules
-from dolfingrip.mechanics.newton.mixed_tangent import condensing_step
+from dolfingrip.mechanics.newton.linear_solver import LinearSolver
+from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent, condensing_step
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.numerics import Solver
 
+PREFIX = "dolfingrip_"
+"""Prefix of PETSc's options."""
 
-class Equations:
-    """The equations of a model, assembled into vectors.
+
+class System:
+    """The equations of a model with what solves them linearly; nothing in it refers to a SNES.
 
     Args:
-        model: the model, at any state.
+        model: model whose unknowns are solved for.
+        settings: tolerances and limits.
+        profile: takes the time of each phase.
+        policy: numbers behind decisions.
+        counts: counts to add to.
+
+    Attributes:
+        tangent: the model's tangent.
+        linear_solver: makes the inverses of tangents.
+        factors: solve with the tangent.
+        damping: solves with the tangent of damped steps.
+        residual: SNES' vector of the residual.
+        watch: tells how a long solve goes on.
     """
 
-    def __init__(self, model: Model) -> None:
-        self._model = model
-        self._vector = model.unknowns.create_vector()
+    def __init__(
+        self,
+        model: Model,
+        settings: Solver,
+        profile: Profile,
+        policy: NewtonPolicy,
+        counts: Counts,
+    ) -> None:
+        model.potential.compile()
+        self.model, self.settings, self.policy = model, settings, policy
+        self.profile, self.counts, self.watch = profile, counts, Watch()
+        mixed = len(model.unknowns.fields) > 1
+        self.tangent = MixedTangent(model) if mixed else Tangent(model)
+        self.linear_solver = linear = LinearSolver(model, self.tangent, settings)
+        self.factors = Factors(
+            PREFIX,
+            linear.inverse(PREFIX),
+            policy.multigrid if linear.iterative else policy.factors,
+            counts,
+            spare=lambda: linear.factors(PREFIX + "spare_"),
+            spare_policy=policy.factors,
+        )
+        self.damping = Damping(
+            lambda: linear.with_inertia(PREFIX + "damped_"),
+            model,
+            self.tangent,
+            policy.damping,
+            counts,
+        )
+        self.residual, self._vector = (model.unknowns.create_vector() for _ in range(2))
 
     def set_state(self, x: PETSc.Vec) -> None:
         """Copy SNES' iterate into the unknowns and their ghosts."""
-        self._model.unknowns.set_owned(x.array_r)
+        self.model.unknowns.set_owned(x.array_r)
 
     def norm(self) -> float:
         """Norm of the residual (N) at the present state."""
-        self._model.assemble_equations(self._vector)
+        self.model.assemble_equations(self._vector)
         return float(self._vector.norm())
 
     def along(self, step: np.ndarray) -> float:
         """Product of the residual at the present state with a local array of the unknowns."""
-        self._model.assemble_equations(self._vector)
-        local = self._vector.array_r @ self._model.unknowns.owned_part(step)
-        return float(self._model.comm.allreduce(local, MPI.SUM))
-
-
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """The parts of a solver that all its solves share. None of them refers to the SNES.
-
-    Attributes:
-        model: model whose unknowns are solved for.
-        settings: tolerances and limits.
-        policy: numbers behind its decisions.
-        profile: takes the time of each phase.
-        residual: SNES' vector of the residual.
-        equations: the model's equations.
-        tangent: its tangent.
-        factors: solve with the tangent.
-        damping: solves with the tangent of damped steps.
-        watch: tells how a long solve goes on.
-    """
-
-    model: Model
-    settings: Solver
-    policy: NewtonPolicy
-    profile: Profile
-    residual: PETSc.Vec
-    equations: Equations
-    tangent: Tangent
-    factors: Factors
-    damping: Damping
-    watch: Watch
+        self.model.assemble_equations(self._vector)
+        local = self._vector.array_r @ self.model.unknowns.owned_part(step)
+        return float(self.model.comm.allreduce(local, MPI.SUM))
 
 
 class Iterations:
     """Newton's iterations from one start, called by SNES, whose linear solves it also makes.
 
-    It refers to the parts of a solver and not to the solver, which owns the SNES. So what SNES
-    holds does not hold the SNES.
+    It refers to a system and not to the solver, which owns the SNES. So what SNES holds does not
+    hold the SNES.
 
     Args:
-        parts: parts of the solver.
+        system: equations, and what solves them linearly.
         guess: another start than the model's present state; the tolerance still refers to the
             present state's residual.
         damped: whether each step is damped and searched along.
@@ -102,32 +115,32 @@ class Iterations:
 
     def __init__(
         self,
-        parts: Parts,
+        system: System,
         guess: Guess | None,
         *,
         damped: bool,
         corrected: bool,
         before: Mapping[str, float],
     ) -> None:
-        self._parts = parts
-        self._model = model = parts.model
+        self._system = system
+        self._model = model = system.model
         self._damped = damped
         self._correction: CorrectedStep | None = None
         self._last_fall = np.inf
         self._retired: list[PETSc.Mat] = []
-        parts.damping.start()
+        system.damping.start()
         scale_N, predicted = self._begin(guess)
         self._before = {} if predicted else before
         self.rules = Globalisation(
             model,
-            parts.settings,
-            parts.equations.along,
-            parts.policy.steps,
+            system.settings,
+            system.along,
+            system.policy.steps,
             scale_N=scale_N,
             elsewhere=guess is not None,
             damped=damped,
         )
-        self.lagging = LagRules(model, parts.policy.lag, predicted=predicted, corrected=corrected)
+        self.lagging = LagRules(model, system.policy.lag, predicted=predicted, corrected=corrected)
 
     def _begin(self, guess: Guess | None) -> tuple[float | None, bool]:
         """Set the state to start from.
@@ -136,15 +149,15 @@ class Iterations:
             The residual (N) of the model's present state if there is a guess, and whether the
             guess is taken.
         """
-        model, equations = self._model, self._parts.equations
+        model, system = self._model, self._system
         if guess is None:
             model.carried.reset()
             return None, False
-        most = self._parts.policy.guess_residual_ratio
-        first_N, here = equations.norm(), model.unknowns.local()
+        most = self._system.policy.guess_residual_ratio
+        first_N, here = system.norm(), model.unknowns.local()
         model.unknowns.set_local(guess.unknowns)
         model.carried.values = guess.carried
-        if most < np.inf and equations.norm() > most * first_N:
+        if most < np.inf and system.norm() > most * first_N:
             model.unknowns.set_local(here)
             model.carried.reset()
             return first_N, False
@@ -157,41 +170,41 @@ class Iterations:
             snes: calls this object until its next solve.
             x: vector of the iterates.
         """
-        snes.setFunction(self._form_residual, self._parts.residual)
-        snes.setJacobian(self._form_tangent, self._parts.tangent.matrix)
+        snes.setFunction(self._form_residual, self._system.residual)
+        snes.setJacobian(self._form_tangent, self._system.tangent.matrix)
         snes.setConvergenceTest(self._converged)
         snes.setLineSearchPreCheck(self._bound_step)
         snes.getKSP().getPC().setPythonContext(self)
         x.array[:] = self._model.unknowns.owned()
-        with self._parts.profile.phase("linear solve"):
+        with self._system.profile.phase("linear solve"):
             snes.solve(None, x)
-        self._parts.equations.set_state(x)
+        self._system.set_state(x)
         self._retired.clear()
 
     # -- the linear solver, as PETSc's preconditioner ----------------------------------------------
 
     def setUp(self, pc: PETSc.PC) -> None:
         """PETSc calls this after the matrix has changed."""
-        (self._parts.damping if self._damped else self._parts.factors).setUp(pc)
+        (self._system.damping if self._damped else self._system.factors).setUp(pc)
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
         """Solve for a step; ``pc`` is marked as failed if the matrix cannot be factorised."""
         if self._damped:
-            self._parts.damping.apply(pc, right, solution)
+            self._system.damping.apply(pc, right, solution)
         else:
-            self._parts.factors.apply(pc, right, solution, self._correction, self._last_fall)
+            self._system.factors.apply(pc, right, solution, self._correction, self._last_fall)
 
     # -- callbacks of SNES -------------------------------------------------------------------------
 
     def _form_residual(self, _snes: Any, x: PETSc.Vec, residual: PETSc.Vec) -> None:
-        with self._parts.profile.phase("residual"):
-            self._parts.equations.set_state(x)
+        with self._system.profile.phase("residual"):
+            self._system.set_state(x)
             self._model.assemble_equations(residual)
 
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
-        tangent = self._parts.tangent
-        with self._parts.profile.phase("tangent"):
-            self._parts.equations.set_state(x)
+        tangent = self._system.tangent
+        with self._system.profile.phase("tangent"):
+            self._system.set_state(x)
             if self._damped or self.rules.overshot:
                 self._model.carried.reset()  # only the energy's own tangent leads downhill
             before = tangent.matrix
@@ -204,12 +217,12 @@ class Iterations:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, tangent.matrix)
             if self.rules.changed_much:
-                self._parts.factors.renew()
+                self._system.factors.renew()
             self._correction = self._corrected_step()
 
     def _fall_to_the_end(self, norm: float) -> float:
         """The part of a residual's norm (N) that is its tolerance; infinite if it is not close."""
-        if norm > self._parts.policy.factors.close * self.rules.first_N:
+        if norm > self._system.policy.factors.close * self.rules.first_N:
             return np.inf
         return self.rules.tolerance_N(self._model.scale_N()) / norm
 
@@ -219,7 +232,7 @@ class Iterations:
             return None
         # a contact without pairs has no force that might lag
         self.lagging.corrected = bool(self._model.lagged_terms)
-        matrix, policy = self._parts.tangent.matrix, self._parts.policy.correction
+        matrix, policy = self._system.tangent.matrix, self._system.policy.correction
         step = CorrectedStep(self._model, matrix, policy)
         return step if step.any else None
 
@@ -236,20 +249,20 @@ class Iterations:
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to its admissible part; let the carried stress follow."""
-        parts, unknowns = self._parts, self._model.unknowns
-        with parts.profile.phase("step bound"):
-            parts.equations.set_state(x)
+        system, unknowns = self._system, self._model.unknowns
+        with system.profile.phase("step bound"):
+            system.set_state(x)
             step = unknowns.to_local(-y.array_r)
             fraction = 1.0
             mixed = len(unknowns.fields) > 1
-            if self._damped and mixed and parts.equations.along(step) > 0:
+            if self._damped and mixed and system.along(step) > 0:
                 # the damped step descends in the displacement: it is the pressure that ascends
                 step = condensing_step(self._model)
             else:
                 fraction = self.rules.fraction(step)
                 if self._damped:
-                    parts.damping.adapt(fraction)
-            parts.watch.stepped(fraction, self.rules.bound)
+                    system.damping.adapt(fraction)
+            system.watch.stepped(fraction, self.rules.bound)
             step *= fraction
             self._model.carried.follow(*unknowns.parts(step))
             y.array[:] = -unknowns.owned_part(step)
@@ -260,9 +273,9 @@ class Iterations:
     ) -> int:
         rules, scale = self.rules, self._model.scale_N()
         verdict = rules.judge(iteration, norms[2], scale)
-        self._parts.watch.judged(iteration, norms[2], rules.tolerance_N(scale))
+        self._system.watch.judged(iteration, norms[2], rules.tolerance_N(scale))
         if self._updates_lagged(verdict, norms[2]):
-            residual = self._parts.residual
+            residual = self._system.residual
             self._model.assemble_equations(residual)  # which SNES goes on with
             norm = float(residual.norm())
             self.lagging.updated(norm)

@@ -12,18 +12,10 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
-from dolfingrip.mechanics.newton.damping import Damping
-from dolfingrip.mechanics.newton.ending import Counts, Solve, Watch, ending_of
-from dolfingrip.mechanics.newton.factors import Factors
-from dolfingrip.mechanics.newton.iterations import Equations, Iterations, Parts
-from dolfingrip.mechanics.newton.linear_solver import LinearSolver
-from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
+from dolfingrip.mechanics.newton.ending import Counts, Solve, ending_of
+from dolfingrip.mechanics.newton.iterations import PREFIX, Iterations, System
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
-from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.numerics import Solver
-
-PREFIX = "dolfingrip_"
-"""Prefix of PETSc's options."""
 
 
 class Newton:
@@ -51,51 +43,19 @@ class Newton:
         policy: NewtonPolicy | None = None,
         counts: Counts | None = None,
     ) -> None:
-        model.potential.compile()
-        self.model = model
-        self.settings = settings
-        self.profile = profile or Profile()
-        self.counts = counts or Counts()
+        self.model, self.settings = model, settings
+        self.profile, self.counts = profile or Profile(), counts or Counts()
         policy = policy or NewtonPolicy()
-        mixed = len(model.unknowns.fields) > 1
-        self.tangent = MixedTangent(model) if mixed else Tangent(model)
-        self.linear_solver = linear = LinearSolver(model, self.tangent, settings)
-        self.watch = Watch()
-        factors = Factors(
-            PREFIX,
-            linear.inverse(PREFIX),
-            policy.multigrid if linear.iterative else policy.factors,
-            self.counts,
-            spare=lambda: linear.factors(PREFIX + "spare_"),
-            spare_policy=policy.factors,
-        )
-        damping = Damping(
-            lambda: linear.with_inertia(PREFIX + "damped_"),
-            model,
-            self.tangent,
-            policy.damping,
-            self.counts,
-        )
-        residual = model.unknowns.create_vector()
+        self._system = system = System(model, settings, self.profile, policy, self.counts)
+        self.tangent, self.linear_solver = system.tangent, system.linear_solver
+        self.watch = system.watch
         # SNES never gets u's own vector: values are copied in and out (FEniCS/dolfinx#3507)
-        self._x = residual.duplicate()
-        self._parts = Parts(
-            model,
-            settings,
-            policy,
-            self.profile,
-            residual,
-            Equations(model),
-            self.tangent,
-            factors,
-            damping,
-            self.watch,
-        )
+        self._x = system.residual.duplicate()
         self._snes = _create_snes(model.comm)
 
     def of(self, model: Model) -> Newton:
         """A solver of another model with these settings and counts."""
-        policy = self._parts.policy
+        policy = self._system.policy
         made = Newton(model, self.settings, self.profile, policy, self.counts)
         made.watch.tell = self.watch.tell
         return made
@@ -150,17 +110,17 @@ class Newton:
         Returns:
             The outcome, and whether a step with a correction for lagged quantities overshot.
         """
-        factor = self._parts.policy.damping.iterations if damped else 1
+        factor = self._system.policy.damping.iterations if damped else 1
         allowed = self.settings.max_iterations * factor
         self._snes.setTolerances(max_it=min(allowed, iterations or allowed))
         course = Iterations(
-            self._parts, guess, damped=damped, corrected=corrected, before=before or {}
+            self._system, guess, damped=damped, corrected=corrected, before=before or {}
         )
         course.run(self._snes, self._x)
         taken = self._snes.getIterationNumber()
         self.counts.iterations += taken
         ending = ending_of(self._snes.getConvergedReason(), course.rules)
-        return Solve(ending, taken, self._parts.damping.unstable), course.lagging.overshot
+        return Solve(ending, taken, self._system.damping.unstable), course.lagging.overshot
 
     def linear(self) -> Callable[[np.ndarray], np.ndarray]:
         """K⁻¹ at the model's present state, factorised once.
@@ -169,7 +129,7 @@ class Newton:
             A function of owned arrays in the order of a vector: (n,), or (n, k) for k of them,
             which are solved for at once.
         """
-        factors = self._parts.factors
+        factors = self._system.factors
         self.model.carried.reset()
         self.model.set_residual(0.0)
         self.tangent.assemble()
