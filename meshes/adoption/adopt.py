@@ -100,7 +100,7 @@ def adopt_mesh(
     of = np.repeat(np.arange(len(outer)), len(split))
     used, local = np.unique(triangles, return_inverse=True)
     surface = Faces(mesh.points[used], local.reshape(-1, 3).astype(np.int64), of)
-    surface = replace(surface, face=segmented(surface.points, surface.triangles))
+    surface = replace(surface, face=segmented(surface.points, surface.triangles, surface.policy))
     roles = assign(surface, replace(asked, whole=True), _known(mesh, outer, of))
     if roles.caps:
         raise MeshError(

@@ -12,27 +12,28 @@ from dataclasses import replace
 import numpy as np
 
 from dolfingrip.meshes.adoption.hollows import Opening
-from dolfingrip.meshes.adoption.policy import CAPS
+from dolfingrip.meshes.adoption.policy import CapPolicy
 from dolfingrip.meshes.adoption.roles import Roles
 from dolfingrip.meshes.adoption.sound import place
 from dolfingrip.meshes.adoption.surface import Faces, parts_of
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
 
-def capped(roles: Roles, cap_mm: float) -> Roles:
+def capped(roles: Roles, cap_mm: float, policy: CapPolicy = CapPolicy()) -> Roles:
     """These roles of the part with its openings away from the clamp closed.
 
     Args:
         roles: with openings in ``caps``.
         cap_mm: thickness of a cap; it is thinner where no even passage is as deep.
+        policy: what is tried.
 
     Raises:
         MeshError: one line, if an opening cannot be closed.
     """
     thinnest = cap_mm
     for opening in roles.caps:
-        for share in CAPS.thickness:
-            found = _closed(roles, opening, share * cap_mm)
+        for share in policy.thickness:
+            found = _closed(roles, opening, share * cap_mm, policy)
             if found is not None:
                 roles, thinnest = found, min(thinnest, share * cap_mm)
                 break
@@ -48,13 +49,13 @@ def capped(roles: Roles, cap_mm: float) -> Roles:
     return replace(roles, caps=[], said=said)
 
 
-def _closed(roles: Roles, opening: Opening, cap_mm: float) -> Roles | None:
+def _closed(roles: Roles, opening: Opening, cap_mm: float, policy: CapPolicy) -> Roles | None:
     """The roles with one opening closed; None if the passage behind it is not even so far in."""
     surface = roles.surface
     normal = roles.rotation @ opening.normal
     height = surface.points @ normal
     cavity = roles.groups[_beyond(surface, opening)]
-    found = _passage(surface, roles.groups == cavity, opening, height, cap_mm)
+    found = _passage(surface, roles.groups == cavity, opening, height, cap_mm, policy)
     if found is None:
         return None
     rows, height = found
@@ -77,11 +78,15 @@ def _closed(roles: Roles, opening: Opening, cap_mm: float) -> Roles | None:
             return None
         points, triangles = filling
         area = Faces(points, triangles, np.zeros(len(triangles), np.int64)).areas.sum()
-        if area > CAPS.widens * opening.area_mm2:
+        if area > policy.widens * opening.area_mm2:
             return None
         parts.append((triangles, np.full(len(triangles), face), np.full(len(triangles), group)))
     triangles, face, groups = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return replace(roles, surface=Faces(points, triangles, face), groups=groups)
+    return replace(
+        roles,
+        surface=replace(surface, points=points, triangles=triangles, face=face),
+        groups=groups,
+    )
 
 
 def _beyond(surface: Faces, opening: Opening) -> int:
@@ -92,7 +97,12 @@ def _beyond(surface: Faces, opening: Opening) -> int:
 
 
 def _passage(
-    surface: Faces, cavity: np.ndarray, opening: Opening, level: Floats, cap_mm: float
+    surface: Faces,
+    cavity: np.ndarray,
+    opening: Opening,
+    level: Floats,
+    cap_mm: float,
+    policy: CapPolicy,
 ) -> tuple[Ints, Floats] | None:
     """Triangles of a cavity that reach above the plane and hang together with the rim.
 
@@ -107,10 +117,10 @@ def _passage(
     reach = np.linalg.norm(rim - middle, axis=1).max() + 2 * cap_mm
     inside = np.unique(surface.triangles[cavity])
     inside = inside[np.linalg.norm(surface.points[inside] - middle, axis=1) < reach]
-    depths = cap_mm * np.asarray(CAPS.about)
+    depths = cap_mm * np.asarray(policy.about)
     misses = [np.abs(level[inside] - lowest + depth).min() for depth in depths]
     height = level - lowest + depths[int(np.argmax(misses))]
-    if max(misses) < CAPS.miss * cap_mm:
+    if max(misses) < policy.miss * cap_mm:
         return None
     reach = cavity & (height[surface.triangles] > 0).any(axis=1)
     at, ends = surface.pairs

@@ -8,7 +8,7 @@ import gmsh
 import numpy as np
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
+from dolfingrip.meshes.adoption.policy import SizePolicy
 from dolfingrip.meshes.adoption.roles import Roles
 from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes
 from dolfingrip.meshes.adoption.surface import Faces, consistent
@@ -63,10 +63,10 @@ def meshed(roles: Roles, found: WallSizes, wanted: MeshRequest, *, curved: bool)
         wanted: order of the elements.
         curved: whether faces can be curved.
     """
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", SIZES.curved if curved else 0.0)
-    close = found.size_mm > 1.01 * SIZES.by_wall * found.wall.mm
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", wanted.policy.curved if curved else 0.0)
+    close = found.size_mm > 1.01 * wanted.policy.by_wall * found.wall.mm
     gmsh.option.setNumber("Mesh.Algorithm3D", HXT if close and not curved else DELAUNAY)
-    _generate(found.size_mm)
+    _generate(found.size_mm, wanted.policy)
     order = wanted.order or (2 if curved and not roles.surface.plane.all() else 1)
     _add_groups(roles)
     if order == 2:
@@ -76,15 +76,15 @@ def meshed(roles: Roles, found: WallSizes, wanted: MeshRequest, *, curved: bool)
     return in_frame(current_mesh(), roles)
 
 
-def _generate(size_mm: float) -> None:
+def _generate(size_mm: float, policy: SizePolicy) -> None:
     """Mesh the current model, with smaller elements where there would be slivers."""
-    for smaller in SIZES.tried:
+    for smaller in policy.tried:
         gmsh.model.mesh.clear()
         gmsh.option.setNumber("Mesh.MeshSizeMax", smaller * size_mm)
         gmsh.option.setNumber("Mesh.MeshSizeMin", smaller * size_mm / 3)
         gmsh.model.mesh.generate(3)
         tags = gmsh.model.mesh.getElementsByType(4)[0]
-        if gmsh.model.mesh.getElementQualities(tags, "gamma").min(initial=1.0) >= SIZES.sliver:
+        if gmsh.model.mesh.getElementQualities(tags, "gamma").min(initial=1.0) >= policy.sliver:
             return
 
 
@@ -111,7 +111,7 @@ def _add_groups(roles: Roles) -> None:
     gmsh.model.addPhysicalGroup(3, volumes, groups.SOLID_TAG, groups.SOLID)
     outer = [tag for _, tag in gmsh.model.getBoundary([(3, v) for v in volumes], oriented=False)]
     names: dict[str, list[int]] = {name: [] for name in groups.SURFACE_TAGS}
-    near = SHAPES.near * roles.surface.extent
+    near = roles.surface.near_mm
     # all faces at once: a part of triangles has thousands
     part = triangulated(outer)
     rows, away = nearest(roles.surface.points, roles.surface.triangles, part.middles)
@@ -138,7 +138,7 @@ def _add_groups(roles: Roles) -> None:
 
 def _of_cap(middle: Floats, roles: Roles) -> str:
     """Group of a cap's side: that of the face with the opening outside, the cavity's inside."""
-    near = SHAPES.near * roles.surface.extent
+    near = roles.surface.near_mm
     found: list[tuple[float, str]] = []
     for hollow, name in zip(roles.cavities, groups.CAVITIES, strict=False):
         for opening in hollow.openings:

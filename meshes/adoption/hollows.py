@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dolfingrip.meshes.adoption.policy import SHAPES
 from dolfingrip.meshes.adoption.surface import Faces, Outline, outlines, parts_of
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
@@ -124,7 +123,7 @@ def _is_rim(surface: Faces, line: Outline, longest_mm: float) -> bool:
     if surface.plane[line.face]:
         if vector @ normal >= 0:  # the outer outline turns as the face does
             return False
-    elif line.length_mm(surface) > SHAPES.rim * longest_mm:
+    elif line.length_mm(surface) > surface.policy.rim * longest_mm:
         return False
     # the other side lies below the face: the edge is convex, the hole is no boss
     corners = surface.triangles[line.beyond]
@@ -135,7 +134,7 @@ def _is_rim(surface: Faces, line: Outline, longest_mm: float) -> bool:
     ends = surface.points[line.ends]
     height = np.einsum("ij,ij->i", tip - ends[:, 0], surface.normals[own])
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    return bool(length[height < 0].sum() >= SHAPES.convex * length.sum())
+    return bool(length[height < 0].sum() >= surface.policy.convex * length.sum())
 
 
 def _extreme(surface: Faces, outer: np.ndarray) -> Ints:
@@ -146,7 +145,7 @@ def _extreme(surface: Faces, outer: np.ndarray) -> Ints:
     """
     rows = np.flatnonzero(outer)
     corners = surface.triangles[rows]
-    ways = np.random.default_rng(0).normal(size=(SHAPES.directions, 3))
+    ways = np.random.default_rng(0).normal(size=(surface.policy.directions, 3))
     nodes = np.unique(corners)
     farthest = nodes[np.argmax(surface.points[nodes] @ ways.T, axis=0)]
     found = []

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 
 @dataclass(frozen=True, slots=True)
 class FacePolicy:
-    """How faces and openings are recognised.
+    """How faces and openings are recognised, and taken for clamp, tip and sides.
 
     Attributes:
         flat_deg: angle between neighbouring triangles, and from a face's mean, up to which a face
@@ -19,22 +18,6 @@ class FacePolicy:
         rim: length of an opening's rim on a curved face, by that of the face's longest edge.
         convex: share of a rim's length that must be a convex edge.
         directions: ways in which the outermost points are sought, which tell out from in.
-    """
-
-    flat_deg: float = 0.5
-    crease_deg: float = 30.0
-    wider: float = 3.0
-    near: float = 1e-3
-    rim: float = 0.5
-    convex: float = 0.9
-    directions: int = 500
-
-
-@dataclass(frozen=True, slots=True)
-class RolePolicy:
-    """How faces are taken for clamp, tip and sides.
-
-    Attributes:
         end_deg: angle between an end's face and the long axis's normal plane.
         supplied: weight of an end's face into which air can be led.
         alike_area: relative difference up to which two ends' faces are as large.
@@ -47,6 +30,13 @@ class RolePolicy:
         alike: the same of hollows with openings.
     """
 
+    flat_deg: float = 0.5
+    crease_deg: float = 30.0
+    wider: float = 3.0
+    near: float = 1e-3
+    rim: float = 0.5
+    convex: float = 0.9
+    directions: int = 500
     end_deg: float = 25.0
     supplied: float = 1.5
     alike_area: float = 1e-3
@@ -113,9 +103,3 @@ class SizePolicy:
     sliver: float = 0.05
     poor: float = 0.01
     tried: tuple[float, ...] = (1.0, 0.93, 0.86, 0.8)
-
-
-SHAPES: Final = FacePolicy()
-ROLES: Final = RolePolicy()
-CAPS: Final = CapPolicy()
-SIZES: Final = SizePolicy()

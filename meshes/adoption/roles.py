@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dolfingrip.meshes.adoption.hollows import Hollow, Opening, closed_hollow, hollows
-from dolfingrip.meshes.adoption.policy import ROLES, SHAPES
 from dolfingrip.meshes.adoption.sound import place
 from dolfingrip.meshes.adoption.surface import Faces
 from dolfingrip.meshes.closed_surface import nearest
@@ -133,7 +132,7 @@ def assign(
         opening
         for hollow in cavities
         for opening in hollow.openings
-        if abs((opening.centre_mm - base) @ z) > SHAPES.near * surface.extent
+        if abs((opening.centre_mm - base) @ z) > surface.near_mm
     ]
     for opening in caps:
         across = 2 * np.sqrt(opening.area_mm2 / np.pi)
@@ -179,9 +178,9 @@ def _cavities(
         if len({id(hollow) for hollow in chosen}) < len(chosen):
             raise MeshError("--cavity: two points at one hollow; allowed: one point for each")
     else:
-        large = [h for h in found if h.volume_mm3 > ROLES.small * found[0].volume_mm3]
+        large = [h for h in found if h.volume_mm3 > surface.policy.small * found[0].volume_mm3]
         closed = [h for h in large if not h.openings]
-        alike = [h for h in large if h.volume_mm3 > ROLES.alike * large[0].volume_mm3]
+        alike = [h for h in large if h.volume_mm3 > surface.policy.alike * large[0].volume_mm3]
         chosen = closed or alike
     if len(chosen) > len(CAVITIES):
         raise MeshError(f"{len(chosen)} cavities; allowed: up to {len(CAVITIES)}")
@@ -225,7 +224,7 @@ def _clamp(
     surface: Faces, free: np.ndarray, cavities: list[Hollow], asked: Asked, said: dict[str, str]
 ) -> np.ndarray:
     """(m,) whether a triangle is clamped: all plane faces in one plane."""
-    near = SHAPES.near * surface.extent
+    near = surface.near_mm
     if asked.clamp is not None:
         row = _nearest_triangle(surface, free, np.asarray(asked.clamp))
         if not surface.plane[surface.face[row]]:
@@ -252,7 +251,7 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> in
 
     Of two that are as large, it is the one that is nearer to the file's origin.
     """
-    near = SHAPES.near * surface.extent
+    near = surface.near_mm
     length = np.linalg.norm(surface.face_vectors, axis=1)
     faces = [f for f in np.unique(surface.face[free]) if surface.plane[f]]
     points = surface.points[np.unique(surface.triangles)]
@@ -270,12 +269,12 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> in
         ways = [o for hollow in cavities for o in hollow.openings]
         into = [o for o in ways if abs(o.centre_mm @ normal - level) <= near]
         if into:
-            area = ROLES.supplied * (area + sum(opening.area_mm2 for opening in into))
-        end = bool(abs(normal @ along) > np.cos(np.radians(ROLES.end_deg)))
+            area = surface.policy.supplied * (area + sum(opening.area_mm2 for opening in into))
+        end = bool(abs(normal @ along) > np.cos(np.radians(surface.policy.end_deg)))
         away = float(np.linalg.norm(own.mean(axis=0)))
         most, its, _ = best.get(end, (0.0, 0.0, 0))
-        if area > (1 + ROLES.alike_area) * most or (
-            area > (1 - ROLES.alike_area) * most and away < its
+        if area > (1 + surface.policy.alike_area) * most or (
+            area > (1 - surface.policy.alike_area) * most and away < its
         ):
             best[end] = (area, away, int(face))
     if not best:
@@ -313,7 +312,7 @@ def _front(
     hollow = sum(h.volume_mm3 * h.centre_mm for h in cavities) / volume
     away = across @ (hollow - centre)
     width = np.ptp(surface.points @ own.T, axis=0).min()
-    if np.linalg.norm(away) < ROLES.same_side * width:
+    if np.linalg.norm(away) < surface.policy.same_side * width:
         # the axes of the file come first, and another one must be clearly better
         narrow = [float(np.ptp(surface.points @ a)) for a in axes]
         x = axes[next(i for i, mm in enumerate(narrow) if mm < 1.05 * min(narrow))]
@@ -325,7 +324,7 @@ def _front(
     x = away / np.linalg.norm(away)
     for some in (of_file, own):
         nearest = max((sign * a for a in some for sign in (1, -1)), key=lambda a: float(a @ x))
-        if nearest @ x > np.cos(np.radians(ROLES.snap_deg)):
+        if nearest @ x > np.cos(np.radians(surface.policy.snap_deg)):
             x = across @ nearest
             break
     said["back"] = (
@@ -355,8 +354,8 @@ def _tip(
         found = skin & (framed.face == framed.face[row])
         said["tip"] = f"face of {framed.areas[found].sum():.4g} mm², as asked"
         return found, None
-    top = z[framed.triangles].min(axis=1) > length * (1 - SHAPES.near)
-    across = framed.normals[:, 2] > np.cos(np.radians(ROLES.end_deg))
+    top = z[framed.triangles].min(axis=1) > length * (1 - framed.policy.near)
+    across = framed.normals[:, 2] > np.cos(np.radians(framed.policy.end_deg))
     flat = skin & top & across & framed.plane[framed.face]
     if flat.any():
         said["tip"] = f"plane face of {framed.areas[flat].sum():.4g} mm² at the free end"
@@ -367,7 +366,7 @@ def _tip(
     if len(ends) and z[framed.triangles[whole]].min() > 0.7 * length:
         said["tip"] = f"curved face of {framed.areas[whole].sum():.4g} mm² at the free end"
         return whole, None
-    share = ROLES.tip_share
+    share = framed.policy.tip_share
     while not (late := skin & (framed.middles[:, 2] > (1 - share) * length)).any():
         share *= 2
     said["tip"] = f"the last {share * length:.3g} mm of the free end (--tip: a face)"
@@ -382,7 +381,7 @@ def _even(framed: Faces, groups: np.ndarray) -> bool:
     rng = np.random.default_rng(0)
     chosen = rng.choice(used, min(len(used), 3000), replace=False)
     image = framed.points[chosen] * [1.0, -1.0, 1.0]
-    near = ROLES.even * framed.extent
+    near = framed.policy.even * framed.extent
     away = ClosedSurface(framed.points, framed.triangles).distances_mm(image)
     if np.abs(away).max() > near:
         return False

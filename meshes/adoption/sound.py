@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from vtkmodules.vtkCommonCore import mutable
 
-from dolfingrip.meshes.adoption.policy import SIZES
+from dolfingrip.meshes.adoption.policy import SizePolicy
 from dolfingrip.meshes.adoption.surface import Faces, edge_counts, parts_of
 from dolfingrip.meshes.closed_surface import locator
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
@@ -101,29 +101,36 @@ class Thinnest:
     at_mm: Floats
 
 
-def thinnest(surface: Faces, *, outside: bool = False, among: np.ndarray | None = None) -> Thinnest:
+def thinnest(
+    surface: Faces,
+    policy: SizePolicy,
+    *,
+    outside: bool = False,
+    among: np.ndarray | None = None,
+) -> Thinnest:
     """The thinnest wall, by lines from places on the surface into the solid.
 
     Sharp edges do not count: both sides must face away from one another. Nor do the thinnest
-    places with a share of ``SIZES.thin`` of the surface.
+    places with a share of ``policy.thin`` of the surface.
 
     Args:
         surface: closed.
+        policy: where and how walls are measured.
         outside: the narrowest gap instead, by lines out of the solid.
         among: (m,) triangles that lines start at; all where None.
     """
     tree = locator(surface.points, surface.triangles)
     rng = np.random.default_rng(0)
     weights = surface.areas if among is None else np.where(among, surface.areas, 0.0)
-    chosen = rng.choice(len(weights), SIZES.samples, p=weights / weights.sum())
-    share = rng.dirichlet(np.ones(3), SIZES.samples)
+    chosen = rng.choice(len(weights), policy.samples, p=weights / weights.sum())
+    share = rng.dirichlet(np.ones(3), policy.samples)
     start = np.einsum("ni,nij->nj", share, surface.points[surface.triangles[chosen]])
     way = surface.normals[chosen] * (1.0 if outside else -1.0)
     longest, small = 2 * surface.extent, 1e-6 * surface.extent
     t, sub, cell = mutable(0.0), mutable(0), mutable(0)
     hit, angle = np.zeros(3), np.zeros(3)
-    length = np.full(SIZES.samples, np.inf)
-    least = np.cos(np.radians(SIZES.opposite_deg))
+    length = np.full(policy.samples, np.inf)
+    least = np.cos(np.radians(policy.opposite_deg))
     for i, (a, b) in enumerate(zip(start + small * way, start + longest * way, strict=True)):
         if not tree.IntersectWithLine(a, b, 0.0, t, hit, angle, sub, cell):
             continue
@@ -132,5 +139,5 @@ def thinnest(surface: Faces, *, outside: bool = False, among: np.ndarray | None 
     order = np.argsort(length)
     if not np.isfinite(length[order[0]]):
         return Thinnest(float("inf"), surface.middles[0])
-    row = order[int(SIZES.thin * np.isfinite(length).sum())]
+    row = order[int(policy.thin * np.isfinite(length).sum())]
     return Thinnest(float(length[row]), start[row])

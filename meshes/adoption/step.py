@@ -13,7 +13,6 @@ from dolfingrip.meshes import groups
 from dolfingrip.meshes.adoption.capping import capped
 from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward, triangulated
 from dolfingrip.meshes.adoption.hollows import Opening
-from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
 from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
 from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
@@ -188,12 +187,12 @@ def _capped(
     normal = roles.rotation @ opening.normal
     rim = roles.surface.points[opening.rim]
     every = gmsh.model.getBoundary([(2, face) for face in faces], combined=True, oriented=False)
-    curves = [tag for _, tag in every if _away(tag, rim) < SHAPES.near * roles.surface.extent]
+    curves = [tag for _, tag in every if _away(tag, rim) < roles.surface.near_mm]
     loop = gmsh.model.occ.addCurveLoop(curves)
     disc = gmsh.model.occ.addPlaneSurface([loop])
     centre = roles.rotation @ (opening.centre_mm - roles.origin_mm)
     farthest = float(np.linalg.norm(rim - centre, axis=2).max())
-    larger = 1 + SIZES.into_wall * found.wall.mm / farthest
+    larger = 1 + found.reach_mm / farthest
     gmsh.model.occ.dilate([(2, disc)], *centre, larger, larger, larger)
     plug = [pair for pair in gmsh.model.occ.extrude([(2, disc)], *(-found.cap_mm * normal))
             if pair[0] == 3]  # fmt: skip

@@ -9,7 +9,6 @@ import numpy as np
 
 from dolfingrip.meshes.adoption.capping import capped
 from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward
-from dolfingrip.meshes.adoption.policy import SIZES
 from dolfingrip.meshes.adoption.polyhedron import insert
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
 from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
@@ -49,9 +48,8 @@ def meshed_triangles(
     poor = None
     if roles.half:
         try:
-            cut = replace(roles.surface, **_half(roles.surface))
-            poor = _meshed(cut, roles, found, wanted)
-            if check(poor).scaled_jacobian_min >= SIZES.poor:
+            poor = _meshed(_half(roles.surface), roles, found, wanted)
+            if check(poor).scaled_jacobian_min >= wanted.policy.poor:
                 return poor, roles, found
         except MeshError:
             poor = None
@@ -103,11 +101,11 @@ def _read(path: Path, scale: float) -> Faces:
     check_watertight(points, triangles)
     check_crossings(points, triangles)
     surface = outward(Faces(points, triangles, np.zeros(len(triangles), np.int64)))
-    return replace(surface, face=segmented(points, surface.triangles))
+    return replace(surface, face=segmented(points, surface.triangles, surface.policy))
 
 
-def _half(surface: Faces) -> dict[str, np.ndarray]:
-    """Points and triangles of the half y ≥ 0, closed in the plane y = 0."""
+def _half(surface: Faces) -> Faces:
+    """The half y ≥ 0 of a surface, closed in the plane y = 0."""
     import pyvista as pv
     from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
     from vtkmodules.vtkFiltersGeneral import vtkClipClosedSurface
@@ -131,4 +129,5 @@ def _half(surface: Faces) -> dict[str, np.ndarray]:
         check_watertight(points, triangles)
     except MeshError:
         raise MeshError("its half cannot be cut; allowed: --whole") from None
-    return {"points": points, "triangles": triangles, "face": segmented(points, triangles)}
+    face = segmented(points, triangles, surface.policy)
+    return replace(surface, points=points, triangles=triangles, face=face)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from dolfingrip.meshes.adoption.policy import SHAPES
+from dolfingrip.meshes.adoption.policy import FacePolicy
 from dolfingrip.meshes.solid import Floats, Ints
 
 
@@ -22,11 +22,13 @@ class Faces:
         points: (n, 3), mm.
         triangles: (m, 3), counter-clockwise seen from outside of the solid.
         face: (m,) number of each triangle's face, from 0 on.
+        policy: how faces are recognised.
     """
 
     points: Floats
     triangles: Ints
     face: Ints
+    policy: FacePolicy = field(default_factory=FacePolicy)
 
     @cached_property
     def vectors(self) -> Floats:
@@ -53,6 +55,11 @@ class Faces:
     def extent(self) -> float:
         """Longest side of the box around it (mm)."""
         return float(np.ptp(self.points[self.triangles], axis=(0, 1)).max())
+
+    @property
+    def near_mm(self) -> float:
+        """Distance up to which points lie in one plane."""
+        return self.policy.near * self.extent
 
     @cached_property
     def volumes(self) -> Floats:
@@ -85,7 +92,7 @@ class Faces:
         off = np.where(self.areas > 1e-12 * self.areas.max(), cosine, 1.0)
         least = np.full(len(length), 1.0)
         np.minimum.at(least, self.face, off)
-        return np.asarray(least > np.cos(np.radians(2 * SHAPES.flat_deg)))
+        return np.asarray(least > np.cos(np.radians(2 * self.policy.flat_deg)))
 
     def components(self, joined: np.ndarray | None = None) -> Ints:
         """(m,) number of the connected part of each triangle.
@@ -98,7 +105,7 @@ class Faces:
 
     def moved(self, rotation: Floats, origin: Floats) -> Faces:
         """This surface at R (x − o)."""
-        return Faces((self.points - origin) @ rotation.T, self.triangles, self.face)
+        return replace(self, points=(self.points - origin) @ rotation.T)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -203,18 +210,18 @@ def _outer(points: Floats, triangles: Ints, part: Ints) -> np.ndarray:
     return depth % 2 == 0
 
 
-def segmented(points: Floats, triangles: Ints) -> Ints:
+def segmented(points: Floats, triangles: Ints, policy: FacePolicy) -> Ints:
     """(m,) faces of a surface without faces: planes first, then what has no crease between it.
 
     A flat piece is a face of its own if it has creases all around, or is much wider than the flat
     pieces that follow it without a crease. Else it is a facet of a curved face.
     """
-    plain = Faces(points, triangles, np.zeros(len(triangles), np.int64))
+    plain = Faces(points, triangles, np.zeros(len(triangles), np.int64), policy)
     at, ends = plain.pairs
     cosine = np.einsum("ij,ij->i", plain.normals[at[:, 0]], plain.normals[at[:, 1]])
-    flat = parts_of(at[cosine > np.cos(np.radians(SHAPES.flat_deg))], len(triangles))
-    found = Faces(points, triangles, flat)
-    follows = cosine > np.cos(np.radians(SHAPES.crease_deg))
+    flat = parts_of(at[cosine > np.cos(np.radians(policy.flat_deg))], len(triangles))
+    found = replace(plain, face=flat)
+    follows = cosine > np.cos(np.radians(policy.crease_deg))
     smooth = follows & (flat[at[:, 0]] != flat[at[:, 1]])
     is_plane = (found.plane & ~_facets(found, at[smooth], ends[smooth]))[flat]
     curved = ~is_plane[at].any(axis=1) & follows
@@ -243,7 +250,7 @@ def _facets(found: Faces, at: Ints, ends: Ints) -> np.ndarray:
             float(np.ptp(corners[piece] @ one)) for piece, one in zip(pieces, across, strict=True)
         ]
         for i in (0, 1):
-            result[pieces[i]] |= wide[i] < SHAPES.wider * wide[1 - i]
+            result[pieces[i]] |= wide[i] < found.policy.wider * wide[1 - i]
     return result
 
 
@@ -252,7 +259,7 @@ def united(surface: Faces) -> Faces:
     at, _ = surface.pairs
     cosine = np.einsum("ij,ij->i", surface.normals[at[:, 0]], surface.normals[at[:, 1]])
     flat = surface.plane[surface.face[at]].all(axis=1)
-    links = surface.face[at[flat & (cosine > np.cos(np.radians(SHAPES.flat_deg)))]]
+    links = surface.face[at[flat & (cosine > np.cos(np.radians(surface.policy.flat_deg)))]]
     return replace(surface, face=parts_of(links, len(surface.face_areas))[surface.face])
 
 
