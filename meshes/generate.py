@@ -141,9 +141,7 @@ def _generate() -> int:
 
 
 def meet(
-    target: int,
-    mesh: Callable[[float, float, float], int],
-    policy: TargetPolicy = TargetPolicy(),
+    target: int, mesh: Callable[[float, float, float], int], policy: TargetPolicy = TargetPolicy()
 ) -> None:
     """Mesh until the number of elements is within 1 % of the target.
 

@@ -34,11 +34,7 @@ def skin_of(
     """Zeros of a distance within a box about the origin, in triangles fit for its size."""
     size_mm = half_mm.prod() ** (1 / 3)
     spacing_mm = float(
-        np.clip(
-            size_mm / policy.divisions,
-            policy.least_spacing_mm,
-            policy.largest_spacing_mm,
-        )
+        np.clip(size_mm / policy.divisions, policy.least_spacing_mm, policy.largest_spacing_mm)
     )
 
     def found(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

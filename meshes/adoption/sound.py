@@ -102,11 +102,7 @@ class Thinnest:
 
 
 def thinnest(
-    surface: Faces,
-    policy: SizePolicy,
-    *,
-    outside: bool = False,
-    among: np.ndarray | None = None,
+    surface: Faces, policy: SizePolicy, *, outside: bool = False, among: np.ndarray | None = None
 ) -> Thinnest:
     """The thinnest wall, by lines from places on the surface into the solid.
 

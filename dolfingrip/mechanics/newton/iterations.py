@@ -48,12 +48,7 @@ class System:
     """
 
     def __init__(
-        self,
-        model: Model,
-        settings: Solver,
-        profile: Profile,
-        policy: NewtonPolicy,
-        counts: Counts,
+        self, model: Model, settings: Solver, profile: Profile, policy: NewtonPolicy, counts: Counts
     ) -> None:
         model.potential.compile()
         self.model, self.settings, self.policy = model, settings, policy
