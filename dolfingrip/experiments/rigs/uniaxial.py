@@ -85,7 +85,8 @@ class UniaxialTension:
             ufl.as_matrix([[sides[i] if i == j else 0 for j in range(3)] for i in range(3)])
         )
         self._history = history = _InternalVariables()
-        self._site = _Point(config, strain, base, history)
+        clock = history.time_s, history.step_s
+        self._site = _Point(config, strain, base.mu, base.lmbda, *clock, history)
         density = config.extensions.strain_energy(base.energy, cast(Site, self._site))(strain)
         self._energy = Evaluation([density])
         self._ends = Evaluation([end for _, end in history.ends])
@@ -220,25 +221,12 @@ class _Point:
 
     config: Config
     strain: Expr
-    base: BaseMaterial
+    mu: Expr
+    lmbda: Expr
+    time_s: Expr
+    step_s: Expr
     history: _InternalVariables
     parameters: dict[str, tuple[Expr, np.ndarray]] = field(default_factory=dict)
-
-    @property
-    def mu(self) -> Expr:
-        return self.base.mu
-
-    @property
-    def lmbda(self) -> Expr:
-        return self.base.lmbda
-
-    @property
-    def step_s(self) -> Expr:
-        return self.history.step_s
-
-    @property
-    def time_s(self) -> Expr:
-        return self.history.time_s
 
     def constant(self, effect: Named, key: str) -> Expr:
         value = np.asarray(getattr(effect, key), dtype=float)

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 from scipy.sparse.csgraph import connected_components
 
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.newton.callbacks import context
+from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.cholesky import BLOCK, Cholesky, stored_values
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
 from dolfingrip.mechanics.newton.policy import CholeskyPolicy
@@ -76,9 +76,7 @@ class Bordered:
         self._border, self._create = border, create
         self._matrix: PETSc.Mat | None = None
         self._parts: list[_Part] = []
-        self.pc = PETSc.PC().create(comm)
-        self.pc.setType(PETSc.PC.Type.PYTHON)
-        self.pc.setPythonContext(context(self.apply))
+        self.pc = preconditioner(comm, self.apply)
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix`` (type SBAIJ, blocks of 3)."""

@@ -12,6 +12,9 @@ from types import SimpleNamespace
 from typing import Any
 from weakref import WeakMethod
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 
 def callback(method: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a method in a function that does not keep the method's object alive.
@@ -32,6 +35,19 @@ def callback(method: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def context(*methods: Callable[..., Any]) -> SimpleNamespace:
-    """Make a context of PETSc's types ``python`` with these methods, each a :func:`callback`."""
-    return SimpleNamespace(**{method.__name__: callback(method) for method in methods})
+def context(method: Callable[..., Any]) -> SimpleNamespace:
+    """Make a context of PETSc's types ``python`` with this method, a :func:`callback`."""
+    return SimpleNamespace(**{method.__name__: callback(method)})
+
+
+def preconditioner(comm: MPI.Comm, apply: Callable[..., Any]) -> PETSc.PC:
+    """Make a preconditioner that applies a method of its owner.
+
+    Args:
+        comm: ranks.
+        apply: takes the preconditioner, a right-hand side, and the vector of the solution.
+    """
+    pc = PETSc.PC().create(comm)
+    pc.setType(PETSc.PC.Type.PYTHON)
+    pc.setPythonContext(context(apply))
+    return pc

@@ -15,7 +15,7 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.callbacks import context
+from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.cholmod import CholmodFactors, elimination_order
 from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.policy import CholeskyPolicy
@@ -53,9 +53,7 @@ class Cholesky:
         self._definite = False
         self._dtype = dtype
         self._refused = self._skips = 0
-        self.pc = PETSc.PC().create(comm)
-        self.pc.setType(PETSc.PC.Type.PYTHON)
-        self.pc.setPythonContext(context(self.apply))
+        self.pc = preconditioner(comm, self.apply)
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix`` (type SBAIJ, blocks of 3)."""

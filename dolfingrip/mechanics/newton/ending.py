@@ -11,16 +11,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.model import INVERTED
-from dolfingrip.mechanics.newton.globalisation import Globalisation, IterationVerdict
-
-REASON = {
-    IterationVerdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
-    IterationVerdict.CONVERGED: PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE,
-    IterationVerdict.NOT_A_NUMBER: PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN,
-    IterationVerdict.STUCK: PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH,
-    IterationVerdict.HOPELESS: PETSc.SNES.ConvergedReason.DIVERGED_DTOL,
-}
-"""PETSc's reason for each verdict."""
+from dolfingrip.mechanics.newton.globalisation import Globalisation
 
 
 class Ending(StrEnum):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from enum import Enum, auto
+from enum import Enum
 
 import numpy as np
+from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import INVERTED, Model
 from dolfingrip.mechanics.newton.policy import StepPolicy
@@ -14,13 +15,13 @@ from dolfingrip.sections.numerics import Solver
 
 
 class IterationVerdict(Enum):
-    """The verdicts on a residual norm."""
+    """The verdicts on a residual norm, each with SNES' reason for it."""
 
-    GO_ON = auto()
-    CONVERGED = auto()
-    NOT_A_NUMBER = auto()
-    STUCK = auto()
-    HOPELESS = auto()
+    GO_ON = PETSc.SNES.ConvergedReason.CONVERGED_ITERATING
+    CONVERGED = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE
+    NOT_A_NUMBER = PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
+    STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+    HOPELESS = PETSc.SNES.ConvergedReason.DIVERGED_DTOL
 
 
 class Globalisation:

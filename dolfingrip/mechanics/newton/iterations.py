@@ -14,7 +14,7 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.damping import Damping
-from dolfingrip.mechanics.newton.ending import REASON, Counts, Watch
+from dolfingrip.mechanics.newton.ending import Counts, Watch
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, IterationVerdict
 from dolfingrip.mechanics.newton.lagging import CorrectedStep, LagRules
@@ -275,7 +275,7 @@ class Iterations:
             norm = float(residual.norm())
             self.lagging.updated(norm)
             verdict = rules.judge_anew(iteration, norm, scale)
-        return REASON[IterationVerdict.HOPELESS if self.lagging.lost else verdict]
+        return int((IterationVerdict.HOPELESS if self.lagging.lost else verdict).value)
 
     def _updates_lagged(self, verdict: IterationVerdict, norm: float) -> bool:
         """Let terms update lagged quantities if due; return whether the potential changed."""

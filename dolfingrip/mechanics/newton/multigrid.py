@@ -7,7 +7,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.bordered import factors
-from dolfingrip.mechanics.newton.callbacks import context
+from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.inverse import Exact, cheapest
 from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
 from dolfingrip.mechanics.newton.policy import MultigridPolicy
@@ -42,9 +42,7 @@ class Multigrid:
         self._prefix = prefix + "linear_"
         self._largest = 0.0
         self._vectors: list[PETSc.Vec] = []
-        self.pc = PETSc.PC().create(model.comm)
-        self.pc.setType(PETSc.PC.Type.PYTHON)
-        self.pc.setPythonContext(context(self.setUp, self.apply))
+        self.pc = preconditioner(model.comm, self.apply)
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Take ``matrix`` as the one to invert."""
@@ -74,9 +72,6 @@ class Multigrid:
         return self._coarse.failed
 
     # -- preconditioner of PETSc -------------------------------------------------------------------
-
-    def setUp(self, pc: PETSc.PC) -> None:
-        """PETSc calls this after the matrix has changed; see :meth:`set_up`."""
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
         """One symmetric V-cycle."""
