@@ -14,7 +14,7 @@ from typing import Any
 
 from dolfingrip.jobs import keys, slurm
 from dolfingrip.jobs.interrupts import broken_connections_are_errors, interrupts_answered_by
-from dolfingrip.jobs.policy import POLICY, Policy
+from dolfingrip.jobs.policy import WorkerPolicy
 from dolfingrip.sections.errors import ConfigError
 
 _EVERYWHERE: dict[str, Any] = {
@@ -51,7 +51,7 @@ class Where:
 
 
 @contextmanager
-def connected(where: Where, policy: Policy = POLICY) -> Iterator[Any]:
+def connected(where: Where, policy: WorkerPolicy = WorkerPolicy()) -> Iterator[Any]:
     """Connect a Dask client; workers that were started for it end with it.
 
     Args:
@@ -98,7 +98,7 @@ def _scratch() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix="dolfingrip-", ignore_cleanup_errors=True)
 
 
-def _running(address: str, policy: Policy) -> Any:
+def _running(address: str, policy: WorkerPolicy) -> Any:
     """A client of a scheduler that is there."""
     from distributed import Client
 
@@ -125,7 +125,7 @@ def _quiet() -> None:
             logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
-def _local(where: Where, security: Any, policy: Policy) -> Any:
+def _local(where: Where, security: Any, policy: WorkerPolicy) -> Any:
     """Processes of their own, one job each at a time: MPI and PETSc are not shared."""
     from distributed import LocalCluster
 

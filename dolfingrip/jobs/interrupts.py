@@ -17,6 +17,12 @@ def interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
     """The interrupt behind an error, the first with a sentence where there is one.
 
     PETSc passes an interrupt of a callback on as an error of its own.
+
+    Args:
+        error: the error with its causes.
+
+    Returns:
+        The interrupt; None if there is none.
     """
     interrupts: list[KeyboardInterrupt] = []
     while error is not None:

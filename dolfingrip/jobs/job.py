@@ -103,7 +103,14 @@ class Answer:
 
 
 def content_key(content: Data) -> str:
-    """Hash of plain data."""
+    """Hash of plain data.
+
+    Args:
+        content: plain data that the result depends on.
+
+    Returns:
+        The key: hexadecimal digits.
+    """
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Policy:
+class WorkerPolicy:
     """How often workers may fail, and for how long they are waited for.
 
     Attributes:
@@ -27,6 +27,3 @@ class Policy:
     start_check_s: float = 0.05
     connect_s: float = 20.0
     silence_h: float = 1.0
-
-
-POLICY = Policy()

@@ -60,7 +60,11 @@ Progress = Callable[[Standing], None]
 
 
 def silent(standing: Standing) -> None:
-    """Show nothing."""
+    """Show nothing.
+
+    Args:
+        standing: how far the jobs are.
+    """
 
 
 def run(

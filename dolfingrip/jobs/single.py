@@ -32,7 +32,13 @@ _told: Connection | None = None
 
 
 def tell(done: int, total: int, note: str = "") -> None:
-    """Say how far the present job is; nothing happens outside of such a worker."""
+    """Say how far the present job is; nothing happens outside of such a worker.
+
+    Args:
+        done: steps of the job that are done.
+        total: all steps.
+        note: what is told beside.
+    """
     if _told is not None:
         _told.send(("progress", done, total, note))
 

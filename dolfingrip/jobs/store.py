@@ -63,7 +63,7 @@ _OF_DISK = frozenset({sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_
 
 
 def same(**facts: Any) -> Shared:
-    """What all jobs of a store share, where it is the same for all."""
+    """Facts that all jobs of a store share, refused where they differ from those before."""
 
     def shared(before: Data | None) -> Data:
         for name, value in (before or {}).items():
@@ -154,7 +154,7 @@ class Store:
             raise
 
     def facts(self) -> Data | None:
-        """What all jobs share; None before the first."""
+        """Facts that all jobs share; None before the first."""
         row = self._base.execute("SELECT value FROM facts WHERE name = 'plan'").fetchone()
         return None if row is None else json.loads(row[0])
 

@@ -11,13 +11,15 @@ from typing import Any
 
 from distributed import Nanny, Status
 
-from dolfingrip.jobs.policy import POLICY, Policy
+from dolfingrip.jobs.policy import WorkerPolicy
 
 
 class WorkerSupervisor(Nanny):
     """Restarts a worker that died while it started."""
 
-    def __init__(self, *addresses: Any, policy: Policy = POLICY, **options: Any) -> None:
+    def __init__(
+        self, *addresses: Any, policy: WorkerPolicy = WorkerPolicy(), **options: Any
+    ) -> None:
         self._policy = policy
         super().__init__(*addresses, **options)
 

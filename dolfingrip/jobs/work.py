@@ -21,7 +21,7 @@ from typing import Any
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.interrupts import interrupt_behind
 from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Answer, Job, JobFailure
-from dolfingrip.jobs.policy import POLICY
+from dolfingrip.jobs.policy import WorkerPolicy
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.sections.errors import ConfigError, MachineError
 
@@ -32,7 +32,7 @@ _ALONE = threading.Lock()
 """MPI and PETSc are a process' own, and the threads of a worker share them."""
 
 
-def work(job: Job, folder: Path) -> Answer:
+def work(job: Job, folder: Path, policy: WorkerPolicy = WorkerPolicy()) -> Answer:
     """Compute a job, unless its answer is in the spool, and spool the answer.
 
     A job that the machine does not let come to an end is tried again; its last answer is not
@@ -41,6 +41,7 @@ def work(job: Job, folder: Path) -> Answer:
     Args:
         job: which one.
         folder: of the spool; where the worker cannot see it, the answer is only returned.
+        policy: how often a job is tried, and the pauses between.
 
     Returns:
         The answer, with the attempts that broke off.
@@ -59,14 +60,14 @@ def work(job: Job, folder: Path) -> Answer:
                     if shared and answer.status != "broken":
                         spool.write(answer)
             except OSError as error:  # of a file, or of the spool's disk
-                if isinstance(error, WriteError) and len(broken) + 1 == POLICY.attempts:
+                if isinstance(error, WriteError) and len(broken) + 1 == policy.attempts:
                     raise
                 answer = Answer(job.key, "broken", failure_class=MACHINE, failure=_said(error))
-            if answer.status != "broken" or len(broken) + 1 == POLICY.attempts:
+            if answer.status != "broken" or len(broken) + 1 == policy.attempts:
                 answer.broken = broken
                 return answer
             broken.append(answer.failure or "")
-            time.sleep(len(broken) * POLICY.pause_s)
+            time.sleep(len(broken) * policy.pause_s)
 
 
 def compute(job: Job) -> Answer:
@@ -108,7 +109,7 @@ def compute(job: Job) -> Answer:
 
 
 def of_machine(error: BaseException | None) -> bool:
-    """Whether the machine is behind an error: memory, a disk, a compiler, a process that died."""
+    """Return whether memory, a disk, a compiler or a process that died is behind an error."""
     while error is not None:
         if isinstance(error, MachineError | MemoryError | OSError | SubprocessError):
             return True
@@ -128,6 +129,13 @@ def _said(error: BaseException) -> str:
 
 
 def found(path: str) -> Any:
-    """The function at an import path ``module:function``."""
+    """The function at an import path ``module:function``.
+
+    Args:
+        path: import path of the function, ``module:name``.
+
+    Returns:
+        The function.
+    """
     module, _, name = path.partition(":")
     return getattr(importlib.import_module(module), name)

@@ -18,7 +18,7 @@ from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs.cluster import Where, connected
-from dolfingrip.jobs.policy import Policy
+from dolfingrip.jobs.policy import WorkerPolicy
 from dolfingrip.jobs.pool import SchedulerGone
 from dolfingrip.jobs.run import Standing
 from dolfingrip.jobs.spool import Spool
@@ -135,7 +135,7 @@ def test_workers_that_never_start_are_one_line(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(WorkerProcess, "_run", staticmethod(analytic.dies))
     with (
         pytest.raises(ConfigError, match=r"^--workers 1: none could be started: [^\n]*$"),
-        connected(Where(), Policy(starts=2)),
+        connected(Where(), WorkerPolicy(starts=2)),
     ):
         pass
 

@@ -13,7 +13,7 @@ from dolfingrip.experiments.protocol.grasping import lift_mm, lift_starts_s
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.results.outcome import Ring, decided, judge
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
-from dolfingrip.experiments.rigs.gripper import GraspPolicy, GripperModel, build_gripper
+from dolfingrip.experiments.rigs.gripper import GraspSolution, GripperModel, build_gripper
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.files.run import GraspOutcome
 from dolfingrip.mechanics.model.profile import Profile
@@ -40,7 +40,7 @@ class GraspRig(Rig):
         config: Config,
         gripper: GripperModel,
         profile: Profile,
-        policy: GraspPolicy = GraspPolicy(),
+        policy: GraspSolution = GraspSolution(),
     ) -> None:
         self._policy = policy
         solving = NewtonPolicy(

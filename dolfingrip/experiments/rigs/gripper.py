@@ -42,7 +42,7 @@ ONE_FINGER = "skin of finger B"
 
 
 @dataclass(frozen=True, slots=True)
-class GraspPolicy:
+class GraspSolution:
     """The numbers with which a gripper and its food are solved, step by step in time.
 
     Attributes:
@@ -113,7 +113,7 @@ class GripperModel:
 
 
 def build_gripper(
-    config: Config, comm: MPI.Comm, restraint_mm: float = GraspPolicy().restraint_mm
+    config: Config, comm: MPI.Comm, restraint_mm: float = GraspSolution().restraint_mm
 ) -> GripperModel:
     """Build the model that a configuration asks for.
 
