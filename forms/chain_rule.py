@@ -93,7 +93,7 @@ def by_variable(density: Expr, variable: Expr) -> Expr:
         >>> x = ufl.variable(ufl.as_ufl(3.0))
         >>> strain = ufl.as_matrix([[x, 0, 0], [0, 0, 0], [0, 0, 0]])
         >>> slope = ufl.as_matrix([[6, 0, 0], [0, 0, 0], [0, 0, 0]])
-        >>> number(by_variable(2 * Variable(ufl.as_ufl(9.0), Known(strain, slope)), x))
+        >>> number(by_variable(2 * Variable(ufl.as_ufl(9.0), KnownDerivatives(strain, slope)), x))
         12.0
     """
     held, back = _held(density)

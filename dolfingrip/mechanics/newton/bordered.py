@@ -15,7 +15,6 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.cholesky import BLOCK, Cholesky, stored_values
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
-from dolfingrip.mechanics.newton.policy import CholeskyPolicy
 
 
 def factors(
@@ -60,19 +59,15 @@ class Bordered:
         comm: one rank.
         border: rows of blocks at the matrix' end that are no part's.
         create: returns what factorises a part.
-        policy: how exact solutions are.
+        border_rtol: error of the columns that couple the border, relative to them, for steps.
     """
 
     exact = True
 
     def __init__(
-        self,
-        comm: MPI.Comm,
-        border: int,
-        create: Callable[[], Cholesky],
-        policy: CholeskyPolicy = CholeskyPolicy(),
+        self, comm: MPI.Comm, border: int, create: Callable[[], Cholesky], border_rtol: float = 1e-6
     ) -> None:
-        self._policy = policy
+        self._border_rtol = border_rtol
         self._border, self._create = border, create
         self._matrix: PETSc.Mat | None = None
         self._parts: list[_Part] = []
@@ -87,11 +82,11 @@ class Bordered:
         for part in self._parts:
             part.set_up(blocks)
         self._coupling = self._coupled(blocks)
-        self._eliminate(self._policy.border_rtol)
+        self._eliminate(self._border_rtol)
         self.pc.setOperators(matrix)
 
-    def _eliminate(self, rtol: float) -> None:
-        """Find D⁻¹B and the Schur complement."""
+    def _eliminate(self, rtol: float | None = None) -> None:
+        """Find D⁻¹B, to rounding unless a tolerance is given, and the Schur complement."""
         across, within = self._coupling
         self._moved = self._inner(across, rtol)
         schur = within - across.T @ self._moved
@@ -133,7 +128,7 @@ class Bordered:
         upper = np.triu(columns[BLOCK * self._inside :])
         return columns[: BLOCK * self._inside], upper + np.triu(upper, 1).T
 
-    def _inner(self, right: np.ndarray, rtol: float) -> np.ndarray:
+    def _inner(self, right: np.ndarray, rtol: float | None = None) -> np.ndarray:
         """D⁻¹ of the parts' rows of (n, k) right-hand sides."""
         found = np.empty((BLOCK * self._inside, right.shape[1]))
         for part in self._parts:
@@ -165,8 +160,8 @@ class Bordered:
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides."""
-        self._eliminate(self._policy.rounding)
-        return self._joined(right, self._inner(right, self._policy.rounding))
+        self._eliminate()
+        return self._joined(right, self._inner(right))
 
     @property
     def negative(self) -> int:

@@ -132,13 +132,8 @@ class Cholesky:
                 rounding.
         """
         if self._definite and self._dtype == np.float32:
-            found = conjugate_gradients(
-                self._matrix,
-                self.approximate,
-                right,
-                self._policy.rounding if rtol is None else rtol,
-                self._policy.iterations,
-            )
+            limits = rtol or self._policy.rounding, self._policy.iterations
+            found = conjugate_gradients(self._matrix, self.approximate, right, *limits)
             if found is not None:
                 return found
             assert self._scalars is not None

@@ -16,7 +16,7 @@ from dolfingrip.mechanics.newton.inverse import (
     cheapest,
 )
 from dolfingrip.mechanics.newton.multigrid import Multigrid
-from dolfingrip.mechanics.newton.policy import LinearPolicy, MemoryPolicy
+from dolfingrip.mechanics.newton.policy import LinearPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.numerics import Solver
@@ -33,8 +33,7 @@ class LinearSolver:
         model: model whose tangent is inverted.
         tangent: the tangent.
         settings: which solver is asked for, and the memory that it may take.
-        policy: from which size on multigrid is used.
-        needs: memory that solvers need, for the forecast.
+        policy: from which size on multigrid is used, and the memory that solvers need.
 
     Attributes:
         iterative: whether inverses are approximate.
@@ -50,9 +49,8 @@ class LinearSolver:
         tangent: Tangent,
         settings: Solver,
         policy: LinearPolicy = LinearPolicy(),
-        needs: MemoryPolicy = MemoryPolicy(),
     ) -> None:
-        self._memory = needs
+        self._policy = policy
         self._model, self._tangent = model, tangent
         self._mixed = len(model.unknowns.fields) > 1
         element = model.u.function_space.ufl_element()
@@ -83,12 +81,11 @@ class LinearSolver:
 
     def _needed_MB(self) -> float:
         """Memory of the solver on all ranks (10⁶ bytes)."""
-        thousands = self._model.dofs / 1e3
+        thousands, policy = self._model.dofs / 1e3, self._policy
         if self.iterative:
-            return (self._memory.tangent_kB + self._memory.multigrid_kB) * thousands
-        return self._memory.tangent_kB * thousands + memory.of_factors_MB(
-            self._order.entries, self._memory.workspace
-        )
+            return (policy.tangent_kB + policy.multigrid_kB) * thousands
+        factors_MB = memory.of_factors_MB(self._order.entries, policy.workspace)
+        return policy.tangent_kB * thousands + factors_MB
 
     def inverse(self, prefix: str) -> Inverse:
         """The inverse for solves of Newton's method."""

@@ -191,27 +191,31 @@ class CholeskyPolicy:
             precision.
         rounding: error that is taken for rounding, relative to the solution; see
             :func:`~.cholesky.conjugate_gradients`.
-        border_rtol: error of the columns that couple a border, relative to them.
     """
 
     most_skipped: int = 31
     iterations: int = 30
     rounding: float = 1e-12
-    border_rtol: float = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class LinearPolicy:
-    """From which size on multigrid takes the place of factors.
+    """From which size on multigrid takes the place of factors, and the memory that they need.
 
     Attributes:
         iterative_from: unknowns of quadratic tetrahedra from which on multigrid takes less time.
         iterative_from_hexahedra: of hexahedra of 20 nodes, in walls of one element: linear ones
             cannot bend, so the linear level says less.
+        workspace: memory of a factorisation by that of the factors' entries.
+        tangent_kB: memory for each unknown of a tangent, its assembly and the carried stress.
+        multigrid_kB: memory for each unknown of multigrid with its linear level.
     """
 
     iterative_from: int = 120_000
     iterative_from_hexahedra: int = 400_000
+    workspace: float = 1.4
+    tangent_kB: float = 2.0
+    multigrid_kB: float = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,21 +233,6 @@ class MultigridPolicy:
     ratio: float = 4.0
     beyond: float = 1.1
     powers: int = 10
-
-
-@dataclass(frozen=True, slots=True)
-class MemoryPolicy:
-    """Memory that solvers need, for the forecast; see :mod:`~.memory`.
-
-    Attributes:
-        workspace: memory of a factorisation by that of the factors' entries.
-        tangent_kB: memory for each unknown of a tangent, its assembly and the carried stress.
-        multigrid_kB: for each unknown, of multigrid with its linear level.
-    """
-
-    workspace: float = 1.4
-    tangent_kB: float = 2.0
-    multigrid_kB: float = 4.0
 
 
 @dataclass(frozen=True, slots=True)
