@@ -14,13 +14,12 @@ from support import small
 
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.design.gradient.simulate import simulate
 from dolfingrip.experiments import run
 from dolfingrip.experiments.index import NAMES
+from dolfingrip.experiments.request import Place, Request
 from dolfingrip.experiments.results.readings import Row
-from dolfingrip.explore.solve import solve
+from dolfingrip.experiments.simulate import compute
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.job import JobFailure
 from dolfingrip.mechanics.model.model import Model
 
 RUNS = 10
@@ -88,18 +87,20 @@ def raising(folder: Path) -> None:
 
 
 def designed(folder: Path) -> None:
-    """A job of a design by gradients, and one whose place is not reached."""
-    config = small.short(*STUMP).model_dump(mode="json")
-    columns = ["force_N", "angle_deg"]
-    found = simulate(config, None, "blocked_force", [("pressure_kPa", 20.0)], columns, PARAMETERS)
-    assert found["gradients"]
-    with pytest.raises(JobFailure):
-        simulate(config, None, "blocked_force", [("force_N", 99.0)], columns, ())
+    """A request of a design by gradients, and one whose place is not reached."""
+    config, columns = small.short(*STUMP), ("force_N", "angle_deg")
+    wanted = ((PARAMETERS, Place("pressure_kPa", 20.0)), (None, Place("force_N", 99.0)))
+    for gradients, place in wanted:
+        asked = Request.of("blocked_force", config, gradients, columns=columns, places=(place,))
+        found = compute(asked, MPI.COMM_SELF)
+        assert bool(found.slopes) is (gradients is not None)
+        assert (found.failure is None) is (gradients is not None)
 
 
 def explored(folder: Path) -> None:
-    """The job of the explorer's worker."""
-    solve(small.short(*STUMP).model_dump(mode="json"), NAME, str(folder))
+    """The request of the explorer's worker."""
+    found = compute(Request.of(NAME, small.short(*STUMP), fields=folder), MPI.COMM_SELF)
+    assert found.failure is None
 
 
 WORKS: Mapping[str, Work] = {
