@@ -9,13 +9,10 @@ A group is read from the first of these that has its name, in any case of letter
 
 from __future__ import annotations
 
-import io
-import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-import meshio
 import numpy as np
 
 from dolfingrip.meshes import groups
@@ -132,31 +129,28 @@ def deck(mesh: SolidMesh) -> str:
     Returns:
         Content of an .inp file.
     """
-    kind = ELEMENT_TYPES[mesh.cells.shape[1]]
-    nodes = {4: "tetra", 10: "tetra10", 8: "hexahedron", 20: "hexahedron20"}
-    content = io.StringIO()
-    meshio.write(
-        content,
-        meshio.Mesh(
-            mesh.points,
-            [(nodes[mesh.cells.shape[1]], to_vtk(mesh.cells))],
-            cell_sets={
-                groups.SOLID: [np.arange(len(mesh.cells))],
-                **{name: [rows] for name, rows in mesh.regions.items()},
-            },
-            point_sets={name: np.unique(facets) for name, facets in mesh.facets.items()},
-        ),
-        file_format="abaqus",
-        float_fmt=".13e",  # CalculiX reads no number of more than 20 characters
-    )
-    # CalculiX lacks the hybrid types that meshio may choose
-    text = re.sub(r"TYPE=C3D\w+\n", f"TYPE={kind}\n", content.getvalue(), count=1)
-    lines = [text]
-    for name, facets in mesh.facets.items():  # meshio knows no surfaces
+    numbers = np.arange(1, len(mesh.cells) + 1)
+    elements = np.column_stack([numbers, to_vtk(mesh.cells) + 1])
+    lines = ["*HEADING\nwritten by dolfingrip\nlengths in mm\n*NODE\n"]
+    # CalculiX reads no number of more than 20 characters
+    lines += [f"{i}, {x:.13e}, {y:.13e}, {z:.13e}\n" for i, (x, y, z) in enumerate(mesh.points, 1)]
+    lines.append(f"*ELEMENT, TYPE={ELEMENT_TYPES[mesh.cells.shape[1]]}\n")
+    lines += [_data(element) for element in elements]
+    for name, rows in {groups.SOLID: np.arange(len(mesh.cells)), **mesh.regions}.items():
+        lines.append(f"*ELSET, ELSET={name}\n{_data(rows + 1)}")
+    for name, facets in mesh.facets.items():
+        lines.append(f"*NSET, NSET={name}\n{_data(np.unique(facets) + 1)}")
+    for name, facets in mesh.facets.items():
         lines.append(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
         places = np.divmod(match(facets, mesh.cells), len(mesh.shape.faces))
         lines += [f"{element + 1}, S{face + 1}\n" for element, face in zip(*places, strict=True)]
     return "".join(lines)
+
+
+def _data(numbers: Ints) -> str:
+    """Lines of whole numbers, 16 in each, as Abaqus allows; a comma tells that a line goes on."""
+    texts = [str(number) for number in numbers]
+    return ",\n".join(",".join(texts[i : i + 16]) for i in range(0, len(texts), 16)) + "\n"
 
 
 def _of_surface(deck: _Deck, name: str, row: dict[int, int], cells: Ints) -> Ints:
