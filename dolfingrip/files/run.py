@@ -104,6 +104,9 @@ class SolverCounts(Part):
     load_steps: int = 0
     damped_steps: int = 0
     linear_solver: Literal["direct", "iterative"] = "direct"
+    factors: Literal["CHOLMOD", "MUMPS"] | None = Field(
+        None, description="what factorised definite tangents"
+    )
     matrix_patterns: int = 1
 
 

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from dolfingrip.mechanics.newton import cholmod
 from dolfingrip.mechanics.newton.bordered import Bordered
 from dolfingrip.mechanics.newton.cholesky import Cholesky
 from dolfingrip.mechanics.newton.inverse import Factorisation
 from tests.mechanics.test_cholesky import NODES, assert_solves, chain, tangent
+
+pytestmark = pytest.mark.skipif(not cholmod.available(), reason="needs CHOLMOD")
 
 BORDER = 2
 SEED = 5

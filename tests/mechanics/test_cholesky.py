@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton import cholmod
 from dolfingrip.mechanics.newton.cholesky import Cholesky
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
+
+pytestmark = pytest.mark.skipif(not cholmod.available(), reason="needs CHOLMOD")
 
 SEED = 3
 NODES = 40

@@ -21,6 +21,7 @@ from dolfingrip.files.run import MeshCounts, RunFailure, RunFile, SolverCounts
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton import memory
+from dolfingrip.mechanics.newton.bordered import has_cholesky
 from dolfingrip.mechanics.newton.newton import Newton
 
 PACKAGES = ("fenics-ffcx", "fenics-ufl", "ipctk", "meshio", "numpy", "scipy")
@@ -98,6 +99,7 @@ def of_run(
             load_steps=sum(row["load_steps"] for row in readings.rows),
             damped_steps=newton.counts.damped,
             linear_solver="iterative" if newton.linear_solver.iterative else "direct",
+            factors="CHOLMOD" if has_cholesky(model) else "MUMPS",
             matrix_patterns=newton.tangent.patterns + 1,
         ),
         failure=None

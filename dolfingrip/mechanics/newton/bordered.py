@@ -12,6 +12,7 @@ from petsc4py import PETSc
 from scipy.sparse.csgraph import connected_components
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton import cholmod
 from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.cholesky import BLOCK, Cholesky, stored_values
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
@@ -35,16 +36,21 @@ def factors(
     def any_sign() -> Factorisation:
         return Factorisation(prefix, model.comm, order)
 
-    unknowns = model.unknowns
-    saddle = len(unknowns.fields) > 1 or any(each.multiplier for each in unknowns.global_unknowns)
-    if model.comm.size > 1 or saddle:
+    if not has_cholesky(model):
         return any_sign()
 
     def definite() -> Cholesky:
         return Cholesky(model.comm, any_sign, dtype)
 
-    border = unknowns.padded // BLOCK
+    border = model.unknowns.padded // BLOCK
     return Bordered(model.comm, border, definite) if border else definite()
+
+
+def has_cholesky(model: Model) -> bool:
+    """Whether tangents of a model are tried by CHOLMOD before MUMPS."""
+    unknowns = model.unknowns
+    saddle = len(unknowns.fields) > 1 or any(each.multiplier for each in unknowns.global_unknowns)
+    return model.comm.size == 1 and not saddle and cholmod.available()
 
 
 class Bordered:

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import logging
+import os
+import sys
 import weakref
 from functools import cache
 from importlib.machinery import ExtensionFileLoader
@@ -19,10 +22,10 @@ import cffi
 import numpy as np
 
 from dolfingrip.mechanics.model import jit
-from dolfingrip.mechanics.model.compilation import compiled
+from dolfingrip.mechanics.model.compilation import CompilationError, compiled
 
-HEADER = Path("/usr/include/suitesparse/cholmod.h")
-"""Where Debian has it."""
+PLACES = (sys.prefix, os.environ.get("CONDA_PREFIX", ""), "/usr", "/usr/local", "/opt/homebrew")
+"""Where a header may be, below ``include``: of this Python, of conda, a system's, Homebrew's."""
 
 DECLARATIONS = """
 #define CHOLMOD_INT ...
@@ -190,9 +193,34 @@ def _free(common: Any, factor: Any, dense: list[Any]) -> None:
 
 
 @cache
+def header() -> Path | None:
+    """The header of a CHOLMOD that has single precision, as of SuiteSparse 7.4; None without."""
+    found = (Path(place, "include", "suitesparse", "cholmod.h") for place in PLACES if place)
+    single = (file for file in found if file.exists() and "CHOLMOD_SINGLE 4" in file.read_text())
+    return next(single, None)
+
+
+@cache
+def available() -> bool:
+    """Find out whether CHOLMOD is here and can be loaded; a warning says why it cannot."""
+    if header() is None:
+        return False
+    try:
+        _binding()
+    except CompilationError as error:
+        logging.getLogger(__name__).warning("MUMPS factorises, which takes longer: %s", error)
+        return False
+    return True
+
+
+@cache
 def _binding() -> tuple[cffi.FFI, Any]:
     """The compiled binding of this version of CHOLMOD: its types and its functions."""
-    key = hashlib.sha256(HEADER.read_bytes() + DECLARATIONS.encode()).hexdigest()[:12]
+    place_of_header = header()
+    assert place_of_header is not None
+    content = f"{place_of_header}{place_of_header.read_text()}{DECLARATIONS}"
+    key = hashlib.sha256(content.encode()).hexdigest()[:12]
+    folders = [str(place_of_header.parents[2] / "lib")]
     name = f"dolfingrip_cholmod_{key}"
 
     def get(place: Path) -> Any:
@@ -200,7 +228,13 @@ def _binding() -> tuple[cffi.FFI, Any]:
         if file is None:
             ffi = cffi.FFI()
             ffi.cdef(DECLARATIONS)
-            ffi.set_source(name, f'#include "{HEADER}"', libraries=["cholmod"])
+            ffi.set_source(
+                name,
+                f'#include "{place_of_header}"',
+                libraries=["cholmod"],
+                library_dirs=folders,
+                runtime_library_dirs=folders,
+            )
             file = Path(ffi.compile(tmpdir=place))
         loader = ExtensionFileLoader(name, str(file))
         spec = importlib.util.spec_from_loader(name, loader)
