@@ -178,7 +178,7 @@ def _held(expression: Expr) -> tuple[Expr, dict[Expr, Variable]]:
     if not marks:
         return expression, {}
     domain = extract_unique_domain(expression) or NOWHERE
-    cell = domain.ufl_cell().cellname()
+    cell = str(domain.ufl_cell())
     places = []
     for mark in marks:
         shape = mark.ufl_shape

@@ -17,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+import dolfingrip  # noqa: F401  # before DOLFINx, whose wheel needs MPI loaded first
+
 # in a fourth of level 3's time; subprocesses inherit it, and it stands before any import of the
 # package, which reads it then
 os.environ.setdefault("DOLFINGRIP_OPTIMISATION", "1")

@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from support import bodies
 
 from dolfingrip.forms import neo_hookean
+from dolfingrip.mechanics.model.compatibility import points_of_cells
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.parts import ByPart, StrainEnergy
@@ -34,7 +35,7 @@ def block(
 ) -> SolidMesh:
     """A box with its six sides as groups."""
     box = bodies.box(cells, size)
-    corners = np.asarray(box.geometry.dofmap, dtype=np.int64)
+    corners = points_of_cells(box.geometry).astype(np.int64)
     points = np.asarray(box.geometry.x)
     edges = points[corners[:, 1:]] - points[corners[:, :1]]
     turned = np.linalg.det(edges) < 0

@@ -20,6 +20,7 @@ from dolfingrip.config import KPA
 from dolfingrip.forms import cavity_pressure, neo_hookean
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
+from dolfingrip.mechanics.model.compatibility import points_of_cells
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.potential import Potential
@@ -206,7 +207,7 @@ def join(solids: Sequence[mesh.Mesh], offsets: np.ndarray) -> mesh.Mesh:
     points, cells, count = [], [], 0
     for solid, offset in zip(solids, offsets, strict=True):
         points.append(solid.geometry.x + offset)
-        cells.append(solid.geometry.dofmap.astype(np.int64) + count)
+        cells.append(points_of_cells(solid.geometry).astype(np.int64) + count)
         count += len(solid.geometry.x)
     return tetrahedra(np.concatenate(points), np.concatenate(cells))
 
@@ -217,6 +218,6 @@ def tetrahedra(points: np.ndarray, cells: np.ndarray) -> mesh.Mesh:
     return mesh.create_mesh(
         MPI.COMM_SELF,
         np.asarray(cells, dtype=np.int64),
-        np.asarray(points, dtype=float),
-        ufl.Mesh(element),
+        x=np.asarray(points, dtype=float),
+        e=ufl.Mesh(element),
     )

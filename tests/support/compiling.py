@@ -6,6 +6,9 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+import dolfingrip  # noqa: F401  # before DOLFINx, whose wheel needs MPI loaded first
+
+# isort: split
 import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI

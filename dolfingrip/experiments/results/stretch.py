@@ -23,7 +23,7 @@ class PrincipalStretch:
         scalar = fem.functionspace(mesh, ("Lagrange", degree))
         self.field = fem.Function(scalar, name="principal_stretch")
         f = deformation_gradient(u)
-        points = scalar.element.interpolation_points()
+        points = scalar.element.basix_element.points
         self._strain = fem.Expression(f.T * f, points, jit_options=jit.options())
         self._cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
         self._dofs = scalar.dofmap.list[self._cells]

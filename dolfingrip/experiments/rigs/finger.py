@@ -288,7 +288,7 @@ def element_name(config: Config, domain: Domain) -> str:
     Raises:
         ConfigError: if the element does not fit the mesh's cells, or an effect has no mixed form.
     """
-    cell = domain.mesh.ufl_cell().cellname()
+    cell = str(domain.mesh.ufl_cell())
     if config.solver.element is None:
         return "S2" if cell == "hexahedron" else "P2"
     needed = CELL[config.solver.element]

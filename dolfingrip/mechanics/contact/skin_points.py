@@ -7,7 +7,7 @@ from copy import copy
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import cpp, fem, la
 
 from dolfingrip.forms import plate as form
 from dolfingrip.mechanics.model import jit
@@ -42,7 +42,8 @@ class SkinPoints:
         self._space = space
         self.first = space.dofmap.index_map.local_range[0]
         self.owned = space.dofmap.index_map.size_local
-        facet = domain.mesh.ufl_cell().facet_types()[0].cellname()
+        cell = domain.mesh.topology.cell_type
+        facet = cpp.mesh.cell_entity_type(cell, 2, 0).name
         rule = form.nodal_rule(facet, space.ufl_element().degree)
         self.measure = domain.surface(*regions, **rule)
         test = ufl.TestFunction(space)

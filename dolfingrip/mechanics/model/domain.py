@@ -8,9 +8,11 @@ from dataclasses import dataclass, field, replace
 import basix.ufl
 import numpy as np
 import ufl
-from dolfinx import fem, graph, io, mesh
+from dolfinx import graph, io, mesh
+from dolfinx.io.utils import cell_perm_gmsh
 from mpi4py import MPI
 
+from dolfingrip.mechanics.model.compatibility import cells_and_local_facets
 from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.mechanics.model.sheet import local_facets
 from dolfingrip.meshes.cells import BY_NODES, CellShape
@@ -46,7 +48,7 @@ class Domain:
     def __post_init__(self) -> None:
         # UFL wants one and the same subdomain data in all integrals of a form
         data = [
-            (tag, _cells_and_local(self.mesh, facets))
+            (tag, cells_and_local_facets(self.mesh, facets))
             for tag, facets in enumerate(self.regions.values())
         ]
         object.__setattr__(self, "_integration", data)
@@ -123,14 +125,6 @@ class Domain:
         return replace(self, regions=regions)
 
 
-def _cells_and_local(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
-    """(cell, local facet) pairs, flattened, of boundary facets."""
-    found = fem.compute_integration_domains(
-        fem.IntegralType.exterior_facet, domain.topology, facets, 2
-    )
-    return np.asarray(found, dtype=np.int32)
-
-
 def on_root[T](comm: MPI.Comm, work: Callable[[], T]) -> T | None:
     """Run ``work`` on rank 0 only; if it fails, every rank raises its error.
 
@@ -197,13 +191,10 @@ def distribute(
         values = np.empty(0, dtype=np.int32)
         inside = [np.empty(0, dtype=np.int64) for _ in part_names]
 
-    cells = cells[:, io.gmshio.cell_perm_array(mesh.to_type(shape.name), nodes)].copy()
-    facets = facets[
-        :, io.gmshio.cell_perm_array(mesh.to_type(shape.facet_name), facet_nodes)
-    ].copy()
+    cells = cells[:, cell_perm_gmsh(mesh.to_type(shape.name), nodes)].copy()
+    facets = facets[:, cell_perm_gmsh(mesh.to_type(shape.facet_name), facet_nodes)].copy()
     element = basix.ufl.element("Lagrange", shape.name, order, shape=(3,))
-    partitioner = mesh.create_cell_partitioner(mesh.GhostMode.none)
-    domain = mesh.create_mesh(comm, cells, points, ufl.Mesh(element), partitioner)
+    domain = mesh.create_mesh(comm, cells, x=points, e=ufl.Mesh(element))  # without ghost cells
     domain.topology.create_connectivity(2, 3)
     regions = _found(domain, 2, facets, values, names)
     behind = _behind(domain, shape, comm.bcast(dict(sheets or {})))
@@ -222,7 +213,7 @@ def _behind(
     """This rank's cells behind each sheet, by local facet; all ranks have the same facets."""
     if not sheets:
         return {}
-    order = io.gmshio.cell_perm_array(mesh.to_type(shape.name), shape.corners)
+    order = cell_perm_gmsh(mesh.to_type(shape.name), shape.corners)
     facet_of = local_facets(domain, shape.face_corners, order)
     size = domain.topology.index_map(3).size_local
     original = np.asarray(domain.topology.original_cell_index[:size])
@@ -246,7 +237,7 @@ def _found(
     domain: mesh.Mesh, dimension: int, nodes: np.ndarray, tags: np.ndarray, names: Sequence[str]
 ) -> dict[str, np.ndarray]:
     """This rank's entities by name, from (n, nodes) input nodes and each one's place in these."""
-    local, values = io.gmshio.distribute_entity_data(domain, dimension, nodes, tags)
+    local, values = io.distribute_entity_data(domain, dimension, nodes, tags)
     known = mesh.meshtags_from_entities(
         domain, dimension, graph.adjacencylist(local), np.asarray(values, dtype=np.int32)
     )

@@ -80,14 +80,14 @@ def integration_degree(space: fem.FunctionSpace, *, full: bool = False) -> int:
         full: whether the full rule is used. A reduced rule is unstable under a pressure from about
             a third of the shear modulus on: modes without energy grow where the pressure acts.
     """
-    kind = space.mesh.ufl_cell().cellname(), space.ufl_element().degree
+    kind = str(space.mesh.ufl_cell()), space.ufl_element().degree
     return FULL.get(kind, RULE[kind]) if full else RULE[kind]
 
 
 def sheet_degree(space: fem.FunctionSpace) -> int:
     """Degree of the quadrature with which membranes in a displacement space are integrated."""
     element = space.ufl_element()
-    return SHEET_RULE[space.mesh.ufl_cell().cellname(), element.degree]
+    return SHEET_RULE[str(space.mesh.ufl_cell()), element.degree]
 
 
 def _serendipity(shape: tuple[int, ...]) -> Any:

@@ -17,7 +17,9 @@ import numpy as np
 from ffcx.codegeneration.integral_generator import IntegralGenerator
 from ffcx.codegeneration.optimizer import check_dependency, get_statements
 
-VERSION = 1
+from dolfingrip.mechanics.model.compatibility import patches_ffcx
+
+VERSION = 1 if patches_ffcx else 0
 """Part of the key of compiled forms: another number where this file makes other code."""
 
 
@@ -72,8 +74,8 @@ _partition = IntegralGenerator.generate_dofblock_partition
 _loop = IntegralGenerator.generate_quadrature_loop
 
 
-def _dofblock_partition(self: Any, rule: Any) -> tuple[list[L.LNode], list[L.LNode]]:
-    sections, intermediates = _partition(self, rule)
+def _dofblock_partition(self: Any, *rule: Any) -> tuple[list[L.LNode], list[L.LNode]]:
+    sections, intermediates = _partition(self, *rule)
     self.blocks = Blocks([], [])
     matrices = [L.depth(section.statements[0]) == 2 for section in sections]
     return [
@@ -82,12 +84,13 @@ def _dofblock_partition(self: Any, rule: Any) -> tuple[list[L.LNode], list[L.LNo
     ], intermediates
 
 
-def _quadrature_loop(self: Any, rule: Any) -> list[L.LNode]:
-    code = _loop(self, rule)
+def _quadrature_loop(self: Any, *rule: Any) -> list[L.LNode]:
+    code = _loop(self, *rule)
     if not self.blocks.made:
         return code
     return [L.Section("Element matrix", [*self.blocks.made, *code, *self.blocks.used], [])]
 
 
-IntegralGenerator.generate_dofblock_partition = _dofblock_partition
-IntegralGenerator.generate_quadrature_loop = _quadrature_loop
+if patches_ffcx:
+    IntegralGenerator.generate_dofblock_partition = _dofblock_partition
+    IntegralGenerator.generate_quadrature_loop = _quadrature_loop

@@ -13,6 +13,7 @@ from typing import Any
 
 import basix.ufl
 import dolfinx.jit
+import ffcx
 import ffcx.naming
 import numpy as np
 import ufl
@@ -21,6 +22,7 @@ from ffcx.ir.analysis.valuenumbering import ValueNumberer
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model import element_matrices
+from dolfingrip.mechanics.model.compatibility import patches_ffcx
 from dolfingrip.mechanics.model.compilation import compiled
 from dolfingrip.sections.private import cache_folder
 
@@ -52,7 +54,6 @@ FLAGS = [
 # Basix builds an element's cell anew, with all its edges and corners (0.8 ms for a hexahedron),
 # whenever UFL asks for it: a fourth of a form's analysis. Cells do not change.
 _cell = cache(ufl.Cell)
-basix.ufl._ElementBase.cell = property(lambda element: _cell(element._cellname))
 
 
 # FFCx writes a form's source into the cache before it compiles it, and waits where it finds a
@@ -116,8 +117,6 @@ def _symbols(numbers: Any, node: Any) -> Any:
     return numbers.V_symbols[numbers.G.e2i[node]]
 
 
-ValueNumberer.get_node_symbols = _symbols
-
 _points: dict[tuple[bytes, tuple[int, ...], int, str], np.ndarray] = {}
 _facet_points = representationutils.map_facet_points
 
@@ -129,7 +128,16 @@ def _points_once(points: np.ndarray, facet: int, cell: str) -> np.ndarray:
     return _points[key].copy()
 
 
-representationutils.map_facet_points = _points_once
+if patches_ffcx:
+    basix.ufl._ElementBase.cell = property(lambda element: _cell(element._cellname))
+    ValueNumberer.get_node_symbols = _symbols
+    representationutils.map_facet_points = _points_once
+else:
+    logging.getLogger(__name__).warning(
+        "FFCx %s: forms compile more slowly, and their kernels are slower, as it was not tested "
+        "with what dolfingrip changes in it",
+        ffcx.__version__,
+    )
 
 
 def _processor() -> str:

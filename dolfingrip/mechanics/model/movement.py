@@ -8,6 +8,7 @@ import basix.ufl
 import numpy as np
 from dolfinx import fem
 
+from dolfingrip.mechanics.model.compatibility import points_of_cells
 from dolfingrip.mechanics.model.model import Model
 
 
@@ -40,7 +41,7 @@ class Movement:
         space = fem.functionspace(mesh, element)
         field = fem.Function(space)
         corners = space.dofmap.list.shape[1]
-        at = velocity[self._geometry.dofmap[:, :corners]]
+        at = velocity[points_of_cells(self._geometry)[:, :corners]]
         field.x.array.reshape(-1, 3)[space.dofmap.list] = at
         moving = fem.Function(self._model.u.function_space)
         moving.interpolate(field)

@@ -11,6 +11,7 @@ from dolfinx import fem, la
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.compatibility import points_of_cells
 
 
 class Coordinates:
@@ -35,7 +36,7 @@ class Coordinates:
         self.local = self._owned + dofs.index_map.num_ghosts
         # the number in the space of each point of the geometry
         self._number = np.empty(len(mesh.geometry.x), dtype=np.int64)
-        self._number[mesh.geometry.dofmap] = dofs.list
+        self._number[points_of_cells(mesh.geometry)] = dofs.list
 
     @property
     def test(self) -> ufl.Argument:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from dolfinx import fem, la
+from dolfinx import fem
 from petsc4py import PETSc
 
 NODE = 3
@@ -96,7 +96,10 @@ class Unknowns:
         """A PETSc vector of the unknowns; with ghosts for a displacement alone."""
         if len(self.fields) == 1 and not self.padded:
             dofmap = self.fields[0].function_space.dofmap
-            return la.create_petsc_vector(dofmap.index_map, dofmap.index_map_bs)
+            index, block = dofmap.index_map, dofmap.index_map_bs
+            size = (block * index.size_local, block * index.size_global)
+            ghosts = index.ghosts.astype(PETSc.IntType)
+            return PETSc.Vec().createGhost(ghosts, size=size, bsize=block, comm=self.comm)
         return PETSc.Vec().createMPI((self.owned_size, self.size), bsize=1, comm=self.comm)
 
     # -- places ----------------------------------------------------------------------------------

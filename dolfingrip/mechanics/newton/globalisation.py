@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.model import compatibility
 from dolfingrip.mechanics.model.model import INVERTED, Model
 from dolfingrip.mechanics.newton.policy import StepPolicy
 from dolfingrip.sections.numerics import Solver
@@ -19,7 +20,7 @@ class IterationVerdict(Enum):
 
     GO_ON = PETSc.SNES.ConvergedReason.CONVERGED_ITERATING
     CONVERGED = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE
-    NOT_A_NUMBER = PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
+    NOT_A_NUMBER = compatibility.NOT_A_NUMBER
     STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
     HOPELESS = PETSc.SNES.ConvergedReason.DIVERGED_DTOL
 

@@ -60,7 +60,7 @@ class LinearSolver:
         large = {
             "tetrahedron": policy.iterative_from,
             "hexahedron": policy.iterative_from_hexahedra,
-        }[model.domain.mesh.ufl_cell().cellname()]
+        }[str(model.domain.mesh.ufl_cell())]
         wanted = settings.linear == "iterative" or model.dofs >= large
         self.iterative = settings.linear != "direct" and quadratic and wanted
         self.forecast_MB = memory.refuse_too_large(

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
-from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.model.compatibility import assemble_blocks
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.symmetric import symmetric
 from dolfingrip.mechanics.newton.tangent import Tangent, block_graph, with_places_of_leaders
@@ -84,8 +84,7 @@ class MixedTangent(Tangent):
         )
 
     def _assemble_forms(self, forms: Sequence[Sequence[fem.Form]]) -> None:
-        blocks = [list(row) for row in forms]
-        fem_petsc.assemble_matrix_block(self.matrix, blocks)
+        assemble_blocks(self.matrix, forms)
 
 
 class _Place:

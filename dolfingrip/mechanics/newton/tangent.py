@@ -13,6 +13,7 @@ from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.model.compatibility import global_columns
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.term import Coupling
 
@@ -239,8 +240,7 @@ def block_graph(form: fem.Form) -> sp.csr_matrix:
     pattern.finalize()
     edges, offsets = pattern.graph
     rows, across = (space.dofmap.index_map for space in form.function_spaces)
-    columns = pattern.column_index_map()
     edges, offsets = np.asarray(edges), np.asarray(offsets[: rows.size_local + 1])
-    edges = columns.local_to_global(edges[: offsets[-1]].astype(np.int32))
+    edges = global_columns(pattern, edges[: offsets[-1]].astype(np.int32))
     shape = (rows.size_local, across.size_global)
     return sp.csr_matrix((np.ones(len(edges)), edges, offsets), shape=shape)
