@@ -95,8 +95,8 @@ class AtPoints:
 
     def values(self) -> np.ndarray:
         """Values on its cells, (cells, points × entries)."""
-        found = self.compiled.eval(self._mesh, self._cells)
-        return np.asarray(found).reshape(len(self._cells), -1)
+        found = np.asarray(self.compiled.eval(self._mesh, self._cells))
+        return found.reshape(len(found), int(np.prod(found.shape[1:])))
 
     def into(self, target: fem.Function) -> None:
         """Evaluate into ``target``."""
