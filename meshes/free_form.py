@@ -16,7 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.interpolate import BSpline
 
 from dolfingrip.meshes.solid import Floats, SolidMesh
 from dolfingrip.sections.form import DEGREE, Form
@@ -115,6 +114,8 @@ class FreeForm:
         z = np.clip((points[:, 2] - start) / (end - start), 0.0, 1.0)
         inner = np.linspace(0, 1, self._along - DEGREE + 1)
         knots = np.concatenate([np.zeros(DEGREE), inner, np.ones(DEGREE)])
+        from scipy.interpolate import BSpline
+
         along = BSpline.design_matrix(z, knots, DEGREE).toarray()
         across = in_y if axis == 0 else in_x
         return np.einsum("ni,nj->nij", across, along).reshape(len(points), -1)

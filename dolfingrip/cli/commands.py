@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 import numpy as np
 from mpi4py import MPI
@@ -15,7 +15,6 @@ from rich.console import Console
 
 from dolfingrip import config as configuration
 from dolfingrip.channels import PRESSURE
-from dolfingrip.charts import picture
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Change, Config, ConfigError
@@ -30,10 +29,13 @@ from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.report import render
+from dolfingrip.report import Quantity
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections import protocol_file
 from dolfingrip.sections.tables import assignments
+
+if TYPE_CHECKING:
+    from dolfingrip.report.scene import Plate
 
 DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
@@ -216,12 +218,12 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     return results
 
 
-def _quantity(text: str) -> render.Quantity:
+def _quantity(text: str) -> Quantity:
     """The quantity that ``--colour-by`` asks for."""
-    for quantity in get_args(render.Quantity):
+    for quantity in get_args(Quantity):
         if text == quantity:
-            return cast(render.Quantity, quantity)
-    allowed = ", ".join(get_args(render.Quantity))
+            return cast(Quantity, quantity)
+    allowed = ", ".join(get_args(Quantity))
     raise ConfigError(f"--colour-by {text}: allowed: {allowed}")
 
 
@@ -288,7 +290,7 @@ def _pictures(
     result: Result,
     out: Path,
     wanted: list[float],
-    colour_by: render.Quantity,
+    colour_by: Quantity,
     console: Console,
 ) -> list[Path]:
     """Plot the curve, draw the finger at the pressures reached, return the files (on rank 0)."""
@@ -297,6 +299,8 @@ def _pictures(
         if not result.rows:
             return []
         with console.status("plotting and rendering"):
+            from dolfingrip.charts import picture
+
             columns = result.columns()
             curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
             if experiment.pictures != "finger":
@@ -305,6 +309,8 @@ def _pictures(
             reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
             if not reached:
                 return [curve_file]
+            from dolfingrip.report import render
+
             drawn = render.draw(
                 out / "fields.pvd", reached, colour_by=colour_by, plate=_plate(result)
             )
@@ -315,11 +321,13 @@ def _pictures(
     return on_root(MPI.COMM_WORLD, work) or []
 
 
-def _plate(result: Result) -> render.Plate | None:
+def _plate(result: Result) -> Plate | None:
     """The force sensor for the picture; None if there is none."""
     if result.plate is None:
         return None
-    return render.Plate(
+    from dolfingrip.report.scene import Plate
+
+    return Plate(
         point_mm=result.plate.point_mm,
         normal=result.plate.normal,
         contact_length_mm=result.config.plate.contact_length_mm,

@@ -48,10 +48,10 @@ Specimen = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Give ``app`` a subcommand for each experiment of the index."""
-    for experiment in EXPERIMENTS.values():
-        app.command(experiment.command, help=experiment.summary())(_command(experiment))
+def register(app: typer.Typer, command: str) -> None:
+    """Give ``app`` the subcommand of one experiment of the index."""
+    experiment = find(command)
+    app.command(command, help=experiment.summary())(_command(experiment))
 
 
 def synthetic_measurement(

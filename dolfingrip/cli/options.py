@@ -14,9 +14,6 @@ from rich.console import Console
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as of shells."""
-
 ConfigFile = Annotated[
     Path | None,
     typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
@@ -175,7 +175,3 @@ def _print(trials: list[Trial], screen: Console) -> None:
 def _write(trials: list[Trial], path: Path) -> None:
     names = [field.name for field in fields(trials[0]) if field.name != "computed"]
     table.write(path, [{name: getattr(each, name) for name in names} for each in trials])
-
-
-COMMANDS: dict[str, Callable[..., None]] = {"pickup": pickup, "friction": friction}
-"""By name."""

@@ -13,8 +13,8 @@ from rich.table import Table
 
 from dolfingrip.channels import FORCE
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
+from dolfingrip.cli.endings import INTERRUPTED
 from dolfingrip.cli.options import (
-    INTERRUPTED,
     ConfigFile,
     Out,
     check_writable,

@@ -19,6 +19,7 @@ import numpy as np
 
 from dolfingrip.charts.theme import DPI, colour_map
 from dolfingrip.files.columns import Columns
+from dolfingrip.report import Quantity
 from dolfingrip.report.fields import (
     FieldMesh,
     find_steps,
@@ -34,7 +35,6 @@ from dolfingrip.report.skin import Floats, extract_skin
 
 __all__ = ["Pictures", "Plate", "Quantity", "Shown", "draw"]
 
-Quantity = Literal["displacement", "stretch"]
 Shown = Literal["whole", "half", "section"]
 
 LABELS = {

@@ -40,7 +40,6 @@ ALLOWED = {
     ("dolfingrip/diagnosis/results.py", "to_csv"): "a text",
     ("meshes/files.py", "write"): "a library's file, which is read back",
     ("dolfingrip/report/printable.py", "write"): "a library's file, whose end is checked",
-    ("meshes/abaqus.py", "write"): "into a stream",
 }
 """What else writes, by file and call, and why that is no way around the writer."""
 

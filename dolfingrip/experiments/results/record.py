@@ -24,20 +24,17 @@ from dolfingrip.mechanics.newton import memory
 from dolfingrip.mechanics.newton.bordered import has_cholesky
 from dolfingrip.mechanics.newton.newton import Newton
 
-PACKAGES = ("fenics-ffcx", "fenics-ufl", "ipctk", "meshio", "numpy", "scipy")
+PACKAGES = ("fenics-ffcx", "fenics-ufl", "gmsh", "ipctk", "meshio", "numpy", "scipy")
 
 
 def versions() -> dict[str, str]:
     """Versions of the software that a run depends on."""
-    import gmsh  # slow to load; a mesh of hexahedra does not need it
-
     found = {
         "dolfingrip": dolfingrip.__version__,
         "python": platform.python_version(),
         "dolfinx": dolfinx.__version__,
         "basix": basix.__version__,
         "petsc4py": petsc4py.__version__,
-        "gmsh": gmsh.GMSH_API_VERSION,
     }
     for name in PACKAGES:
         try:

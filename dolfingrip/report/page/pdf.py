@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -22,8 +23,15 @@ LIMIT_S: Final = 180.0
 
 
 def chromium() -> str | None:
-    """Path of a Chromium; None if the machine has none."""
-    return next((path for name in NAMES if (path := shutil.which(name))), None)
+    """Path of a Chromium, the machine's or Playwright's; None if there is none."""
+    found = next((path for name in NAMES if (path := shutil.which(name))), None)
+    if found is None and find_spec("playwright"):
+        from playwright.sync_api import sync_playwright
+
+        with sync_playwright() as playwright:
+            path = playwright.chromium.executable_path
+        found = path if Path(path).exists() else None
+    return found
 
 
 def print_page(page: Path, out: Path) -> Path:
@@ -39,7 +47,10 @@ def print_page(page: Path, out: Path) -> Path:
     """
     browser = chromium()
     if browser is None:
-        raise ConfigError(f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it")
+        raise ConfigError(
+            f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it; install it by: "
+            "pip install playwright && playwright install chromium"
+        )
     with (
         TemporaryDirectory() as profile,
         whole.replacing(out, check=whole.ends_with(b"%%EOF")) as (partial,),

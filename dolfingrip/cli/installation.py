@@ -1,0 +1,48 @@
+"""What to install where something is missing: DOLFINx, or what an extra of the package brings."""
+
+from __future__ import annotations
+
+import re
+from importlib import metadata
+
+DOLFINX = """DOLFINx is missing; install it by one of these two lines:
+    pip install dolfinx-solver-real               (Linux on x86-64)
+    conda install -c conda-forge fenics-dolfinx   (Linux, macOS)"""
+"""DOLFINx is a dependency that pip cannot resolve by itself everywhere."""
+
+_OF_DOLFINX = {"dolfinx", "petsc4py", "mpi4py", "ufl", "basix", "ffcx"}
+
+
+def extras() -> dict[str, list[str]]:
+    """List the distributions that each extra of the installed package brings.
+
+    Returns:
+        Names of distributions, without versions, by the extra; "" has those that are always there.
+    """
+    found: dict[str, list[str]] = {"": []}
+    for line in metadata.requires("dolfingrip") or ():
+        requirement, _, marker = line.partition(";")
+        extra = re.search(r"extra\s*==\s*['\"]([^'\"]+)", marker)
+        name = re.split(r"[^\w.-]", requirement.strip())[0]
+        found.setdefault(extra[1] if extra else "", []).append(name)
+    return found
+
+
+def how_to_install(module: str) -> str:
+    """Say how to install what is missing.
+
+    Args:
+        module: name of the package that could not be imported.
+
+    Returns:
+        A line, or three of DOLFINx; "" for a package that is none of the dependencies.
+    """
+    if module in _OF_DOLFINX:
+        return DOLFINX
+    wanted = {"PIL": "pillow"}.get(module, module).replace("_", "-").lower()
+    for extra, names in extras().items():
+        if wanted in (name.lower() for name in names):
+            line = " ".join(names if extra else [wanted])
+            what = f" (dolfingrip's extra {extra})" if extra else ""
+            return f"{module} is missing; install it by: pip install {line}{what}"
+    return ""
