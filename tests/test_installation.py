@@ -1,0 +1,122 @@
+"""What is said where something is not installed, and that the installed package is imported."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import typer
+
+from dolfingrip.cli import app as cli
+from dolfingrip.cli.installation import extras, how_to_install
+
+ROOT = Path(__file__).resolve().parents[1]
+MODULES = {
+    "surrogate": ["torch"],
+    "cluster": ["dask", "distributed", "dask_jobqueue"],
+    "explore": ["starlette", "uvicorn", "websockets"],
+    "video": ["av"],
+    "pdf": ["playwright"],
+}
+"""What each extra lets import."""
+
+
+@pytest.mark.parametrize(
+    ("extra", "module"), [(extra, name) for extra, names in MODULES.items() for name in names]
+)
+def test_a_missing_extra_is_named_with_the_line_that_installs_it(extra: str, module: str) -> None:
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    names = " ".join(sorted(listed["optional-dependencies"][extra]))
+    said = how_to_install(module)
+    assert " ".join(sorted(extras()[extra])) == names
+    for name in names.split():
+        assert f" {name}" in said
+    assert said.startswith(f"{module} is missing; install it by: pip install ")
+    assert said.endswith(f"(dolfingrip's extra {extra})")
+
+
+def test_what_is_always_needed_has_a_line_and_other_modules_none() -> None:
+    assert how_to_install("PIL") == "PIL is missing; install it by: pip install pillow"
+    assert how_to_install("nobody_s_module") == ""
+
+
+WITHOUT = """
+import sys
+sys.modules.update(dict.fromkeys({missing!r}))
+sys.argv = ["dolfingrip", *{arguments!r}]
+from dolfingrip.cli.app import main
+main()
+"""
+FENICS = ["mpi4py", "dolfinx", "petsc4py", "ufl", "basix", "ffcx"]
+
+
+def without(missing: list[str], *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a command in a Python that lacks some packages."""
+    code = WITHOUT.format(missing=missing, arguments=arguments)
+    alone = {key: value for key, value in os.environ.items() if key not in cli.LAUNCHERS}
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=alone
+    )
+
+
+@pytest.mark.parametrize("command", ["bend", "mesh", "diagnose"])
+def test_without_dolfinx_a_command_says_two_lines_that_install_one(command: str) -> None:
+    ended = without(FENICS, command, *(["nothing.csv"] if command == "diagnose" else []))
+    assert ended.returncode == 1
+    first, *lines = ended.stderr.splitlines()
+    assert first == "dolfingrip: DOLFINx is missing; install it by one of these two lines:"
+    assert [line.split()[:2] for line in lines] == [["pip", "install"], ["conda", "install"]]
+
+
+def test_without_dolfinx_the_help_and_the_doctor_work() -> None:
+    assert without(FENICS, "--help").returncode == 0
+    ended = without(FENICS, "doctor")
+    assert "DOLFINx     missing" in ended.stdout
+    assert "pip install dolfinx-solver-real" in ended.stdout
+    assert (ended.returncode, ended.stderr) == (1, "")
+
+
+def test_the_doctor_says_what_is_there(capfd: pytest.CaptureFixture[str]) -> None:
+    from dolfinx import __version__
+
+    from dolfingrip.cli.doctor_command import doctor
+
+    doctor()
+    said = dict(line.split(maxsplit=1) for line in capfd.readouterr().out.splitlines())
+    assert said["DOLFINx"].startswith(f"{__version__}, PETSc ")
+    assert said["factors"].startswith(("CHOLMOD, ", "MUMPS; "))
+    assert Path(said["Python.h"]).is_file()
+    assert said["threads"].startswith("1 ")
+    assert {f"[{extra}]" for extra in MODULES} <= set(said)
+
+
+def test_a_missing_compiler_is_told(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from dolfingrip.cli.doctor_command import doctor
+
+    monkeypatch.setenv("CC", "no-such-compiler -O1")
+    with pytest.raises(typer.Exit):
+        doctor()
+    assert "\ncompiler    missing (no-such-compiler): " in capfd.readouterr().out
+
+
+def test_a_script_beside_a_clone_imports_the_installed_package(tmp_path: Path) -> None:
+    """Python takes any folder beside the script for a package."""
+    (tmp_path / "dolfingrip").symlink_to(ROOT)
+    script = tmp_path / "script.py"
+    script.write_text("import dolfingrip.forms\nprint(dolfingrip.__version__)\n", encoding="utf-8")
+    alone = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    ended = subprocess.run(
+        [sys.executable, script],
+        cwd=tmp_path,
+        env=alone,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")
