@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments import small
 from mpi4py import MPI
+from support import small
 
 from dolfingrip.experiments import run
 from dolfingrip.mechanics.newton import cholmod

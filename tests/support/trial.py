@@ -67,8 +67,6 @@ def orders(finger: FingerModel) -> tuple[float, float]:
     nodes = model.u.function_space.tabulate_dof_coordinates()
     rng = np.random.default_rng(SEED + 1)
     along = 0.02 * (nodes @ rng.uniform(-1, 1, (3, 3)) + np.cos(nodes @ rng.uniform(-1, 1, (3, 3))))
-    direction = fem_petsc.create_vector(potential.residual)
-    direction.array[:] = along.ravel()
 
     def at(step: float) -> None:
         model.u.x.array[:] = start + step * along.ravel()
@@ -83,12 +81,13 @@ def orders(finger: FingerModel) -> tuple[float, float]:
         potential.add_gradient(model.u.x.array, rates)
         return rates.fields[0]
 
-    slope = float(gradient(0.0) @ direction.array)
+    slope = float(gradient(0.0) @ along.ravel())
     if potential.carried is not None:
         potential.carried.reset()
     tangent = fem_petsc.assemble_matrix(potential.tangent)
     tangent.assemble()
-    product = direction.duplicate()
+    direction, product = tangent.createVecs()
+    direction.array[:] = along.ravel()
     tangent.mult(direction, product)
     assert slope != 0.0
     found = (
