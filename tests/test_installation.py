@@ -120,3 +120,20 @@ def test_a_script_beside_a_clone_imports_the_installed_package(tmp_path: Path) -
         check=False,
     )
     assert (ended.returncode, ended.stderr) == (0, "")
+
+
+CONDA = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base", "torch": "pytorch"}
+"""Names of distributions that conda-forge calls otherwise."""
+
+
+@pytest.mark.parametrize(
+    ("file", "with_extras"),
+    [("environment.yml", ["cluster", "surrogate", "explore", "video"]),
+     ("packaging/conda/recipe.yaml", [])],
+)  # fmt: skip
+def test_conda_s_files_list_all_dependencies(file: str, with_extras: list[str]) -> None:
+    lines = (ROOT / file).read_text(encoding="utf-8").splitlines()
+    listed = {line.split()[1] for line in lines if line.strip().startswith("- ")}
+    needed = [name for extra in ("", *with_extras) for name in extras()[extra]]
+    assert {CONDA.get(name, name) for name in needed} <= listed
+    assert "fenics-dolfinx" in listed
