@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from dolfingrip import config as configuration
-from dolfingrip.charts import picture
 from dolfingrip.charts.chart import Chart
 from dolfingrip.experiments.chart import DrawnResult, chart
 from dolfingrip.experiments.index import find
@@ -119,6 +118,8 @@ class Result(Readings):
             import matplotlib.pyplot as plt
 
             axes = plt.figure(layout="constrained").add_subplot()
+        from dolfingrip.charts import picture
+
         picture.draw(self.chart(measured), axes)
         return axes
 

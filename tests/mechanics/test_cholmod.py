@@ -38,7 +38,7 @@ def test_mumps_takes_its_place(control: str, monkeypatch: pytest.MonkeyPatch) ->
     with_it = run("bending", settings, comm=MPI.COMM_SELF)
     monkeypatch.setattr(cholmod, "available", lambda: False)
     without = run("bending", settings, comm=MPI.COMM_SELF)
-    assert without.facts["newton"]["factors"] == "MUMPS"
+    assert without.facts.newton.factors == "MUMPS"
     angles, others = with_it.column("angle_deg"), without.column("angle_deg")
     assert np.allclose(angles, others, rtol=1e-6, atol=0)
     assert angles[-1] > 1
