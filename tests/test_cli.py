@@ -19,6 +19,7 @@ from support import hollow_box
 from support.command import run_command
 
 from dolfingrip.config import Config, dumps
+from dolfingrip.experiments.simulate import MORE_RANKS_THAN_CORES
 from dolfingrip.meshes import files
 
 COARSE = (
@@ -282,9 +283,9 @@ def test_interrupt_is_quiet(tmp_path: Path) -> None:
 def test_bad_input_on_two_ranks_is_said_once_and_ends_all(kind: str, tmp_path: Path) -> None:
     """Meshing fails on rank 0 alone: the other must not wait for it for ever."""
     ended = subprocess.run(
-        ["mpirun", "--oversubscribe", "-n", "2", *COMMAND, "bend", "--out", "results", *BAD[kind]],
-        env=_outside_mpi(), capture_output=True, text=True, timeout=90, cwd=tmp_path, check=False,
-        stdin=subprocess.DEVNULL,
+        ["mpirun", "-n", "2", *COMMAND, "bend", "--out", "results", *BAD[kind]],
+        env=_outside_mpi() | MORE_RANKS_THAN_CORES, capture_output=True, text=True, timeout=90,
+        cwd=tmp_path, check=False, stdin=subprocess.DEVNULL,
     )  # fmt: skip
     assert ended.returncode == 2
     ours = [line for line in ended.stderr.splitlines() if line.startswith("dolfingrip: ")]

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 import typer
 
+import dolfingrip
 from dolfingrip.cli import app as cli
 from dolfingrip.cli.installation import extras, how_to_install
 
@@ -137,3 +140,12 @@ def test_conda_s_files_list_all_dependencies(file: str, with_extras: list[str]) 
     needed = [name for extra in ("", *with_extras) for name in extras()[extra]]
     assert {CONDA.get(name, name) for name in needed} <= listed
     assert "fenics-dolfinx" in listed
+
+
+def test_one_version_everywhere() -> None:
+    recipe = (ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8")
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    version = dolfingrip.__version__
+    assert metadata.version("dolfingrip") == version
+    assert f'  version: "{version}"' in recipe.splitlines()
+    assert re.findall(r"^version: (.*)$", citation, re.M) == [version]

@@ -49,6 +49,12 @@ FUNCTION: Final = f"{MODULE}:perform"
 SHARED: Final[Shared] = same(function=FUNCTION)
 """What the requests of a store have in common."""
 
+MORE_RANKS_THAN_CORES: Final = {
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+}
+"""Lets Open MPI 5 and 4 start more ranks than there are cores, as MPICH does anyway."""
+
 _OF_MPI: Final = ("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_", "PMI_")
 
 
@@ -266,8 +272,8 @@ def _on_ranks(request: Request) -> Answer:
         whole.write(asked, json.dumps(request.plain()))
         program = [sys.executable, "-P", "-m", MODULE, asked, answer]
         ended = subprocess.run(
-            [*guard, "mpirun", "--oversubscribe", "-n", str(request.ranks), *map(str, program)],
-            env={**environment, **kept, "OMP_NUM_THREADS": "1"},
+            [*guard, "mpirun", "-n", str(request.ranks), *map(str, program)],
+            env={**environment, **MORE_RANKS_THAN_CORES, **kept, "OMP_NUM_THREADS": "1"},
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
             check=False,
         )  # fmt: skip
