@@ -47,7 +47,14 @@ def factors(
 
 
 def has_cholesky(model: Model) -> bool:
-    """Whether tangents of a model are tried by CHOLMOD before MUMPS."""
+    """Find out whether tangents of a model are tried by CHOLMOD before MUMPS.
+
+    Args:
+        model: the model.
+
+    Returns:
+        False on several ranks, of a saddle point, or without CHOLMOD.
+    """
     unknowns = model.unknowns
     saddle = len(unknowns.fields) > 1 or any(each.multiplier for each in unknowns.global_unknowns)
     return model.comm.size == 1 and not saddle and cholmod.available()
