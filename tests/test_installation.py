@@ -149,3 +149,15 @@ def test_one_version_everywhere() -> None:
     assert metadata.version("dolfingrip") == version
     assert f'  version: "{version}"' in recipe.splitlines()
     assert re.findall(r"^version: (.*)$", citation, re.M) == [version]
+
+
+def test_every_package_is_in_the_wheel() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    listed = settings["tool"]["setuptools"]["packages"]
+    here = [
+        ".".join(["dolfingrip", *file.parent.relative_to(folder).parts])
+        for folder, files in ((ROOT / "dolfingrip", "**/__init__.py"), (ROOT, "forms/**/__init__.py"),
+                              (ROOT, "meshes/**/__init__.py"))
+        for file in folder.glob(files)
+    ]  # fmt: skip
+    assert sorted(here) == sorted(listed)
