@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.compatibility import assemble_blocks
