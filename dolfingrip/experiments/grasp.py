@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
-from dolfingrip.config import Config
 from dolfingrip.experiments.description import PRESSURE_OPTION, Curve, Option, Plot
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
@@ -19,6 +18,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from dolfingrip.config import Config
     from dolfingrip.experiments.results.readings import Readings
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
