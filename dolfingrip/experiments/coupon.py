@@ -40,7 +40,6 @@ class Coupon(Experiment):
             list[Path],
             None,
             "Fit laws to this measured CSV instead; repeatable.",
-            command="fit",
         ),
         Option(
             "--law",

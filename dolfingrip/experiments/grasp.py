@@ -93,11 +93,11 @@ class Grasp(Experiment):
         over=TIME,
     )
     options: ClassVar = (
-        Option("--food", str, None, "What is grasped, e.g. potato-large.", "food.kind"),
-        Option("--pose", str, None, "scoop, pinch or claw.", "gripper.pose"),
+        Option("--food", str, None, "What is grasped.", "food.kind"),
+        Option("--pose", str, None, "How fingers are turned.", "gripper.pose"),
         PRESSURE_OPTION,
         Option("--friction", float, None, "Of fingers on food.", "food.friction"),
-        Option("--preset", str, None, "Mesh: coarse or default.", "gripper.preset"),
+        Option("--preset", str, None, "Mesh.", "gripper.preset"),
     )
     protocol: ClassVar = False
     drawable: ClassVar = False

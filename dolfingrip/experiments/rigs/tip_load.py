@@ -9,7 +9,6 @@ from dolfingrip.channels import Channel
 
 if TYPE_CHECKING:
     import numpy as np
-    import ufl
 
     from dolfingrip.experiments.rigs.finger import Additions
     from dolfingrip.extensions.site import Site
