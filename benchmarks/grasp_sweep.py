@@ -22,7 +22,7 @@ from typing import Any
 
 from dolfingrip import config as configuration
 from dolfingrip.cli import progress
-from dolfingrip.cli.options import console
+from dolfingrip.cli.console import console
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, grasps
 from dolfingrip.design.campaign.plan import Plan

@@ -29,7 +29,7 @@ from typing import Final
 from benchmarks.reference_measurement import reference_measurement
 from benchmarks.remembering import Remembering
 from dolfingrip.cli import progress
-from dolfingrip.cli.options import console
+from dolfingrip.cli.console import console
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig

@@ -49,8 +49,8 @@ import numpy as np
 
 from dolfingrip import config as configuration
 from dolfingrip.cli import progress
+from dolfingrip.cli.console import console
 from dolfingrip.cli.doe_commands import DEFAULTS
-from dolfingrip.cli.options import console
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Design, Plan

@@ -8,7 +8,7 @@ import pytest
 
 from dolfingrip import config
 from dolfingrip.channels import CHANNELS, GRIPPER
-from dolfingrip.cli.columns_command import page
+from dolfingrip.cli.reference_commands import page
 from dolfingrip.experiments import recorder
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS

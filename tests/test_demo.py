@@ -8,7 +8,7 @@ import matplotlib.image
 import pytest
 from support.command import run_command
 
-from dolfingrip.cli import small_loop
+from dolfingrip.cli import loop_commands
 from dolfingrip.config import Config
 
 COARSE = (
@@ -31,7 +31,7 @@ def test_pictures_come_before_the_design_loop(
             for name in PICTURES:
                 assert matplotlib.image.imread(tmp_path / kind / name)[..., :3].std() > 0.01
 
-    monkeypatch.setattr(small_loop, "run", loop)
+    monkeypatch.setattr(loop_commands, "run_small_loop", loop)
     assert run_command("demo", "-o", str(tmp_path), *COARSE) == 0
     after = capfd.readouterr()
     assert not after.err

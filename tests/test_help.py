@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
+from typing import get_type_hints
 
 import pytest
 import typer
@@ -14,10 +14,9 @@ from support.command import run_command
 
 import dolfingrip
 from dolfingrip.cli import app as cli
-from dolfingrip.cli import listing
 
-BARE = {key: value for key, value in os.environ.items() if key not in cli.LAUNCHERS}
 COMMAND = typer.main.get_command(cli.app)
+ORDER = tuple(each.name for each in cli.COMMANDS)
 
 
 def test_version(capfd: pytest.CaptureFixture[str]) -> None:
@@ -26,56 +25,79 @@ def test_version(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_subcommands_are_listed_in_the_order_of_use(capfd: pytest.CaptureFixture[str]) -> None:
+    assert tuple(COMMAND.commands) == ORDER  # type: ignore[attr-defined]
     assert run_command("--help") == 0
     listed = re.findall(r"^│ ([a-z][a-z-]*) ", capfd.readouterr().out, re.M)
-    assert listed == listing.names()
+    assert tuple(listed) == ORDER
 
 
-@pytest.mark.parametrize("name", listing.names())
+@pytest.mark.parametrize("name", ORDER)
 def test_every_out_has_a_short_form(name: str) -> None:
-    command = COMMAND.commands[name]  # type: ignore[attr-defined]
+    command = COMMAND.commands[name].entry.built()  # type: ignore[attr-defined]
     for option in command.params:
         if "--out" in option.opts:
             assert "-o" in option.opts
 
 
-@pytest.mark.parametrize("name", listing.names())
+@pytest.mark.parametrize("name", ORDER)
 def test_a_table_of_the_configuration_is_not_taken_for_markup(name: str) -> None:
-    command = COMMAND.commands[name]  # type: ignore[attr-defined]
+    command = COMMAND.commands[name].entry.built()  # type: ignore[attr-defined]
     for text in (command.help, *(option.help for option in command.params)):
         shown = Text.from_markup(text or "").plain
         assert shown == (text or "").replace("\\[", "[")
 
 
-@pytest.mark.parametrize("name", listing.names())
-def test_the_list_of_commands_says_of_each_what_its_own_help_says(name: str) -> None:
-    assert listing.summary(name) == COMMAND.commands[name].help  # type: ignore[attr-defined]
+FRAGMENTS = {
+    "bend": ("--pressure", "kPa", "at most 10000 kPa", "displacement|stretch", "kPa,kPa,…"),
+    "cycle": ("kPa/s", "Length of the wait at the highest pressure"),
+    "grasp": ("potato-large", "cube", "scoop, pinch, claw", "coarse, default"),
+    "pickup": ("kPa", "above 0 and up to 1000 kPa", "scoop, pinch, claw", "potato-small"),
+    "friction": ("at least 0.0001 and up to 0.5",),
+    "adopt": ("X,Y,Z", "mm", "above 0 and up to 1000 mm", "25.4 for inches"),
+    "doe": ("grid|sobol|lhs", "KEY=LOW:HIGH[:COUNT]", "at least 1"),
+    "optimise": ("mm", "at least 0 and up to 1", "default: 3.0", "at least 4"),
+    "study": ("50, 100, 500, 1000", "0.01, 0.1, 0.5, 0.8"),
+    "predict": ("kPa,kPa,…",),
+    "morph": ("ξ1 ξ2", "required"),
+    "explore": ("KEY=LOW:HIGH", "up to 65535"),
+    "synthetic": ("COLUMN=STD", "bending, blocked_force"),
+}
+"""Units, choices, limits and defaults that the help of a command shows."""
 
 
-HEAVY = {
-    "mpi4py", "numpy", "ufl", "basix", "dolfinx", "petsc4py", "torch", "vtk", "vtkmodules",
-    "pyvista", "scipy", "matplotlib", "pandas", "gmsh", "pydantic",
-}  # fmt: skip
-LOADED = """
-import sys
-import dolfingrip
-sys.argv[1:] = {arguments!r}
-if sys.argv[1:]:
-    from dolfingrip.cli.app import main
-    try:
-        main()
-    except SystemExit as end:
-        assert not end.code
-print(*{{name.partition(".")[0] for name in sys.modules}})
-"""
+def _help(name: str, capfd: pytest.CaptureFixture[str]) -> str:
+    """The help of a command, without the lines around it and its breaks."""
+    assert run_command(*name.split(), "--help") == 0
+    return " ".join(capfd.readouterr().out.replace("│", " ").split())
 
 
-@pytest.mark.parametrize("arguments", [[], ["--help"], ["--version"]])
-def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
-    code = LOADED.format(arguments=arguments)
-    ended = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=BARE
-    )
-    loaded = set(ended.stdout.splitlines()[-1].split())
-    assert "dolfingrip" in loaded
-    assert not loaded & HEAVY
+@pytest.mark.parametrize("name", FRAGMENTS)
+def test_help_shows_units_and_choices(
+    name: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    shown = _help(name, capfd)
+    assert [text for text in FRAGMENTS[name] if text not in shown] == []
+
+
+@pytest.mark.parametrize("name", [*ORDER, "doe export"])
+def test_every_option_says_what_it_takes(name: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """No type of Python stands in for a unit, a choice or a name."""
+    assert re.findall(r"<[^>]*>", _help(name, capfd)) == []
+
+
+@pytest.mark.parametrize("name", ORDER)
+def test_a_command_is_its_settings_and_a_function_of_them(name: str) -> None:
+    (found,) = (each for each in cli.COMMANDS if each.name == name)
+    for each in (found, *found.below):
+        (parameter,) = get_type_hints(each.function()).keys() - {"return"}
+        assert issubclass(each.settings, get_type_hints(each.function())[parameter])
+
+
+def test_the_list_of_commands_needs_no_solver() -> None:
+    """Settings are read without NumPy, MPI and UFL; what a command calls is loaded with it."""
+    code = "import sys, dolfingrip.cli.app; print(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert {"numpy", "mpi4py", "ufl", "dolfinx", "rich"} & set(loaded) == set()

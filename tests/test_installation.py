@@ -14,8 +14,9 @@ import pytest
 import typer
 
 import dolfingrip
-from dolfingrip.cli import app as cli
+from dolfingrip.cli import edge
 from dolfingrip.cli.installation import extras, how_to_install
+from dolfingrip.cli.settings import DoctorSettings
 
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = {
@@ -60,7 +61,7 @@ FENICS = ["mpi4py", "dolfinx", "petsc4py", "ufl", "basix", "ffcx"]
 def without(missing: list[str], *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run a command in a Python that lacks some packages."""
     code = WITHOUT.format(missing=missing, arguments=arguments)
-    alone = {key: value for key, value in os.environ.items() if key not in cli.LAUNCHERS}
+    alone = {key: value for key, value in os.environ.items() if key not in edge.LAUNCHED}
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=alone
     )
@@ -88,7 +89,7 @@ def test_the_doctor_says_what_is_there(capfd: pytest.CaptureFixture[str]) -> Non
 
     from dolfingrip.cli.doctor_command import doctor
 
-    doctor()
+    doctor(DoctorSettings())
     said = dict(line.split(maxsplit=1) for line in capfd.readouterr().out.splitlines())
     assert said["DOLFINx"].startswith(f"{__version__}, PETSc ")
     assert said["factors"].startswith(("CHOLMOD, ", "MUMPS; "))
@@ -104,7 +105,7 @@ def test_a_missing_compiler_is_told(
 
     monkeypatch.setenv("CC", "no-such-compiler -O1")
     with pytest.raises(typer.Exit):
-        doctor()
+        doctor(DoctorSettings())
     assert "\ncompiler    missing (no-such-compiler): " in capfd.readouterr().out
 
 

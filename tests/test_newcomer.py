@@ -12,9 +12,9 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from dolfingrip import config
-from dolfingrip.cli import commands, plan_command, progress
+from dolfingrip.cli import diagnosis_commands, experiment_commands, progress
 from dolfingrip.cli.app import app
-from dolfingrip.cli.options import console
+from dolfingrip.cli.console import console
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.experiments.index import EXPERIMENTS, find
@@ -31,7 +31,7 @@ PRESSURISED = ("bend", "force", "cycle", "push", "grasp")
 
 @pytest.mark.parametrize("name", PRESSURISED)
 def test_each_experiment_with_pressure_has_its_option(name: str) -> None:
-    command = COMMAND.commands[name]  # type: ignore[attr-defined]
+    command = COMMAND.commands[name].entry.built()  # type: ignore[attr-defined]
     assert "--pressure" in {flag for option in command.params for flag in option.opts}
 
 
@@ -80,7 +80,7 @@ def test_a_plan_is_printed_as_tables_of_80_columns() -> None:
         class_share=0.6, effects=(effect,), additions=(addition,),
     )  # fmt: skip
     console = Console(width=80, record=True, file=io.StringIO())
-    for each in plan_command.tables(found):
+    for each in diagnosis_commands.tables(found):
         console.print(each)
     said = console.export_text()
     assert max(map(len, said.splitlines())) <= 80
@@ -103,7 +103,7 @@ def test_brackets_of_a_warning_are_printed(capsys: pytest.CaptureFixture[str]) -
         EXPERIMENTS["bending"],
         config.load(None, assignments(["finger.kind=pneunet"])),
     )
-    commands.warn(bending, settings, console())
+    experiment_commands.warn(bending, settings, console())
     told = capsys.readouterr().out
     (note,) = bending.notes(settings)
     assert "[material.paper]" in note
@@ -133,10 +133,11 @@ def test_results_are_printed_on_one_kind_of_console() -> None:
         file.relative_to(ROOT).as_posix()
         for file in (ROOT / "dolfingrip").rglob("*.py")
         if re.search(
-            r"(?<!\w)Console\(|import print\b|\[/(red|yellow|green|bold|dim)\]", file.read_text()
+            r"(?<!\w)(Console|Screen)\(|import print\b|\[/(red|yellow|green|bold|dim)\]",
+            file.read_text(),
         )
     ]
-    assert made == ["dolfingrip/cli/options.py"]
+    assert made == ["dolfingrip/cli/console.py"]
 
 
 def test_an_effect_is_described_without_markup() -> None:

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 
 from dolfingrip import config
 from dolfingrip.charts import theme
-from dolfingrip.cli.reproduce_command import PAPER
+from dolfingrip.cli.loop_commands import PAPER
 from dolfingrip.experiments import Result, run
 from dolfingrip.sections.tables import assignments
 

@@ -2,125 +2,129 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
+import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from types import TracebackType
 
-import typer
 from mpi4py import MPI
+from rich.text import Text
 
-from dolfingrip.cli.meshing import Meshing
-from dolfingrip.cli.options import check_writable, console
+from dolfingrip.cli.console import Screen, check_writable, console
+from dolfingrip.cli.progress import EVERY_S
+from dolfingrip.cli.settings import AdoptSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.files.whole import write
+from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.meshes import files
+from dolfingrip.meshes.adoption.adopt import AdoptedPart
+from dolfingrip.meshes.adoption.adopt import adopt as make
+from dolfingrip.meshes.adoption.roles import Asked as Roles
+from dolfingrip.meshes.adoption.sizes import MeshRequest
+from dolfingrip.report import adopted as picture
 
-if TYPE_CHECKING:
-    from dolfingrip.meshes.adoption.adopt import AdoptedPart
+
+class Meshing:
+    """A context that says what is meshed and since when, and ends the process after a limit.
+
+    The library cannot be interrupted, so the process ends. Nothing is written before.
+
+    Args:
+        screen: a terminal has a line that changes; else there is a line every ``EVERY_S`` seconds.
+        part: the file.
+        limit_s: time after which one line says what to change, and the exit code is 2.
+    """
+
+    def __init__(self, screen: Screen, part: Path, limit_s: float) -> None:
+        self._screen, self._part, self._limit_s = screen, part, limit_s
+        self._said = "the part is read"
+        self._ended = threading.Event()
+        self._status = screen.status("meshing")
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    def tell(self, said: str) -> None:
+        """Say what is meshed."""
+        self._said = said
+        self._status.update(Text(f"meshing: {said}"))  # names in it are no markup
+
+    def __enter__(self) -> Meshing:
+        """Start."""
+        self._status.start()
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        """End."""
+        self._ended.set()
+        self._status.stop()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        start = time.monotonic()
+        while True:
+            left = self._limit_s - (time.monotonic() - start)
+            if self._ended.wait(min(EVERY_S, max(left, 0.0))):
+                return
+            passed = time.monotonic() - start
+            if passed >= self._limit_s:
+                break
+            if not self._screen.is_terminal:
+                self._screen.say(f"meshing, {passed:.0f} s: {self._said}")
+        self._status.stop()
+        sys.stdout.flush()
+        sys.stderr.write(
+            f"dolfingrip: {self._part}: no mesh after {self._limit_s:g} s: {self._said}; allowed: "
+            "another --size-mm, a longer --limit-s, or thicker walls\n"
+        )
+        sys.stderr.flush()
+        os._exit(2)
+
 
 NAME = "adopted"
 """Stem of the files that are written."""
 
 
-def _point(option: str, text: str | None) -> Any:
-    """Three numbers from ``x,y,z``.
+def adopt(asked: AdoptSettings) -> None:
+    """Turn your own geometry into a finger: mesh, configuration and a picture."""
 
-    Raises:
-        ConfigError: one line naming the option.
-    """
-    if text is None:
-        return None
-    try:
-        found = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        found = ()
-    if len(found) != 3:
-        raise ConfigError(f"{option} {text}: allowed: three numbers, as in 0,10,25.5")
-    return found
-
-
-def _positive(option: str, value: float | None, most: float) -> None:
-    if value is not None and not 0 < value <= most:
-        raise ConfigError(f"{option} {value:g}: allowed: above 0 and up to {most:g}")
-
-
-def adopt(
-    part: Annotated[
-        Path, typer.Argument(help="STEP, IGES or BREP; STL, OBJ or PLY; or a mesh, such as .msh.")
-    ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for results.")] = Path(
-        "out/adopt"
-    ),
-    cavity: Annotated[
-        list[str] | None,
-        typer.Option(metavar="X,Y,Z", help="Point in or on a cavity (mm); repeatable."),
-    ] = None,
-    clamp: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Point on the plane face that is clamped.")
-    ] = None,
-    tip: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Point on the face that is the tip.")
-    ] = None,
-    back: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y,Z", help="Direction that the strain-limiting side faces."),
-    ] = None,
-    whole: Annotated[bool, typer.Option("--whole", help="Mesh both halves.")] = False,
-    size_mm: Annotated[float | None, typer.Option(help="Size of elements.")] = None,
-    order: Annotated[int | None, typer.Option(help="Order of elements, 1 or 2.")] = None,
-    cap_mm: Annotated[
-        float | None, typer.Option(help="Thickness of a cap on an opening away from the clamp.")
-    ] = None,
-    limit_s: Annotated[
-        float, typer.Option("--limit-s", help="Time after which meshing is given up (s).")
-    ] = 300.0,
-    scale: Annotated[
-        float, typer.Option(help="mm for each unit of the file; 25.4 for inches.")
-    ] = 1.0,
-) -> None:
-    """Turn your own geometry into a finger: mesh, configuration and a picture.
-
-    It takes closed shells inside, or hollows with an opening, for cavities, a plane face at an
-    end for the clamp, and the other end for the tip. The picture shows what it took for what;
-    options correct it. All coordinates are those of the file, in mm.
-    """
-    from dolfingrip.meshes.adoption.roles import Asked
-    from dolfingrip.meshes.adoption.sizes import MeshRequest
-
-    asked = Asked(
-        tuple(_point("--cavity", text) for text in cavity or ()),
-        _point("--clamp", clamp),
-        _point("--tip", tip),
-        _point("--back", back),
-        whole,
-    )
-    _positive("--size-mm", size_mm, 1000.0)
-    _positive("--cap-mm", cap_mm, 1000.0)
-    _positive("--limit-s", limit_s, 1e6)
-    _positive("--scale", scale, 1e6)
-    if order not in (None, 1, 2):
-        raise ConfigError(f"--order {order}: allowed: 1 or 2")
-    check_writable(out)
-    from dolfingrip.mechanics.model.domain import on_root
+    once = {}
+    for name in ("clamp", "tip", "back"):
+        points = getattr(asked, name)
+        if len(points) > 1:
+            raise ConfigError(f"--{name}: given {len(points)} times; allowed: once")
+        once[name] = points[0] if points else None
+    roles = Roles(asked.cavity, once["clamp"], once["tip"], once["back"], asked.whole)
+    check_writable(asked.out)
 
     screen = console()
 
     def work() -> None:
-        from dolfingrip.meshes import files
-        from dolfingrip.meshes.adoption.adopt import adopt as make
-        from dolfingrip.report import adopted as picture
 
-        with Meshing(screen, part, limit_s) as meshing:
-            found = make(part, asked, MeshRequest(size_mm, order, cap_mm, meshing.tell), scale)
-        files.write(out / f"{NAME}.msh", found.mesh)
-        write(out / f"{NAME}.toml", _configuration(found, part))
-        title = f"{part.name}: what is taken for what"
-        picture.draw(found.mesh, out / f"{NAME}.png", title)
+        with Meshing(screen, asked.part, asked.limit_s) as meshing:
+            found = make(
+                asked.part,
+                roles,
+                MeshRequest(asked.size_mm, asked.order, asked.cap_mm, meshing.tell),
+                asked.scale,
+            )
+        files.write(asked.out / f"{NAME}.msh", found.mesh)
+        write(asked.out / f"{NAME}.toml", _configuration(found, asked.part))
+        title = f"{asked.part.name}: what is taken for what"
+        picture.draw(found.mesh, asked.out / f"{NAME}.png", title)
         for name, said in found.roles.said.items():
-            screen.print(f"{name + ':':15} {said}", soft_wrap=True)
-        screen.print(f"{'walls:':15} {_walls(found)}", soft_wrap=True)
-        screen.print(f"{'mesh:':15} {found.quality.summary()}", soft_wrap=True)
+            screen.say(f"{name + ':':15} {said}")
+        screen.say(f"{'walls:':15} {_walls(found)}")
+        screen.say(f"{'mesh:':15} {found.quality.summary()}")
         for suffix in (".png", ".msh", ".toml"):
-            screen.print(f"wrote {out / f'{NAME}{suffix}'}", soft_wrap=True)
-        screen.print(f"next: dolfingrip bend --config {out / f'{NAME}.toml'}", soft_wrap=True)
+            screen.say(f"wrote {asked.out / f'{NAME}{suffix}'}")
+        screen.say(f"next: dolfingrip bend --config {asked.out / f'{NAME}.toml'}")
 
     on_root(MPI.COMM_WORLD, work)
 

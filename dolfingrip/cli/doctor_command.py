@@ -19,12 +19,13 @@ import typer
 
 import dolfingrip
 from dolfingrip.cli.installation import DOLFINX, extras
+from dolfingrip.cli.settings import DoctorSettings
 
 APART = {"", "dolfinx", "docs", "test"}
 """Extras that have a line of their own, or that no command needs."""
 
 
-def doctor() -> None:
+def doctor(_settings: DoctorSettings) -> None:
     """Say what this machine has of what the commands need, and what is missing."""
     lines = [
         ("dolfingrip", dolfingrip.__version__),

@@ -1,222 +1,293 @@
-"""The commands of the experiments, made from their descriptions; ``synthetic`` and ``demo``."""
+"""The commands of the experiments, ``synthetic`` and ``demo``: they run, plot, draw and print."""
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable, Mapping
-from inspect import Parameter, Signature
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import (
-    ConfigFile,
-    Gradients,
-    Noise,
-    Out,
-    Overrides,
-    Parameters,
-    assigned_numbers,
+from dolfingrip.channels import PRESSURE
+from dolfingrip.cli import progress
+from dolfingrip.cli.console import (
+    Screen,
+    check_writable,
     console,
     gradient_keys,
 )
-from dolfingrip.config import Change, ConfigError, changed
-from dolfingrip.experiments.description import PRESSURE_OPTION, Option
+from dolfingrip.cli.settings import RunSettings, SyntheticSettings
+from dolfingrip.config import Change, Config, ConfigError, changed
+from dolfingrip.experiments import pressures_kPa, synthetic
+from dolfingrip.experiments.derivatives.choices import choices
+from dolfingrip.experiments.derivatives.sensitivities import chosen
+from dolfingrip.experiments.description import PRESSURE_OPTION
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
+from dolfingrip.experiments.loop import follow
+from dolfingrip.experiments.request import Request
+from dolfingrip.experiments.result import Result
+from dolfingrip.experiments.results.readings import Row
+from dolfingrip.experiments.synthetic import check_noise
+from dolfingrip.mechanics.model.compilation import Tell
+from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.report import Quantity
+from dolfingrip.report.table import tabulate
+from dolfingrip.sections import protocol_file
+from dolfingrip.sections.tables import assignments
 
 if TYPE_CHECKING:
-    from dolfingrip.experiments.result import Result
+    from dolfingrip.report.scene import Plate
 
-Renders = Annotated[
-    str | None,
-    typer.Option("--render", metavar="kPa,kPa,…", help="Draw the finger at these, e.g. 0,100,200."),
-]
-Colour = Annotated[
-    str, typer.Option("--colour-by", help="Colours of these pictures: displacement or stretch.")
-]
-ProtocolOption = Annotated[
-    Path | None,
-    typer.Option("--protocol", help="TOML of ramps and waits, or a measurement's CSV."),
-]
-Specimen = Annotated[
-    str | None,
-    typer.Option("--specimen", metavar="NAME", help="Specimen in the CSV of --protocol."),
-]
+DEMO = ("bending", "blocked_force")
+DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
-def register(app: typer.Typer, command: str) -> None:
-    """Give ``app`` the subcommand of one experiment of the index."""
-    experiment = find(command)
-    app.command(command, help=experiment.summary())(_command(experiment))
+def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Result:
+    """Run one experiment, print its table, plot its curve and draw deformed shapes.
 
-
-def synthetic_measurement(
-    out: Out = Path("out/synthetic"),
-    experiments: Annotated[
-        str, typer.Option(help="Experiments to simulate, joined by commas.")
-    ] = "bending,blocked_force",
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    hide: Annotated[
-        list[Any] | None,
-        typer.Option(
-            "--hide",
-            metavar="KEY=VALUE",
-            help="Like --set, but kept secret; repeatable.",
-            callback=assigned_numbers,
-        ),
-    ] = None,
-    nuisance: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--nuisance", metavar="EFFECT", help="Draw its values from its prior; repeatable."
-        ),
-    ] = None,
-    noise: Noise = None,
-    seed: Annotated[int, typer.Option(help="Seed of nuisances and noise.")] = 0,
-    protocol: ProtocolOption = None,
-    specimen: Specimen = None,
-) -> None:
-    """Write a synthetic measurement with hidden effects, nuisances and noise."""
-    kinds = _measured(experiments)
-    from dolfingrip.cli.commands import Setting, synthetic_measurement
-    from dolfingrip.experiments.synthetic import check_noise
-
-    check_noise(noises := dict(noise or ()))
-    setting = Setting(config, dict(overrides or ()), protocol, specimen)
-    for folder, posed in setting.poses(find(kinds[0]), out):
-        truth = changed(posed, dict(hide or ()))
-        synthetic_measurement(kinds, posed, truth, nuisance or (), noises, seed, folder, console())
-
-
-def demo(
-    out: Out = Path("out/demo"),
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    loop: Annotated[bool, typer.Option(help="Run the small design loop, too.")] = True,
-) -> None:
-    """Run both experiments on the reference finger and a small design loop, write a report."""
-    from dolfingrip.cli.commands import run_demo
-
-    resolved = configuration.load(config, dict(overrides or ()))
-    results = run_demo(resolved, out, console())
-    if loop and MPI.COMM_WORLD.size > 1:
-        console().print("no design loop under mpirun: it starts processes of its own")
-    elif loop:
-        from dolfingrip.cli import small_loop
-
-        small_loop.run(resolved, out / "loop")
-
-    def work() -> None:
-        from dolfingrip.cli.report_command import write_report
-
-        with console().status("writing the report"):
-            page = write_report([out], out / "report.html")
-        console().print(f"report: {page}", soft_wrap=True)
-
-    from dolfingrip.mechanics.model.domain import on_root
-
-    on_root(MPI.COMM_WORLD, work)
-    _exit(*results)
-
-
-def _command(experiment: Experiment) -> Callable[..., None]:
-    """The function of an experiment's subcommand; typer reads its signature."""
-
-    def perform(
-        out: Path,
-        config: Path | None,
-        overrides: list[Any] | None,
-        render: str | None = None,
-        colour_by: str = "displacement",
-        protocol: Path | None = None,
-        specimen: str | None = None,
-        gradients: bool = False,
-        parameters: str | None = None,
-        **given: Any,
-    ) -> None:
-        if _instead(experiment, given, out):
-            return
-        from dolfingrip.cli.commands import Setting, run_experiment
-
-        pressure = given.get(PRESSURE_OPTION.name)
-        if protocol is not None and pressure is not None:
-            raise ConfigError(
-                f"{PRESSURE_OPTION.flag} {pressure:g}: allowed: without --protocol, which has its "
-                "own pressures"
-            )
-        asked_for = {**dict(overrides or ()), **_settings(experiment, given)}
-        setting = Setting(config, asked_for, protocol, specimen)
-        keys = gradient_keys(gradients, parameters)
-        drawn = render, colour_by
-        _exit(*run_experiment(experiment, given, setting, out, drawn, console(), keys))
-
-    parameters = _parameters(experiment)
-    perform.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    perform.__annotations__ = {each.name: each.annotation for each in parameters}
-    return perform
-
-
-def _parameters(experiment: Experiment) -> list[Parameter]:
-    """The options of an experiment's command, as the parameters of a function."""
-    found: dict[str, tuple[Any, object]] = {
-        "out": (Out, Path("out") / experiment.command),
-        "config": (ConfigFile, None),
-        "overrides": (Overrides, None),
-        **{option.name: (_annotation(option), option.default) for option in experiment.options},
-    }
-    if experiment.drawable:
-        found |= {"render": (Renders, None), "colour_by": (Colour, "displacement")}
-    if experiment.gradients:
-        found |= {"gradients": (Gradients, False), "parameters": (Parameters, None)}
-    if experiment.protocol:
-        found |= {"protocol": (ProtocolOption, None), "specimen": (Specimen, None)}
-    return [
-        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
-        for name, (annotation, default) in found.items()
-    ]
-
-
-def _instead(experiment: Experiment, given: Mapping[str, Any], out: Path) -> bool:
-    """Whether an option asked for another command in place of the experiment, which then ran.
+    Args:
+        request: experiment, configuration and folder for results.
+        asked: pressures that are drawn, and colours.
+        screen: where the output is printed.
 
     Raises:
-        ConfigError: one line, where an option is given without the one that it needs.
+        ConfigError: on every rank, one line, before anything is computed.
     """
-    on = {option.flag for option in experiment.options if given[option.name]}
-    for option in experiment.options:
-        if option.flag in on and option.needs and option.needs.split()[0] not in on:
-            value = given[option.name]
-            first = value[0] if isinstance(value, list) else f"{value:g}"
-            raise ConfigError(f"{option.flag} {first}: allowed: with {option.needs}")
-    for option in experiment.options:
-        if option.command and option.flag in on:
-            module = importlib.import_module(f"dolfingrip.cli.{option.command}_command")
-            module.perform(given, out)
-            return True
-    return False
+    experiment, config, out = request.experiment, request.config, request.fields
+    assert out is not None
+    wanted = _pressures(asked.render, config)
+    check_writable(out)
+    warn(experiment, config, screen)
+    if request.gradients is not None:
+        chosen(config, request.gradients)  # a bad key raises before anything is computed
+        for choice in choices(config, request.gradients):
+            screen.say(
+                f"{choice.key}: a choice of the model, which has no derivative. A second run is "
+                f"made {'without' if choice.made else 'with'} it; sensitivity.csv has the "
+                f'difference of the two as "{choice.label}"'
+            )
+    result = _run(request, screen)
+    _pictures(experiment, result, out, wanted, asked.colour_by, screen)
+    if MPI.COMM_WORLD.rank == 0:
+        _print(experiment, result, out, screen)
+    return result
 
 
-def _annotation(option: Option) -> Any:
-    """The annotation by which typer knows an option of one experiment."""
-    kind: Any = option.type if option.default is not None else option.type | None
-    return Annotated[kind, typer.Option(option.flag, help=option.help)]
+def run_demo(config: Config, out: Path, console: Screen) -> list[Result]:
+    """Run both experiments, draw the pictures of each as soon as it ends, print one table."""
+    check_writable(out)
+    shown = [find(name) for name in DEMO]
+    warn(shown[0], config, console)
+    wanted = [p for p in DEMO_RENDERS_KPA if p in pressures_kPa(config)]
+    results = []
+    for each in shown:
+        result = _run(Request.of(each, config, fields=out / each.name), console)
+        results.append(result)
+        pictures = _pictures(each, result, out / each.name, wanted, "displacement", console)
+        for file in pictures:
+            console.say(f"wrote {file}")
+    if MPI.COMM_WORLD.rank == 0:
+        parts = [
+            (each.table, result.columns()) for each, result in zip(shown, results, strict=True)
+        ]
+        if all(result.rows for result in results):
+            console.print(tabulate(*parts, title="Reference finger"))
+        for each, result in zip(shown, results, strict=True):
+            _print_remarks(each, result, console)
+        console.say(f"pictures, tables and ParaView fields: {out}")
+    return results
 
 
-def _settings(experiment: Experiment, given: Mapping[str, Any]) -> Change:
-    """Return the change of the configuration that the experiment's own options ask for."""
-    return {
+def _pressures(wanted: Sequence[float], config: Config) -> Sequence[float]:
+    """Check that the pressures of ``--render`` are among those of the run."""
+    if not wanted:
+        return wanted
+    known = pressures_kPa(config)
+    if not known:
+        raise ConfigError('--render: allowed: with experiment.control = "pressure" only')
+    for pressure in wanted:
+        if not np.isclose(known, pressure).any():
+            allowed = ", ".join(f"{p:g}" for p in dict.fromkeys(known))
+            raise ConfigError(f"--render {pressure:g}: allowed: {allowed} (kPa)")
+    return wanted
+
+
+def warn(experiment: Experiment, config: Config, console: Screen) -> None:
+    """Print what is doubtful about a configuration."""
+    for note in experiment.notes(config):
+        console.say(f"warning: {note}", style="yellow")
+
+
+def _run(request: Request, console: Screen) -> Result:
+    runs = 1 + len(choices(request.config, request.gradients))
+    with _bar(request.experiment.title, runs * [request], console) as (advance, tell):
+        return follow(request, MPI.COMM_WORLD, advance, tell)
+
+
+@contextmanager
+def _bar(
+    title: str, requests: Sequence[Request], console: Screen
+) -> Iterator[tuple[Callable[[Row], None], Tell]]:
+    """Yield what to call with each row of the experiments, and with a line about an iteration."""
+    controls = {each.experiment.name: each.experiment.control for each in requests}
+    efforts = [effort for each in requests for effort in each.experiment.efforts(each.config)]
+    total = len(efforts)
+    rows, reached = 0, ""
+    first = "mesh and forms"
+    what = f"{title.lower()} readings"
+    forecast = progress.Forecast(efforts)
+    with progress.shown(console, what, total=total, note=first, pace=forecast) as show:
+
+        def advance(row: Row) -> None:
+            nonlocal rows, reached
+            rows += 1
+            control = controls[row["experiment"]]
+            # nobody knows the stops after a change to volume control before it
+            reached = f"{row[control.name]:zg} {control.symbol}"
+            show(rows, max(rows, total), reached)
+
+        def tell(line: str) -> None:
+            show(rows, max(rows, total), ", ".join(filter(None, (reached, line))) or first)
+
+        yield advance, tell
+
+
+def _pictures(
+    experiment: Experiment,
+    result: Result,
+    out: Path,
+    wanted: Sequence[float],
+    colour_by: Quantity,
+    console: Screen,
+) -> list[Path]:
+    """Plot the curve, draw the finger at the pressures reached, return the files (on rank 0)."""
+
+    def work() -> list[Path]:
+        if not result.rows:
+            return []
+        with console.status("plotting and rendering"):
+            columns = result.columns()
+            from dolfingrip.charts import picture
+            from dolfingrip.report.drawers import DRAWERS
+
+            curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
+            if experiment.pictures in DRAWERS:
+                return [curve_file, *DRAWERS[experiment.pictures].draw(out, result.config, columns)]
+            reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
+            if not reached:
+                return [curve_file]
+            from dolfingrip.report import render
+
+            drawn = render.draw(
+                out / "fields.pvd", reached, colour_by=colour_by, plate=_plate(result)
+            )
+            each = drawn.save_each(out)
+            strip = [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
+            return [curve_file, *each, *strip]
+
+    return on_root(MPI.COMM_WORLD, work) or []
+
+
+def _plate(result: Result) -> Plate | None:
+    """The force sensor for the picture; None if there is none."""
+    if result.plate is None:
+        return None
+    from dolfingrip.report.scene import Plate
+
+    return Plate(
+        point_mm=result.plate.point_mm,
+        normal=result.plate.normal,
+        contact_length_mm=result.config.plate.contact_length_mm,
+    )
+
+
+def _print(experiment: Experiment, result: Result, out: Path, console: Screen) -> None:
+    if result.rows:
+        console.print(tabulate((experiment.table, result.columns()), title=experiment.title))
+    _print_remarks(experiment, result, console)
+    console.say(f"results: {out}")
+
+
+def _print_remarks(experiment: Experiment, result: Result, console: Screen) -> None:
+    for remark in experiment.remarks(result):
+        console.say(remark)
+    for key, ending in result.second_runs.items():
+        if ending is not None:
+            console.say(
+                f"{experiment.title}, the second run for {key} {ending.sentence()}", style="red"
+            )
+    if result.failure is not None:
+        console.say(f"{experiment.title} {result.failure.sentence()}", style="red")
+
+
+def synthetic_measurement(asked: SyntheticSettings) -> None:
+    """Write a synthetic measurement with hidden effects, nuisances and noise."""
+    kinds = _measured(asked.experiments)
+    check_noise(asked.noise)
+    screen = console()
+    for out, config in _poses(find(kinds[0]), asked, asked.overrides):
+        check_writable(out)
+        requests = [Request.of(kind, config) for kind in kinds]
+        with _bar("Synthetic measurement", requests, screen) as (advance, tell):
+            found = synthetic.measure(
+                kinds,
+                config,
+                hidden=changed(config, asked.hide),
+                nuisances=asked.nuisance,
+                noise={**synthetic.NOISE, **asked.noise},
+                seed=asked.seed,
+                progress=advance,
+                tell=tell,
+            )
+        synthetic.write(found, out)
+        for failure in found.failures:
+            screen.say(failure.sentence(), style="red")
+        screen.say(
+            f"{len(found.rows)} readings: {out / 'measured.csv'} and .toml; "
+            f"what is behind them: {out / 'truth.toml'}"
+        )
+
+
+def perform(asked: RunSettings) -> None:
+    """Run an experiment for each set-up that is asked for."""
+    experiment, given = asked.experiment, asked.own()
+    _check_needs(experiment, given)
+    pressure = given.get(PRESSURE_OPTION.name)
+    if asked.protocol is not None and pressure is not None:
+        raise ConfigError(
+            f"{PRESSURE_OPTION.flag} {pressure:g}: allowed: without --protocol, which has its "
+            "own pressures"
+        )
+    own = {
         option.key: given[option.name]
         for option in experiment.options
         if option.key and given[option.name] is not None
     }
+    poses = _poses(experiment, asked, {**asked.overrides, **own})
+    keys, kind = gradient_keys(asked.gradients, asked.parameters), experiment.with_options(given)
+    if kind is not experiment:  # which has settings of its own
+        poses = [(folder, experiment.settings(config)) for folder, config in poses]
+    requests = [Request.of(kind, config, keys, fields=folder) for folder, config in poses]
+    screen = console()
+    exit_early(*[run_experiment(request, asked, screen) for request in requests])
 
 
-def _measured(text: str) -> list[str]:
+def _check_needs(experiment: Experiment, given: Mapping[str, Any]) -> None:
+    """Raise where an option is given without the one that it needs."""
+    on = {option.flag for option in experiment.options if given[option.name]}
+    for option in experiment.options:
+        if option.flag in on and option.needs and option.needs.split()[0] not in on:
+            value = given[option.name]
+            first = value[0] if isinstance(value, tuple) else f"{value:g}"
+            raise ConfigError(f"{option.flag} {first}: allowed: with {option.needs}")
+
+
+def _measured(given: Sequence[str]) -> list[str]:
     """The names in ``--experiments``; the format of measured data must have all of them.
 
     Raises:
@@ -224,7 +295,7 @@ def _measured(text: str) -> list[str]:
     """
     allowed = [name for name, experiment in EXPERIMENTS.items() if experiment.measured]
     by_command = {EXPERIMENTS[name].command: name for name in allowed}
-    names = [by_command.get(name, name) for name in text.split(",")]
+    names = [by_command.get(name, name) for name in given]
     for name in names:
         if name not in allowed:
             raise ConfigError(
@@ -233,7 +304,27 @@ def _measured(text: str) -> list[str]:
     return names
 
 
-def _exit(*results: Result) -> None:
+def _poses(
+    experiment: Experiment, asked: RunSettings | SyntheticSettings, changes: Change
+) -> list[tuple[Path, Config]]:
+    """Folder and configuration of each set-up that the protocol asks for."""
+    if asked.protocol is None:
+        if asked.specimen is not None:
+            raise ConfigError(f"--specimen {asked.specimen}: allowed: with --protocol FILE.csv")
+        return [(asked.out, configuration.load(asked.config, changes))]
+    table, poses = protocol_file.read(
+        asked.protocol, experiment.name, experiment.control.name, asked.specimen
+    )
+    settings: list[tuple[Path, Change]] = [
+        (asked.out / pose.name, {**changes, **assignments(pose.set)}) for pose in poses
+    ] or [(asked.out, changes)]
+    return [
+        (folder, configuration.load(asked.config, change).changed(protocol=table))
+        for folder, change in settings
+    ]
+
+
+def exit_early(*results: Result) -> None:
     """Exit with code 1 if a load path ended early; its results up to there are kept."""
     endings = [end for each in results for end in (each.failure, *each.second_runs.values())]
     if any(ending is not None for ending in endings):

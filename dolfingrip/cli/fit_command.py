@@ -3,27 +3,34 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from dolfingrip.cli.options import check_writable, console
+from rich.table import Table
+
+from dolfingrip.charts import picture
+from dolfingrip.cli import progress
+from dolfingrip.cli.console import check_writable, console
+from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
+from dolfingrip.experiments.material_fit import coupons, doubts, fit, material_file
+from dolfingrip.experiments.material_fit.choice import choose, unstable
+from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
+from dolfingrip.experiments.material_fit.fit import Fit
+from dolfingrip.experiments.material_fit.homogeneous import limit_points
+from dolfingrip.experiments.material_fit.law import LAWS
+from dolfingrip.experiments.material_fit.policy import POLICY
+from dolfingrip.report import material
 from dolfingrip.report.table import of_columns
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from dolfingrip.experiments.material_fit.coupons import Series
-    from dolfingrip.experiments.material_fit.fit import Fit
 
 TITLE = 14
 """Width, in characters, to which a law's title is wrapped."""
 
 
-def perform(given: Mapping[str, Any], out: Path) -> None:
-    """Fit laws, as the options of ``coupon`` ask for."""
-    fit_laws(given["fit"], given["law"] or (), given["max_stretch"], out)
+def fit_coupons(asked: RunSettings) -> None:
+    """Fit laws as the options of ``coupon`` ask for."""
+    given = asked.own()
+    fit_laws(given["fit"], given["law"], given["max_stretch"], asked.out)
 
 
 def fit_laws(
@@ -40,12 +47,6 @@ def fit_laws(
     Raises:
         ConfigError: one line, if a file or a name is wrong.
     """
-    from dolfingrip.charts import picture
-    from dolfingrip.cli import progress
-    from dolfingrip.experiments.material_fit import coupons, fit, material_file
-    from dolfingrip.experiments.material_fit.choice import choose
-    from dolfingrip.experiments.material_fit.law import LAWS
-    from dolfingrip.report import material
 
     unknown = [name for name in names if name not in LAWS]
     if unknown:
@@ -66,12 +67,12 @@ def fit_laws(
             show(i + 1, len(laws), law.title)
     choice = choose(fits, data)
     best = choice.best
-    screen.print(_told(data, readings), soft_wrap=True)
+    screen.say(_told(data, readings))
     screen.print(_quality(fits, best, data))
     screen.print()
     screen.print(_values(fits, best))
     for line in (*choice.reasons, *_remarks(fits, best, data)):
-        screen.print(f"- {line}", soft_wrap=True)
+        screen.say(f"- {line}")
     if not material_file.allowed(best):
         raise ConfigError(
             f"--law {best.law.name}: its best values have no initial shear modulus above 0; "
@@ -79,14 +80,12 @@ def fit_laws(
         )
     material_file.write(best, data, out / "material.toml")
     picture.write(material.charts(data, fits, best), out / "fit.png", material.LOOK)
-    screen.print(
-        f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}",
-        soft_wrap=True,
+    screen.say(
+        f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}"
     )
 
 
 def _told(data: Sequence[Series], readings: int) -> str:
-    from dolfingrip.experiments.material_fit.coupons import farthest
 
     parts = []
     for mode in dict.fromkeys(series.mode for series in data):
@@ -101,25 +100,21 @@ def _quality(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> Table:
 
     The laws' titles and the modes are wrapped, so that the table fits into 80 columns.
     """
-    from dolfingrip.experiments.material_fit.choice import unstable
-    from dolfingrip.experiments.material_fit.coupons import MODES, farthest
-    from dolfingrip.experiments.material_fit.homogeneous import limit_points
-    from dolfingrip.experiments.material_fit.policy import POLICY
 
     highest = max(POLICY.looked_at, 2 * farthest(data))
     stable = f"Stable to stretch ({', '.join(MODES)})"
     names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
     columns: dict[str, list[str]] = {name: [] for name in names}
-    for fit in fits:
-        turns = limit_points(fit.law, fit.values, highest)
+    for each in fits:
+        turns = limit_points(each.law, each.values, highest)
         limits = [f"{at:.3g}" for at, greatest in turns if greatest]
-        ends = unstable(fit, dict.fromkeys(MODES, highest))
+        ends = unstable(each, dict.fromkeys(MODES, highest))
         row = (
-            "\n".join(textwrap.wrap(fit.law.title, TITLE)) + (" ←" if fit is best else ""),
-            f"{fit.rms_MPa:.2g}",
-            f"{100 * fit.relative_rms:.2g}",
-            f"{fit.correlation:z.2f}",
-            f"{fit.criterion:z.1f}",
+            "\n".join(textwrap.wrap(each.law.title, TITLE)) + (" ←" if each is best else ""),
+            f"{each.rms_MPa:.2g}",
+            f"{100 * each.relative_rms:.2g}",
+            f"{each.correlation:z.2f}",
+            f"{each.criterion:z.1f}",
             ", ".join(f"{ends[m]:.3g}" if m in ends else f"> {highest:.3g}" for m in MODES),
             ", ".join(limits) or f"none up to {highest:.3g}",
         )
@@ -132,10 +127,10 @@ def _values(fits: Sequence[Fit], best: Fit) -> Table:
     """A table with the values of each law's parameters and half of their intervals."""
     names = ("Law", "Parameter", "Value", "± half of the 90 % interval")
     columns: dict[str, list[str]] = {name: [] for name in names}
-    for fit in fits:
-        of_law = zip(fit.law.keys, fit.values, fit.half_width, strict=True)
+    for each in fits:
+        of_law = zip(each.law.keys, each.values, each.half_width, strict=True)
         for i, (key, value, half) in enumerate(of_law):
-            title = fit.law.title + (" ←" if fit is best else "")
+            title = each.law.title + (" ←" if each is best else "")
             row = (title if i == 0 else "", key.rpartition(".")[2], *_interval(value, half))
             for name, cell in zip(names, row, strict=True):
                 columns[name].append(cell)
@@ -144,7 +139,6 @@ def _values(fits: Sequence[Fit], best: Fit) -> Table:
 
 def _interval(value: float, half: float) -> tuple[str, str]:
     """A value and half of its interval as texts."""
-    from dolfingrip.experiments.material_fit.policy import POLICY
 
     if half > POLICY.free * abs(value):
         return f"{value if abs(value) > 1e-9 else 0.0:z.2g}", "free"
@@ -152,8 +146,6 @@ def _interval(value: float, half: float) -> tuple[str, str]:
 
 
 def _remarks(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> list[str]:
-    from dolfingrip.experiments.material_fit import doubts
-
     found = [
         f"{fit.law.title}: {line}" for fit in fits for line in doubts.doubts(fit, data)
         if fit is best or "fits equally" in line

@@ -37,6 +37,7 @@ def how_to_install(module: str) -> str:
     Returns:
         A line, or three of DOLFINx; "" for a package that is none of the dependencies.
     """
+    module = module.partition(".")[0]
     if module in _OF_DOLFINX:
         return DOLFINX
     wanted = {"PIL": "pillow"}.get(module, module).replace("_", "-").lower()

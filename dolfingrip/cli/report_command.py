@@ -4,50 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
-import typer
-
-from dolfingrip.cli.options import console, one_process
+from dolfingrip.cli.console import console, one_process
+from dolfingrip.cli.settings import ReportSettings
 from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign.campaign import read
 from dolfingrip.files import whole
-
-if TYPE_CHECKING:
-    from dolfingrip.report.page.contribution import FoundResult
+from dolfingrip.files.columns import read_csv
+from dolfingrip.report.page import build, html, sources
+from dolfingrip.report.page.contribution import FoundResult, Given
+from dolfingrip.report.page.pdf import print_page
 
 MB = 1e6
 
 
-def report(
-    results: Annotated[
-        list[Path], typer.Argument(metavar="RUN…", help="Folders with results of any kind.")
-    ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="HTML file.")] = Path("report.html"),
-    measured: Annotated[
-        Path | None, typer.Option(metavar="FILE.csv", help="Measured data, drawn beside curves.")
-    ] = None,
-    title: Annotated[str | None, typer.Option(help="Title of the page.")] = None,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Also print it, by Chromium.")] = False,
-) -> None:
-    """Write results as one HTML page: 3D view, curves, front, checks, provenance.
-
-    RUN is a folder that bend, force, cycle, coupon, push, grasp, doe, train, optimise, design,
-    study or diagnose wrote, or one with several of these in it, such as the demo's. The page needs
-    no network; it opens in any browser.
-    """
+def report(asked: ReportSettings) -> None:
+    """Write results as one HTML page: 3D view, curves, front, checks, provenance."""
     one_process("without mpirun")
-    if out.suffix.lower() not in (".html", ".htm"):
-        raise ConfigError(f"--out {out}: allowed: a file that ends in .html")
+    if asked.out.suffix.lower() not in (".html", ".htm"):
+        raise ConfigError(f"--out {asked.out}: allowed: a file that ends in .html")
     screen = console()
     with screen.status("reading results"):
-        file = write_report(results, out, measured=measured, title=title)
-    screen.print(f"report: {file} ({file.stat().st_size / MB:.1f} MB)", soft_wrap=True)
-    if pdf:
-        from dolfingrip.report.page.pdf import print_page
-
+        file = write_report(asked.results, asked.out, measured=asked.measured, title=asked.title)
+    screen.say(f"report: {file} ({file.stat().st_size / MB:.1f} MB)")
+    if asked.pdf:
         with screen.status("printing"):
             printed = print_page(file, file.with_suffix(".pdf"))
-        screen.print(f"printed: {printed}", soft_wrap=True)
+        screen.say(f"printed: {printed}")
 
 
 def write_report(
@@ -69,9 +53,6 @@ def write_report(
             large.
         WriteError: one line.
     """
-    from dolfingrip.files.columns import read_csv
-    from dolfingrip.report.page import build, html, sources
-    from dolfingrip.report.page.contribution import Given
 
     found = sources.find(results)
     table = None
@@ -93,6 +74,5 @@ def write_report(
 
 def _designs(found: Sequence[FoundResult]) -> dict[Path, list[dict[str, Any]]]:
     """The designs of each campaign."""
-    from dolfingrip.design.campaign.campaign import read
 
     return {each.folder: read(each.folder).rows for each in found if each.kind == "doe"}

@@ -5,71 +5,54 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from dolfingrip.cli.options import Out, check_writable, console, one_process
+from dolfingrip.charts import picture
+from dolfingrip.cli import progress
+from dolfingrip.cli.console import check_writable, console, one_process
+from dolfingrip.cli.settings import TrainSettings
 from dolfingrip.config import ConfigError
+from dolfingrip.design.surrogate import surrogate, training
+from dolfingrip.design.surrogate import table as designs
+from dolfingrip.design.surrogate.training import JUDGEMENT, Settings, Training
+from dolfingrip.files import table
+from dolfingrip.report import design as pictures
 
-if TYPE_CHECKING:
-    from dolfingrip.design.surrogate.table import Table
-    from dolfingrip.design.surrogate.training import Settings, Training
 
-
-def train(
-    source: Annotated[
-        Path, typer.Argument(metavar="FROM", help="Folder of a campaign, or .csv or .parquet.")
-    ],
-    out: Out = Path("out/surrogate"),
-    inputs: Annotated[
-        list[str] | None,
-        typer.Option("--input", help="Column; repeatable. Default: morph.xi1 and morph.xi2."),
-    ] = None,
-    outputs: Annotated[
-        list[str] | None,
-        typer.Option("--output", help="Column; repeatable. Default: cog_offset_mm and force_N."),
-    ] = None,
-    epochs: Annotated[int, typer.Option(min=1, help="Passes over the training designs.")] = 5000,
-    seed: Annotated[int, typer.Option(min=0, help="Of the split and the first weights.")] = 0,
-) -> None:
+def train(asked: TrainSettings) -> None:
     """Train a neural network on the designs of a campaign."""
     one_process("one process")
-    from dolfingrip.cli import progress
-    from dolfingrip.design.surrogate import table, training
 
-    data = table.read(source, inputs or table.INPUTS, outputs or table.OUTPUTS)
-    settings = training.Settings(epochs=epochs, seed=seed)
-    check_writable(out)
-    screen = console()
-    screen.print(
-        f"{len(data)} designs; {data.failed} failed and {data.incomplete} incomplete ones left out",
-        soft_wrap=True,
+    data = designs.read(
+        asked.source, asked.inputs or designs.INPUTS, asked.outputs or designs.OUTPUTS
     )
-    if _trained(out, data, settings):
-        screen.print(f"already trained on this table: {out}", soft_wrap=True)
+    settings = training.Settings(epochs=asked.epochs, seed=asked.seed)
+    check_writable(asked.out)
+    screen = console()
+    screen.say(
+        f"{len(data)} designs; {data.failed} failed and {data.incomplete} incomplete ones left out"
+    )
+    if _trained(asked.out, data, settings):
+        screen.say(f"already trained on this table: {asked.out}")
         return
     with progress.shown(screen, "epochs") as show:
-        result = training.train(data, settings, lambda done: show(done, epochs))
-    result.surrogate.facts["campaign"] = table.campaign(source)
-    _write(result, data, out)
+        result = training.train(data, settings, lambda done: show(done, asked.epochs))
+    result.surrogate.facts["campaign"] = designs.campaign(asked.source)
+    _write(result, data, asked.out)
     facts = result.surrogate.facts
     for part in ("training", "test"):
         mse = facts[f"{part}_mse"]
         goal = training.JUDGEMENT.goal_mse
         verdict = "" if mse < goal else f", above the goal of {goal:g}"
         errors = ", ".join(f"{name} {rms[part]:.3g}" for name, rms in facts["rms_error"].items())
-        screen.print(
+        screen.say(
             f"{part}: {facts[f'{part}_designs']} designs, MSE {mse:.2e}{verdict}; "
-            f"RMS error {errors}",
-            soft_wrap=True,
+            f"RMS error {errors}"
         )
-    screen.print(f"surrogate: {out}", soft_wrap=True)
+    screen.say(f"surrogate: {asked.out}")
 
 
-def _trained(out: Path, data: Table, settings: Settings) -> bool:
-    """Whether the folder holds this training's result; its description is written last."""
-    from dolfingrip.design.surrogate import surrogate
+def _trained(out: Path, data: designs.Table, settings: Settings) -> bool:
+    """True where the folder holds this training's result; its description is written last."""
 
     try:
         facts = surrogate.load(out).facts
@@ -79,11 +62,7 @@ def _trained(out: Path, data: Table, settings: Settings) -> bool:
     return facts.get("table_sha256") == data.sha256() and facts.get("settings") == same
 
 
-def _write(result: Training, data: Table, out: Path) -> None:
-    from dolfingrip.charts import picture
-    from dolfingrip.design.surrogate.training import JUDGEMENT
-    from dolfingrip.files import table
-    from dolfingrip.report import design as pictures
+def _write(result: Training, data: designs.Table, out: Path) -> None:
 
     curve = zip(result.epoch, result.training_mse, result.test_mse, strict=True)
     table.write(

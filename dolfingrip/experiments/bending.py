@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, PRESSURE, readings
-from dolfingrip.config import Config
 from dolfingrip.experiments.description import Curve, Plot
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from dolfingrip.config import Config
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 

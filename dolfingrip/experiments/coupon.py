@@ -7,15 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from dolfingrip.channels import DISPLACEMENT, NOMINAL_STRAIN, NOMINAL_STRESS, TIME, readings
-from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.description import Curve, Option, Plot
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from dolfingrip.config import Config
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
@@ -39,7 +40,6 @@ class Coupon(Experiment):
             list[Path],
             None,
             "Fit laws to this measured CSV instead; repeatable.",
-            command="fit",
         ),
         Option(
             "--law",

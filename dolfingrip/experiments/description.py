@@ -41,8 +41,6 @@ class Option:
         default: value if it is not given; None leaves the configuration as it is.
         help: one line.
         key: key of the configuration that it sets; "" if the experiment itself reads the option.
-        command: where it is given, ``perform`` of the file ``cli/COMMAND_command.py`` runs in place
-            of the experiment.
         needs: the option that it is allowed with, and its value in words.
     """
 
@@ -51,7 +49,6 @@ class Option:
     default: object
     help: str
     key: str = ""
-    command: str = ""
     needs: str = ""
 
     @property
@@ -61,6 +58,6 @@ class Option:
 
 
 PRESSURE_OPTION: Final = Option(
-    "--pressure", float, None, "Highest pressure in kPa.", "experiment.max_pressure_kPa"
+    "--pressure", float, None, "Highest pressure.", "experiment.max_pressure_kPa"
 )
 """The option of all experiments that pressurise."""

@@ -11,13 +11,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from dolfingrip.channels import PRESSURE, Channel, Part
-from dolfingrip.config import Config
 from dolfingrip.experiments.description import Option, Plot
 from dolfingrip.experiments.protocol.schedule import Stop
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from dolfingrip.config import Config
     from dolfingrip.experiments.results.readings import Readings
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile

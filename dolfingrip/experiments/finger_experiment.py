@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from dolfingrip.config import Config
 from dolfingrip.experiments.description import PRESSURE_OPTION, Option
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.sections.geometry.geometry import Geometry
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+    from dolfingrip.sections.geometry.geometry import Geometry
 
 
 class FingerExperiment(Experiment):

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
-from dolfingrip.config import Config
 from dolfingrip.experiments.description import PRESSURE_OPTION, Curve, Option, Plot
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
@@ -19,6 +18,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from dolfingrip.config import Config
     from dolfingrip.experiments.results.readings import Readings
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
@@ -93,11 +93,11 @@ class Grasp(Experiment):
         over=TIME,
     )
     options: ClassVar = (
-        Option("--food", str, None, "What is grasped, e.g. potato-large.", "food.kind"),
-        Option("--pose", str, None, "scoop, pinch or claw.", "gripper.pose"),
+        Option("--food", str, None, "What is grasped.", "food.kind"),
+        Option("--pose", str, None, "How fingers are turned.", "gripper.pose"),
         PRESSURE_OPTION,
         Option("--friction", float, None, "Of fingers on food.", "food.friction"),
-        Option("--preset", str, None, "Mesh: coarse or default.", "gripper.preset"),
+        Option("--preset", str, None, "Mesh.", "gripper.preset"),
     )
     protocol: ClassVar = False
     drawable: ClassVar = False

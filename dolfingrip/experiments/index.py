@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dolfingrip.config import ConfigError
 from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.lookup import only_class
 
 NAMES = (

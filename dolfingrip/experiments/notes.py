@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dolfingrip.config import Config
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+
 
 NEARLY_INCOMPRESSIBLE = {"P2": 0.49, "S2": 0.47}
 """Poisson's ratio above which an element with quadratic displacements and no pressure field is not

@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.channels import ANGLE, PRESSURE
-from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.description import Curve, Plot
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, dead_loads, stiffness
+from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from dolfingrip.config import Config
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 

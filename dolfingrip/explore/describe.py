@@ -11,19 +11,22 @@ import numpy as np
 
 from dolfingrip.channels import ANGLE, CHANNELS, FORCE, PRESSURE
 from dolfingrip.charts.chart import Axis, Chart, Series
+from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.gradients import cog_offset_mm
 from dolfingrip.experiments.index import find
+from dolfingrip.experiments.rigs.grasped import grasped
+from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.explore.library import Blend, Library
-from dolfingrip.explore.placed import placed
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted
 from dolfingrip.files.run import RunFile
+from dolfingrip.meshes.gripper import Stand
 from dolfingrip.report.design import label
-from dolfingrip.report.page import html, runs
+from dolfingrip.report.page import gripper, html, runs
 from dolfingrip.report.page.design_shape import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.report.page.run_scene import scene_of
-from dolfingrip.report.page.scene import Scene
+from dolfingrip.report.page.scene import GRIPPER_VIEW, UPRIGHT, Floats, Part, Scene, towards
 
 READINGS: Final = {"bending": ANGLE, "blocked_force": FORCE}
 """The reading that is shown of each experiment."""
@@ -178,6 +181,52 @@ def _grasp(library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
     if blend is not None:
         where = "not solved: the fingers bend freely here and do not feel the food"
     return {
-        "scenes": [placed(wanted.config, finger).packed()], "charts": [], "numbers": [],
+        "scenes": [_placed(wanted.config, finger).packed()], "charts": [], "numbers": [],
         "said": where, "solved": False, "place": {},
     }  # fmt: skip
+
+
+def _placed(config: Config, finger: Scene) -> Scene:
+    """Three fingers around their food; they move as the one finger does, which feels no food.
+
+    Args:
+        config: with gripper and food.
+        finger: scene of one finger, unloaded or in free bending.
+
+    Raises:
+        ConfigError: one line, if there is no room for the fingers.
+    """
+    body = grasped(config.food)
+    parts: list[Part] = []
+    for stand, name in zip(stands_of(config, body), gripper.NAMES, strict=True):
+        for part in finger.parts:
+            if part.name != "clamp" and not part.section:
+                parts += _copies(part, stand, name)
+    food = body.surface.points + np.array(body.body.centre_mm)
+    around = np.concatenate([food, *(part.frames[0] for part in parts)])
+    parts += [gripper.food_part(body, food[None]), gripper.table_part(around)]
+    alt = "Three fingers around the food on its table, before the grasp is solved"
+    return replace(
+        finger, title="Gripper", alt=alt, kind="grasp", parts=parts,
+        towards=towards(GRIPPER_VIEW), solved=False,
+    )  # fmt: skip
+
+
+def _copies(part: Part, stand: Stand, name: str) -> list[Part]:
+    """A part of the finger where the finger stands, with its mirror image as a part of its own."""
+    found = []
+    for side in (1.0, -1.0) if part.mirrored else (1.0,):
+        frames = part.frames * UPRIGHT * np.array([1.0, side, 1.0])
+        frames = frames @ stand.rotation.T + stand.origin_mm
+        skin = part.skin
+        if side < 0:
+            skin = replace(skin, triangles=skin.triangles[:, ::-1])
+        skin = replace(skin, points=frames[0])
+        displacement: Floats = np.linalg.norm(part.frames[1:] - part.frames[0], axis=2)
+        found.append(
+            replace(
+                part, name=name, skin=skin, frames=frames, displacement=displacement,
+                mirrored=False, cut=False,
+            )
+        )  # fmt: skip
+    return found

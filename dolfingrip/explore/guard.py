@@ -1,17 +1,88 @@
-"""Who is let in: requests to this server's name, from its own pages, with its token."""
+"""Who is let in: requests to this server's name, from its own pages, with its token, in time.
+
+The address has the token, so it stands neither in the folder of results, which may be sent to
+others, nor in the browser's command line, which every user of the machine can read: a browser gets
+it by a file that its user alone may read.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import hashlib
 import hmac
-from typing import Final
+import html
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
 from urllib.parse import parse_qs, urlsplit
 
 from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from dolfingrip.explore.handover import leading_to
+from dolfingrip.explore.policy import POLICY
+from dolfingrip.files import whole
+from dolfingrip.sections.private import cache_folder
+
+
+@dataclass(frozen=True, slots=True)
+class Handover:
+    """The file of the server whose solutions are in a folder.
+
+    Attributes:
+        file: HTML that leads to the address.
+    """
+
+    file: Path
+
+    @staticmethod
+    def of(solutions: Path) -> Handover:
+        """The file for a folder of solutions.
+
+        Raises:
+            ConfigError: one line, where another user could write to the cache.
+        """
+        name = hashlib.sha256(os.fsencode(solutions.resolve())).hexdigest()[:16]
+        return Handover(cache_folder("dolfingrip", "explore") / f"{name}.html")
+
+    def write(self, address: str) -> None:
+        """Lead to an address.
+
+        Args:
+            address: of the server, with the token.
+
+        Raises:
+            WriteError: one line.
+        """
+        whole.write(self.file, leading_to(address), mode=0o600)
+
+    def before(self) -> tuple[int, str] | None:
+        """Port and token of the server that wrote the file last; None if none did."""
+        try:
+            text = self.file.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return None
+        found = re.search(r'href="http://[^/"]+:(\d+)/\?token=([\w-]{32,})"', text)
+        return (int(found[1]), found[2]) if found else None
+
+
+def leading_to(address: str) -> str:
+    """An HTML page that leads to an address.
+
+    Args:
+        address: of a page, absolute or on the same server.
+    """
+    shown = html.escape(address)
+    return (
+        '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">'
+        f'<meta http-equiv="refresh" content="0;url={shown}"><title>dolfingrip explore</title>'
+        f'<a href="{shown}">the explorer</a>\n'
+    )
+
 
 LOOPBACK: Final = ("127.0.0.1", "localhost", "::1")
 
@@ -89,3 +160,35 @@ def _name(host: str) -> str:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:
         return ""
+
+
+class Patience(H11Protocol):
+    """An HTTP connection that is ended where its request does not arrive.
+
+    The newest may always come: where too many wait, the one that has waited longest is ended.
+    """
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Take up a connection."""
+        super().connection_made(transport)
+        self._since = self.loop.time()
+        waiting = [c for c in self.connections if isinstance(c, Patience) and c.half_open]
+        if len(waiting) > POLICY.half_open:
+            min(waiting, key=lambda c: c._since).transport.abort()
+        self.loop.call_later(POLICY.request_s, self._look)
+
+    @property
+    def half_open(self) -> bool:
+        """True where a request has begun, or is the first to come, and has not arrived."""
+        cycle: Any = self.cycle
+        if cycle is None:
+            return True
+        return bool(cycle.response_complete) and self.timeout_keep_alive_task is None
+
+    def _look(self) -> None:
+        if self not in self.connections:  # it has ended, or is a websocket
+            return
+        if self.half_open:
+            self.transport.abort()
+        else:
+            self.loop.call_later(POLICY.request_s, self._look)

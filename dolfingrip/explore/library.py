@@ -38,7 +38,7 @@ class Solved:
 
     @cached_property
     def scene(self) -> Scene:
-        """Its steps in 3D."""
+        """Return the steps of the blended design in 3D."""
         return scene_of(self.run)
 
     @cached_property

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import uvicorn
+from markupsafe import Markup
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
@@ -19,14 +20,66 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
+import dolfingrip
 from dolfingrip.config import ConfigError
-from dolfingrip.explore import page
-from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard
-from dolfingrip.explore.patience import Patience
+from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard, Patience
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.session import Session, parsed
+from dolfingrip.explore.space import Space
 from dolfingrip.files.whole import WriteError
+from dolfingrip.foods.index import KINDS
+from dolfingrip.report.page import front, html
+from dolfingrip.report.page.scene import palettes
 from dolfingrip.report.page.sources import EXPLORED
+from dolfingrip.sections.gripper import ALPHA_DEG
+
+PACKAGE = "dolfingrip.explore"
+
+
+def rendered(space: Space, view: str) -> tuple[str, str]:
+    """The page, and its Content-Security-Policy.
+
+    Args:
+        space: what varies.
+        view: experiment that is shown first.
+    """
+    scripts = [html.script("vendor.js"), html.script("explore.js")]
+    style = html.asset("report.css") + html.asset("explore.css")
+    designs = front.front(space.loop, most_shapes=0)
+    axes = [] if designs is None else _axes(space)
+    data = {
+        "sliders": space.sliders,
+        "palettes": palettes(),
+        "front": None if designs is None else html.front_data(designs),
+        "alpha_deg": ALPHA_DEG,
+        "axes": axes,
+        "view": view,
+    }
+    text = (
+        html.templates(PACKAGE)
+        .get_template("explore.html.j2")
+        .render(
+            style=Markup(style),
+            scripts=[Markup(each) for each in scripts],
+            data=Markup(html.json_text(data)),
+            sliders=space.sliders,
+            front=designs,
+            axes=axes,
+            view=view,
+            poses=list(ALPHA_DEG),
+            foods=[kind for kind in KINDS if kind != "file"],
+            gripper=space.base.gripper,
+            food=space.base.food,
+            licences=html.licences("explore.js"),
+            version=dolfingrip.__version__,
+        )
+    )
+    return text, html.content_policy(scripts, style, "'self'")
+
+
+def _axes(space: Space) -> list[str]:
+    """Names of the front's two outputs."""
+    return list(space.surrogate.output_names[:2]) if space.surrogate else []
 
 
 def application(session: Session, token: str, host: str, port: int) -> ASGIApp:
@@ -47,7 +100,7 @@ def application(session: Session, token: str, host: str, port: int) -> ASGIApp:
 
     async def index(request: Request) -> Response:
         solved = session.library.counts()
-        text, policy = page.rendered(session.space, max(solved, key=solved.__getitem__))
+        text, policy = rendered(session.space, max(solved, key=solved.__getitem__))
         return HTMLResponse(text, headers={**HEADERS, "Content-Security-Policy": policy})
 
     async def export(request: Request) -> Response:
@@ -230,7 +283,12 @@ def settings(guarded: ASGIApp) -> uvicorn.Config:
 
 
 def state_folder(results: Path | None, out: Path | None) -> Path:
-    """Where solutions of the explorer are kept: ``explore`` beside the results by default."""
+    """Return the folder for the explorer's solutions, ``explore`` beside the results by default.
+
+    Args:
+        results: first folder of results; None where there are none.
+        out: folder that is asked for; None for the default.
+    """
     if out is not None:
         return out
     return Path("out") / EXPLORED if results is None else results / EXPLORED

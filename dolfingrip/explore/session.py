@@ -72,7 +72,7 @@ class Session:
         return await self._loop.run_in_executor(self._thread, function, *arguments)
 
     def state(self) -> dict[str, Any]:
-        """What every tab is told: solved designs, and how far the worker is."""
+        """Return the message for every tab: solved designs, and how far the worker is."""
         return {"is": "state", "counts": self.library.counts(), "working": self._progress}
 
     async def show(self, message: Mapping[str, Any]) -> dict[str, Any]:
@@ -211,7 +211,7 @@ class Session:
 
 
 def _shows(answer: Answer) -> bool:
-    """Whether a job has solved more than the state at rest, though it may have failed beyond."""
+    """True where a job has solved more than the state at rest, though it may have failed beyond."""
     columns = (answer.result or answer.partial or {}).get("columns", {})
     return max(map(len, columns.values()), default=0) > 1
 

@@ -42,7 +42,11 @@ class Wanted:
 
 
 def read(space: Space, message: Mapping[str, Any]) -> Wanted:
-    """A checked request.
+    """Read and check a tab's message.
+
+    Args:
+        space: what varies.
+        message: from a tab.
 
     Raises:
         ConfigError: one line naming the key, its value and what is allowed.

@@ -67,7 +67,7 @@ class ResultFile(Part):
             content = json.loads(file.read_text(encoding="utf-8"))
         except OSError as error:
             raise ResultFileError(f"{file}: {error.strerror}") from None
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise ResultFileError(f"{file}: not JSON: {error}") from None
         if not isinstance(content, dict):
             raise ResultFileError(f"{file}: no JSON object; allowed: a file that dolfingrip wrote")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
-import tomllib
 from pathlib import Path
 from typing import Any, Final
 
+from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.private import cache_folder
 
@@ -72,7 +72,7 @@ def settings(file: Path, ranks: int) -> dict[str, Any]:
             sets.
     """
     try:
-        found = tomllib.loads(file.read_text(encoding="utf-8"))
+        found = tables.toml(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"--slurm {file}: {error.strerror}") from None
     except ValueError as error:

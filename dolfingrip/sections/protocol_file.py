@@ -20,13 +20,13 @@ or the CSV of a measurement, for the time stamps of one of its specimens.
 from __future__ import annotations
 
 import csv
-import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.procedure import Branch
 from dolfingrip.sections.section import Section, outside
@@ -98,7 +98,7 @@ def read(
         raise ConfigError(f"--specimen {specimen}: {file} is no CSV; allowed: with a .csv")
     try:
         text = file.read_text(encoding="utf-8")
-        data = {} if measured else tomllib.loads(text)
+        data = {} if measured else tables.toml(text)
     except OSError as error:
         raise ConfigError(f"--protocol {file}: {error.strerror}") from None
     except ValueError as error:

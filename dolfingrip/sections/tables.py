@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -20,6 +21,27 @@ POSTERIOR = "posterior"
 SHORT_NUMBER = re.compile(r"[+-]?(\.\d+|\d+\.)([eE][+-]?\d+)?")
 """Numbers such as .5 and 5., which TOML does not allow."""
 
+TOO_DEEP = "tables or lists too deep in one another; allowed: those of the configuration"
+"""What is said of a text that the parsers cannot follow."""
+
+
+def toml(text: str) -> dict[str, Any]:
+    """Parse TOML.
+
+    Args:
+        text: of a file, or of an assignment.
+
+    Returns:
+        Its tables.
+
+    Raises:
+        ValueError: the text is not TOML, or too deep for a configuration.
+    """
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(TOO_DEEP) from None
+
 
 def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
     """Key and value of one ``section.key=value``; the value is read as TOML.
@@ -28,13 +50,28 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
         ConfigError: one line naming the option, if it is not an assignment.
     """
     key, separator, text = assignment.partition("=")
-    if not separator or not key.strip():
+    key, text = key.strip(), text.strip()
+    if not separator or not all(part.strip() for part in key.split(".")):
         raise ConfigError(f"{option} {assignment}: allowed: section.key=value")
-    text = text.strip()
     try:
-        return key.strip(), tomllib.loads(f"v = {text}")["v"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), float(text) if SHORT_NUMBER.fullmatch(text) else text
+        value = toml(f"v = {text}")["v"]
+    except ValueError:
+        return key, float(text) if SHORT_NUMBER.fullmatch(text) else text
+    _check_numbers(value, f"{option} {key}")
+    return key, value
+
+
+def _check_numbers(value: Any, name: str) -> None:
+    """Raise if a whole number is too large for a floating-point one."""
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            _check_numbers(entry, f"{name}.{key}")
+    elif isinstance(value, list):
+        for entry in value:
+            _check_numbers(entry, name)
+    elif isinstance(value, int) and abs(value) > sys.float_info.max:
+        digits = len(str(abs(value)))
+        raise ConfigError(f"{name}: a number of {digits} digits; allowed: below 1.8e308")
 
 
 def assignments(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
@@ -119,14 +156,17 @@ def whole(file: Path, option: str) -> dict[str, Any]:
     """
     try:
         text = file.read_text(encoding="utf-8")
-        data = json.loads(text)["config"] if file.suffix == ".json" else tomllib.loads(text)
+        data = json.loads(text)["config"] if file.suffix == ".json" else toml(text)
     except OSError as error:
         raise ConfigError(f"{option} {file}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         kind = "a run.json" if file.suffix == ".json" else "TOML"
-        raise ConfigError(f"{option} {file}: not {kind}: {error}") from None
+        why = TOO_DEEP if isinstance(error, RecursionError) else error
+        raise ConfigError(f"{option} {file}: not {kind}: {why}") from None
     if not isinstance(data, dict):
         raise ConfigError(f"{option} {file}: not a run.json: its config is no table")
+    for name, table in data.items():
+        _check_numbers(table, f"{option} {file}: {name}")
     return data
 
 

@@ -11,7 +11,8 @@ from support import analytic, stand_in
 from typer.testing import CliRunner, Result
 
 from dolfingrip.cli import app as cli
-from dolfingrip.cli import optimise_command, reproduce_command
+from dolfingrip.cli import loop_commands, optimise_command
+from dolfingrip.cli.settings import OptimiseSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, space
 from dolfingrip.design.campaign.plan import Plan
@@ -122,16 +123,18 @@ def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
 def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -> None:
     options = ("--population", 40, "--generations", 15, "--cog-max", 2.5, "--cog-max", 3)
     _call("optimise", surrogate, "--out", tmp_path, *options)
-    table = reproduce_command.comparison(tmp_path)
+    table = loop_commands.comparison(tmp_path)
     columns = [list(column.cells) for column in table.columns]
     assert columns[0] == ["2.5", "3"]
     assert columns[2] == ["0.236", "0.306"]
     assert columns[-2] == ["–", "–"]  # the analytic objective has no force at 250 kPa
     assert columns[-1] == ["-7.7", "+12.9"]
-    small = ("--population=20", "--generations=3", "--no-resolve", "--out", tmp_path / "none")
-    optimise = optimise_command.optimise
-    assert reproduce_command.step(optimise, surrogate, *small, "--cog-max=9") == 0
-    assert reproduce_command.step(optimise, surrogate, *small, "--cog-max=-9") == 1
+    for limit_mm, failed in ((9.0, False), (-9.0, True)):
+        small = OptimiseSettings(
+            surrogate=surrogate, out=tmp_path / "none", population=20, generations=3,
+            resolve=False, cog_max=(limit_mm,),
+        )  # fmt: skip
+        assert loop_commands.run_step(optimise_command.optimise, small) is failed
 
 
 def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
@@ -152,8 +155,8 @@ def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
 def test_an_interrupted_step_ends_the_loop() -> None:
     """The steps after it are not begun."""
 
-    def before() -> None:
+    def before(asked: None) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match="the same command goes on from there"):
-        reproduce_command.step(before)
+        loop_commands.run_step(before, None)

@@ -9,7 +9,7 @@ import pytest
 from support.small import short
 
 from dolfingrip import experiments
-from dolfingrip.cli.reproduce_command import PAPER
+from dolfingrip.cli.loop_commands import PAPER
 from dolfingrip.config import from_dict, load
 from dolfingrip.design.campaign import plan
 from dolfingrip.design.campaign.evaluate import Outcome

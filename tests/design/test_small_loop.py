@@ -9,7 +9,7 @@ import pytest
 import typer
 from support.small import short
 
-from dolfingrip.cli import small_loop
+from dolfingrip.cli import loop_commands as small_loop
 from dolfingrip.config import load
 from dolfingrip.design.campaign.campaign import read
 from dolfingrip.files.optimum import OptimumFile
@@ -20,7 +20,7 @@ SETTINGS = short("experiment.max_pressure_kPa=25")
 
 
 def test_settings_are_coarser_never_finer() -> None:
-    coarse = small_loop.settings(
+    coarse = small_loop.coarsened(
         load(None, assignments(["mesh.edge_size_mm=2", "finger.wall_mm=1.8"]))
     )
     assert (coarse.mesh.size_mm, coarse.mesh.edge_size_mm) == (
@@ -29,12 +29,12 @@ def test_settings_are_coarser_never_finer() -> None:
     )
     assert coarse.finger.wall_mm == 1.8
     assert coarse.experiment.step_kPa == coarse.experiment.max_pressure_kPa == 250
-    assert small_loop.settings(load(None, assignments(["mesh.size_mm=14"]))).mesh.size_mm == 14
+    assert small_loop.coarsened(load(None, assignments(["mesh.size_mm=14"]))).mesh.size_mm == 14
 
 
 @pytest.mark.usefixtures("threads")
 def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None:
-    small_loop.run(SETTINGS, tmp_path, DESIGNS)
+    small_loop.run_small_loop(SETTINGS, tmp_path, DESIGNS)
     rows = read(tmp_path / "doe").by_key()
     assert len(rows) == 12
     assert {row["status"] for row in rows.values()} == {"done"}
@@ -50,10 +50,11 @@ def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None
     assert original.fem["force_N"] == pytest.approx(computed["outputs"]["force_N"], rel=1e-9)
     assert chosen.gain == pytest.approx(chosen.fem["force_N"] / original.fem["force_N"] - 1)
     assert matplotlib.image.imread(tmp_path / "optimum" / "pareto.png")[..., :3].std() > 0.01
-    small_loop.run(SETTINGS, tmp_path, DESIGNS)
+    small_loop.run_small_loop(SETTINGS, tmp_path, DESIGNS)
     assert read(tmp_path / "doe").by_key() == rows
 
     # a choice that cannot be made is no success
+    policy = small_loop.LoopPolicy(cog_max_mm=-50.0)
     with pytest.raises(typer.Exit) as ended:
-        small_loop.run(SETTINGS, tmp_path, DESIGNS, small_loop.LoopPolicy(cog_max_mm=-50.0))
+        small_loop.run_small_loop(SETTINGS, tmp_path, DESIGNS, policy)
     assert ended.value.exit_code == 1

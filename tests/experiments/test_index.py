@@ -33,7 +33,7 @@ def test_says_what_it_is(experiment: Experiment) -> None:
 @every
 def test_has_a_command_with_its_options(experiment: Experiment) -> None:
     group = typer.main.get_command(app)
-    command = group.commands[experiment.command]  # type: ignore[attr-defined]
+    command = group.commands[experiment.command].entry.built()  # type: ignore[attr-defined]
     flags = {flag for parameter in command.params for flag in parameter.opts}
     assert {"--out", "-o", "--config", "--set"} <= flags
     assert {option.flag for option in experiment.options} <= flags

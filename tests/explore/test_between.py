@@ -15,7 +15,7 @@ from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import campaign, plan
 from dolfingrip.diagnosis.data import rig as rigs
-from dolfingrip.explore import page, rig, space
+from dolfingrip.explore import rig, server, space
 from dolfingrip.explore.library import Library, weights
 from dolfingrip.explore.wanted import Wanted
 from dolfingrip.jobs.cluster import Where
@@ -115,6 +115,6 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
 
 
 def test_the_experiment_that_is_solved_is_shown_first() -> None:
-    text, _ = page.rendered(space.of_results([], {}, None, {}, ()), "blocked_force")
+    text, _ = server.rendered(space.of_results([], {}, None, {}, ()), "blocked_force")
     assert re.findall(r'data-view="(\w+)" aria-pressed="true"', text) == ["blocked_force"]
     assert ">finger.wall_mm</label>" in text  # the key tells the unit

@@ -17,7 +17,7 @@ import pyvista as pv
 from playwright.sync_api import Browser, BrowserContext, Page
 from support import chromium
 
-from dolfingrip.explore.handover import Handover
+from dolfingrip.explore.guard import Handover
 
 SHORT = (
     "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8",

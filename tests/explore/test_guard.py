@@ -19,8 +19,8 @@ from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli.app import app
-from dolfingrip.explore import describe, guard, patience, server, space
-from dolfingrip.explore.handover import Handover
+from dolfingrip.explore import describe, guard, server, space
+from dolfingrip.explore.guard import Handover
 from dolfingrip.explore.library import Library
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.session import Session
@@ -228,7 +228,7 @@ async def _half_open(server: uvicorn.Server, listening: socket.socket) -> tuple[
 
 
 def test_half_open_requests_are_few_and_short(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(patience, "POLICY", replace(POLICY, half_open=8, request_s=0.5))
+    monkeypatch.setattr(guard, "POLICY", replace(POLICY, half_open=8, request_s=0.5))
 
     async def app(scope: Any, receive: Any, send: Any) -> None:
         await guard.PlainTextResponse("let in")(scope, receive, send)

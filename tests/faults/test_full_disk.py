@@ -21,7 +21,7 @@ from dolfingrip.design.surrogate.surrogate import load
 from dolfingrip.design.surrogate.training import Settings, train
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.explore import server
-from dolfingrip.explore.handover import Handover
+from dolfingrip.explore.guard import Handover
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.meshes import files

@@ -21,6 +21,9 @@ Inputs = dict[str, float | int | str]
 PAPER = ("morph.xi1=-0.2:1:16", "morph.xi2=-0.5:1:13")
 """The 208 evenly spaced points of the paper."""
 
+MOST = 100_000
+"""Designs of one campaign."""
+
 _DIGITS = 12
 """Significant digits of an input: with more, rounding could make two designs of one point."""
 
@@ -75,8 +78,8 @@ def parse(text: str) -> Varied:
         parameter.check(bound, "--parameter")
     if not low < high:
         raise ConfigError(f"--parameter {text}: allowed: low below high")
-    if count is not None and count < 2:
-        raise ConfigError(f"--parameter {text}: count = {count}: allowed: at least 2")
+    if count is not None and not 2 <= count <= MOST:
+        raise ConfigError(f"--parameter {text}: count = {count}: allowed: 2 to {MOST}")
     return Varied(parameter, low, high, count)
 
 
@@ -102,8 +105,8 @@ def points(
     if kind == "grid":
         shares = _grid(parameters, number)
     else:
-        if number is None or number < 1:
-            raise ConfigError(f"--points {kind}: --number = {number}; allowed: at least 1")
+        if number is None or not 1 <= number <= MOST:
+            raise ConfigError(f"--points {kind}: --number = {number}; allowed: 1 to {MOST}")
         shares = _samples(len(parameters), kind, number, seed)
     found: list[Inputs] = [
         {p.key: p.value(float(share)) for p, share in zip(parameters, row, strict=True)}
@@ -125,6 +128,9 @@ def _grid(parameters: Sequence[Varied], number: int | None) -> np.ndarray:
             f"--number {number}: the grid has {' x '.join(map(str, counts))} points; "
             "allowed: no number with --points grid, or sobol or lhs"
         )
+    if math.prod(counts) > MOST:
+        product = " x ".join(map(str, counts))
+        raise ConfigError(f"--parameter: a grid of {product} designs; allowed: {MOST} in all")
     axes = [np.linspace(0, 1, count) for count in counts]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(counts))
 

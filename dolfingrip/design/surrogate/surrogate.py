@@ -190,7 +190,7 @@ def load(folder: Path) -> Surrogate:
         weights = (folder / WEIGHTS).read_bytes()
     except OSError as error:
         raise ConfigError(f"{error.filename}: {error.strerror}; allowed: a surrogate") from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise ConfigError(f"{folder / DESCRIPTION}: not JSON") from None
     try:
         found = _described(description)

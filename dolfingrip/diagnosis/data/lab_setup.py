@@ -31,7 +31,6 @@ A coupon needs ``gauge_length_mm`` and ``area_mm2``, or a table ``[coupon]`` wit
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -48,6 +47,7 @@ from dolfingrip.diagnosis.data.columns import (
 )
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.parameter import named
+from dolfingrip.sections import tables
 from dolfingrip.sections.section import Role
 
 SECTIONS: Final = tuple(
@@ -145,7 +145,7 @@ class SetupFile:
     def __init__(self, csv: Path, also: Sequence[str] = ()) -> None:
         self.file = csv.with_suffix(".toml")
         try:
-            self._data = tomllib.loads(self.file.read_text(encoding="utf-8"))
+            self._data = tables.toml(self.file.read_text(encoding="utf-8"))
         except FileNotFoundError:
             if csv == self.file or not csv.exists():
                 raise ConfigError(f"{csv}: no such file") from None

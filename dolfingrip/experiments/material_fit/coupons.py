@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ import pandas as pd
 from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.homogeneous import Mode
+from dolfingrip.sections import tables
 from dolfingrip.sections.separator import check_separator
 
 STRAIN: Final = "strain"
@@ -133,7 +133,7 @@ def _table(file: Path) -> pd.DataFrame:
 def _setup(file: Path) -> dict[str, Any]:
     toml = file.with_suffix(".toml")
     try:
-        data = tomllib.loads(toml.read_text(encoding="utf-8"))
+        data = tables.toml(toml.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"--fit {file}: {toml.name}: {error.strerror}") from None
     except ValueError as error:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from dolfingrip.config import Config
 from dolfingrip.experiments.protocol.schedule import Stop, steps
 from dolfingrip.sections.gripper import Gripper
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
 
 LIFTED = 6
 """Number of readings during the lift."""

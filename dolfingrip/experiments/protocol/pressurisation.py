@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.sections.errors import ConfigError
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
 
 LEAST = 0.1
 """Part of a step of the volume: a reading that is nearer than this is left out."""

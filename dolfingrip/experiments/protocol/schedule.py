@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from dolfingrip.config import Branch, Experiment, Protocol
 from dolfingrip.sections.protocol_file import waits
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Branch, Experiment, Protocol
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,559 @@
+"""The settings of each command, in the order in which a new user needs the commands."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import MISSING, dataclass, make_dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar, Literal, get_args, get_origin
+
+from dolfingrip.cli.command import NOTHING, argument, option
+from dolfingrip.design.campaign.policy import SEARCH
+from dolfingrip.experiments.description import Option
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.sections import tables
+from dolfingrip.sections.errors import ConfigError
+
+Point = tuple[float, float, float]
+
+
+def _assigned(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
+    """Read ``KEY=VALUE`` texts; the values are TOML's."""
+    return tables.assignments(texts, flag)
+
+
+def _assigned_pressures(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
+    """Read ``KEY=VALUE`` texts of the configuration, of which numbers are checked."""
+    if not texts:
+        return NOTHING
+    from dolfingrip.parameter import check
+
+    found = tables.assignments(texts, flag)
+    check(found, flag)
+    return found
+
+
+def _names(texts: Sequence[str], flag: str) -> tuple[str, ...]:
+    """Read names that are joined by commas."""
+    return tuple(name.strip() for text in texts for name in text.split(","))
+
+
+def _pressures(texts: Sequence[str], flag: str) -> tuple[float, ...]:
+    """Read pressures (kPa) that are joined by commas."""
+    try:
+        return tuple(float(part) for text in texts for part in text.split(",") if part.strip())
+    except ValueError:
+        raise ConfigError(
+            f"{flag} {','.join(texts)}: allowed: pressures in kPa, as in 0,100,200"
+        ) from None
+
+
+def _points(texts: Sequence[str], flag: str) -> tuple[Point, ...]:
+    """Read points, each three numbers that are joined by commas."""
+    found = []
+    for text in texts:
+        try:
+            x, y, z = map(float, text.split(","))
+        except ValueError:
+            raise ConfigError(f"{flag} {text}: allowed: three numbers, as in 0,10,25.5") from None
+        found.append((x, y, z))
+    return tuple(found)
+
+
+_out = partial(option, help="Folder for results.", flags=("--out", "-o"), metavar="FOLDER")
+_configfile = partial(
+    option, help="TOML, or a run.json to repeat; see `config`.", flags=("--config", "-c")
+)
+_changes = partial(
+    option,
+    help="e.g. finger.wall_mm=1.8; repeatable.",
+    flags=("--set", "-s"),
+    metavar="KEY=VALUE",
+    read=_assigned_pressures,
+)
+_noise = partial(
+    option,
+    help="Standard deviation of a column's readings, in its unit, e.g. angle_deg=0.2; repeatable.",
+    metavar="COLUMN=STD",
+    read=_assigned,
+)
+_gradients = partial(option, help="Derive all readings by parameters: sensitivity.csv.")
+_parameters = partial(option, help="Parameters of --gradients; default: all.", metavar="KEY,KEY,…")
+_protocolfile = partial(option, help="TOML of ramps and waits, or a measurement's CSV.")
+_specimen = partial(option, help="Specimen in the CSV of --protocol.")
+_food = partial(option, help="What is grasped.", key="food.kind")
+_pose = partial(option, help="How fingers are turned.", key="gripper.pose")
+_preset = partial(option, help="Mesh.", key="gripper.preset")
+_resolution = partial(
+    option, help="Distance of the pressures that are tried.", measured_in="kPa", above=0
+)
+_workers = partial(option, help="Processes that simulate.", least=1)
+_store = partial(option, help="Simulations; default: simulations/ in --out.", metavar="FOLDER")
+_effects = partial(
+    option, help="Effects to try; default: the whole catalogue.", metavar="NAME,NAME,…", read=_names
+)
+_surrogate = partial(argument, help="Folder of the surrogate.", metavar="SURROGATE")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConfiguredSettings:
+    """The settings of commands that begin with a configuration."""
+
+    config: Path | None = _configfile(None)
+    overrides: Mapping[str, Any] = _changes(NOTHING)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemoSettings(ConfiguredSettings):
+    """Run both experiments on the reference finger and a small design loop, write a report."""
+
+    out: Path = _out(Path("out/demo"))
+    loop: bool = option(True, "Run the small design loop, too.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings(ConfiguredSettings):
+    """Run one experiment; :func:`of_experiment` adds the experiment's own options."""
+
+    experiment: ClassVar[Experiment]
+    not_offered: ClassVar[Collection[str]] = ()
+
+    out: Path = _out(Path("out"))
+    render: tuple[float, ...] = option(
+        (), "Draw the finger at these.", metavar="kPa,kPa,…", read=_pressures
+    )
+    colour_by: Literal["displacement", "stretch"] = option(
+        "displacement", "Colours of these pictures."
+    )
+    gradients: bool = _gradients(False)
+    parameters: str | None = _parameters(None)
+    protocol: Path | None = _protocolfile(None)
+    specimen: str | None = _specimen(None)
+
+    def own(self) -> dict[str, Any]:
+        """Return the values of the experiment's own options, by name."""
+        return {each.name: getattr(self, each.name) for each in self.experiment.options}
+
+
+def of_experiment(experiment: Experiment) -> type[RunSettings]:
+    """Return the settings of an experiment's command.
+
+    Args:
+        experiment: its options follow those that all experiments have.
+    """
+    absent = {
+        "render": experiment.drawable, "colour_by": experiment.drawable,
+        "gradients": experiment.gradients, "parameters": experiment.gradients,
+        "protocol": experiment.protocol, "specimen": experiment.protocol,
+    }  # fmt: skip
+    return make_dataclass(
+        f"{type(experiment).__name__}Settings",
+        [
+            ("out", Path, _out(Path("out") / experiment.command)),
+            *map(_field, experiment.options),
+        ],
+        bases=(RunSettings,),
+        namespace={
+            "experiment": experiment,
+            "not_offered": {name for name, offered in absent.items() if not offered},
+        },
+        frozen=True,
+        kw_only=True,
+    )
+
+
+def _field(own: Option) -> tuple[str, Any, Any]:
+    """Name, type and default of an experiment's own option."""
+    kind, default = own.type, own.default
+    if get_origin(kind) is list:
+        kind, default = tuple[get_args(kind)[0], ...], ()  # type: ignore[misc]
+    elif default is None:
+        kind |= None
+    return own.name, kind, option(default, own.help, own.flag, key=own.key)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PickupSettings(ConfiguredSettings):
+    """Find the least pressure that picks food up, by grasps at multiples of --resolution.
+
+    A call that was killed goes on where it was. pickup.csv has all grasps.
+    """
+
+    out: Path = _out(Path("out/pickup"))
+    food: str | None = _food(None)
+    pose: str | None = _pose(None)
+    friction: float | None = option(None, "Of fingers on food.", key="food.friction")
+    resolution: float = _resolution(5.0)
+    start: float = option(150.0, "Of the first grasp.", measured_in="kPa", above=0)
+    highest: float = option(
+        SEARCH.highest_kPa,
+        "None above is tried.",
+        measured_in="kPa",
+        above=0,
+        most=SEARCH.largest_pressure_kPa,
+    )
+    preset: str | None = _preset(None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionSettings(ConfiguredSettings):
+    """Calibrate friction from the least pressure that picks food up: μ and its interval.
+
+    A call that was killed goes on where it was. friction.csv has all grasps.
+    """
+
+    pickup_pressure: float = option(
+        MISSING,
+        "Least pressure that picks up, as measured.",
+        measured_in="kPa",
+        above=0,
+        most=SEARCH.largest_pressure_kPa,
+    )
+    out: Path = _out(Path("out/friction"))
+    food: str | None = _food(None)
+    pose: str | None = _pose(None)
+    resolution: float = _resolution(5.0)
+    tolerance: float = option(0.01, "Of the friction that is sought.", least=1e-4, most=0.5)
+    preset: str | None = _preset(None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdoptSettings:
+    """Turn your own geometry into a finger: mesh, configuration and a picture.
+
+    It takes closed shells inside, or hollows with an opening, for cavities, a plane face at an
+    end for the clamp, and the other end for the tip. The picture shows what it took for what;
+    options correct it. All coordinates are those of the file, in mm.
+    """
+
+    part: Path = argument(MISSING, "STEP, IGES or BREP; STL, OBJ or PLY; or a mesh, as .msh.")
+    out: Path = _out(Path("out/adopt"))
+    cavity: tuple[Point, ...] = option(
+        (), "Point in or on a cavity (mm); repeatable.", metavar="X,Y,Z", read=_points
+    )
+    clamp: tuple[Point, ...] = option(
+        (), "Point on the plane face that is clamped (mm).", metavar="X,Y,Z", read=_points
+    )
+    tip: tuple[Point, ...] = option(
+        (), "Point on the face that is the tip (mm).", metavar="X,Y,Z", read=_points
+    )
+    back: tuple[Point, ...] = option(
+        (), "Direction that the strain-limiting side faces.", metavar="X,Y,Z", read=_points
+    )
+    whole: bool = option(False, "Mesh both halves.")
+    size_mm: float | None = option(None, "Size of elements.", above=0, most=1000)
+    order: int | None = option(None, "Order of elements.", metavar="1|2", least=1, most=2)
+    cap_mm: float | None = option(
+        None, "Thickness of a cap on an opening away from the clamp.", above=0, most=1000
+    )
+    limit_s: float = option(300.0, "Time after which meshing is given up.", above=0, most=1e6)
+    scale: float = option(
+        1.0, "Of the file's unit; 25.4 for inches.", measured_in="mm", above=0, most=1e6
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshSettings(ConfiguredSettings):
+    """Mesh the finger: .msh, VTK and Abaqus .inp.
+
+    The files hold the solver's elements: hexahedra of 20 nodes (S2, the
+    default), tetrahedra of 10 nodes (P2, P2-P1) or of 4 nodes (P1).
+    --set mesh.order=1 asks for linear ones, mesh.order=2 for quadratic ones.
+    """
+
+    out: Path = _out(Path("out/mesh"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportSettings(ConfiguredSettings):
+    """Write a design as STL or STEP, closed and ready to print, or as a configuration.
+
+    --config takes a TOML file, or the run.json of an earlier run. The solid is the whole finger
+    without load, in mm.
+    """
+
+    files: tuple[Path, ...] = argument(MISSING, "Files ending in .stl, .step or .toml.", "FILE")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MorphSettings(ConfiguredSettings):
+    """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it."""
+
+    mesh: Path = argument(MISSING, "Mesh of the original: .msh, .inp, .vtk or .vtu.")
+    out: Path = option(MISSING, "File of the moved mesh.", "--out", "-o")
+    xi: tuple[float, float] = option(
+        MISSING, "Relative change of both regions' thickness.", metavar="ξ1 ξ2"
+    )
+    inverse: bool = option(False, "Undo this morph instead.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConfigSettings(ConfiguredSettings):
+    """Print the resolved configuration, each key with its meaning."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DoctorSettings:
+    """Say what this machine has of what the commands need, and what is missing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnsSettings:
+    """Say what each column of an experiment's result.csv means."""
+
+    experiment: str | None = argument(None, "e.g. grasp; default: all.", "EXPERIMENT")
+    markdown: bool = option(False, "Print a page of Markdown.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class EffectSettings:
+    """List the effects that can be switched on, with their parameters and priors."""
+
+    name: str | None = argument(None, "One effect, to read all about it.", "NAME")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SyntheticSettings(ConfiguredSettings):
+    """Write a synthetic measurement with hidden effects, nuisances and noise."""
+
+    out: Path = _out(Path("out/synthetic"))
+    experiments: tuple[str, ...] = option(
+        ("bending", "blocked_force"), "Experiments to simulate.", metavar="NAME,NAME,…", read=_names
+    )
+    hide: Mapping[str, Any] = option(
+        NOTHING,
+        "Like --set, but kept secret; repeatable.",
+        metavar="KEY=VALUE",
+        read=_assigned_pressures,
+    )
+    nuisance: tuple[str, ...] = option(
+        (), "Draw its values from its prior; repeatable.", metavar="EFFECT"
+    )
+    noise: Mapping[str, Any] = _noise(NOTHING)
+    seed: int = option(0, "Seed of nuisances and noise.")
+    protocol: Path | None = _protocolfile(None)
+    specimen: str | None = _specimen(None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagnoseSettings(ConfiguredSettings):
+    """Find out what the simulation gets wrong about measured data, and why."""
+
+    data: tuple[Path, ...] = argument(MISSING, "Measured; each CSV has a TOML.", "DATA.csv")
+    out: Path = _out(Path("out/diagnosis"))
+    workers: int = _workers(2)
+    store: Path | None = _store(None)
+    effects: tuple[str, ...] = _effects(())
+    campaign: Path | None = option(
+        None, "Of designs: the best by the extended model, too.", metavar="FOLDER"
+    )
+    quick: bool = option(False, "Stop after the screen.")
+    anew: bool = option(False, "Simulate what comes with the package, too.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanExperimentSettings(ConfiguredSettings):
+    """Find which effects a rig could name, at which strength, and what to add to it."""
+
+    rig: Path | None = argument(None, "Set-up and \\[protocol]; default: the paper's.", "RIG.toml")
+    out: Path = _out(Path("out/plan"))
+    changes: Mapping[str, Any] = option(
+        NOTHING, "Of \\[protocol], e.g. cycles=3.", "--with", metavar="KEY=VALUE", read=_assigned
+    )
+    noise: Mapping[str, Any] = _noise(NOTHING)
+    workers: int = _workers(2)
+    store: Path | None = _store(None)
+    effects: tuple[str, ...] = _effects(())
+    quick: bool = option(False, "Only additions whose simulations are at hand.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PredictSettings:
+    """Predict an actuator from fits to others: angle and ballooning pressure, 90 % intervals."""
+
+    source: Path = option(MISSING, "Configuration with a \\[posterior].", "--from")
+    out: Path = _out(Path("out/prediction"))
+    overrides: Mapping[str, Any] = _changes(NOTHING)
+    pressures: tuple[float, ...] = option(
+        (), "Where to predict the angle.", metavar="kPa,kPa,…", read=_pressures
+    )
+    csv: Path | None = option(None, "Table; default: prediction.csv in --out.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignSettings:
+    """Find the best design by gradients: each step is accepted on finite elements.
+
+    A run that was stopped goes on from OUT/simulations. OUT then holds design.json, design.toml
+    (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence;
+    OUT/steps a picture of each accepted design, drawn as it is found.
+    """
+
+    file: Path = argument(MISSING, "TOML: objective, constraints, parameters.", "FILE.toml")
+    out: Path = _out(Path("out/design"))
+    workers: int = _workers(1)
+    overrides: Mapping[str, Any] = _changes(NOTHING)
+    refine: bool = option(True, "Solve start and result again on a finer mesh.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DoeSettings(ConfiguredSettings):
+    """Design of experiments: compute every design that is missing in a campaign."""
+
+    out: Path = _out(Path("out/doe"))
+    points: Literal["grid", "sobol", "lhs"] = option("grid", "Evenly spaced, or sampled.")
+    number: int | None = option(None, "Number of samples.")
+    parameter: tuple[str, ...] = option(
+        (),
+        "What varies; repeatable. Default: the paper's 16 x 13 values of ξ1 and ξ2.",
+        metavar="KEY=LOW:HIGH[:COUNT]",
+    )
+    seed: int = option(0, "Of the samples.")
+    quantity: tuple[str, ...] = option(
+        (), "Outputs; repeatable. Default: cog_offset_mm and force_N."
+    )
+    workers: int = option(1, "Local processes, or Slurm jobs.", least=1)
+    scheduler: str | None = option(
+        None, "A Dask cluster that is there, tls://HOST:PORT.", metavar="ADDRESS"
+    )
+    slurm: Path | None = option(None, "Start workers as Slurm jobs.", metavar="FILE.toml")
+    ranks: int = option(1, "MPI processes of each design.", least=1)
+    retry_failed: bool = option(False, "Compute failed designs anew.")
+    objective: str | None = option(None, "Another objective function.", metavar="MODULE:FUNCTION")
+    fields: bool = option(
+        False,
+        "Keep deformed shapes of designs computed now (2 MB for each reading, default "
+        "mesh), for explore.",
+    )
+    gradients: bool = _gradients(False)
+    parameters: str | None = _parameters(None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DoeExportSettings:
+    """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv."""
+
+    out: Path = _out(Path("out/doe"))
+    csv: Path | None = option(None, "Default: designs.csv in --out.")
+    parquet: Path | None = option(None, "Default: designs.parquet in --out.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainSettings:
+    """Train a neural network on the designs of a campaign."""
+
+    source: Path = argument(MISSING, "Folder of a campaign, or .csv or .parquet.", "FROM")
+    out: Path = _out(Path("out/surrogate"))
+    inputs: tuple[str, ...] = option(
+        (), "Column; repeatable. Default: morph.xi1 and morph.xi2.", "--input", metavar="COLUMN"
+    )
+    outputs: tuple[str, ...] = option(
+        (), "Column; repeatable. Default: cog_offset_mm and force_N.", "--output", metavar="COLUMN"
+    )
+    epochs: int = option(5000, "Passes over the training designs.", least=1)
+    seed: int = option(0, "Of the split and the first weights.", least=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OptimiseSettings(ConfiguredSettings):
+    """Find the Pareto front by NSGA-II, choose by the COG limit, compute the choice again.
+
+    Finite elements take the configuration of the campaign that the surrogate learnt from, unless
+    --config names another; --set changes it. What they computed is kept in OUT/fem.
+    """
+
+    surrogate: Path = _surrogate(MISSING)
+    out: Path = _out(Path("out/optimum"))
+    cog_max: tuple[float, ...] = option((3.0,), "Largest COG offset; repeatable.", measured_in="mm")
+    population: int = option(1000, "Designs in a generation.", least=4)
+    generations: int = option(200, "The random first one counts.", least=1)
+    crossover: float = option(0.9, "Rate, per mating.", least=0, most=1)
+    mutation: float = option(0.5, "Rate, per input.", least=0, most=1)
+    seed: int = option(1, "Of NSGA-II.", least=0)
+    resolve: bool = option(True, "Compute the choices and --along by finite elements.")
+    along: int = option(10, "Points of the front to compute again.", least=0)
+    workers: int = option(1, "Local processes of --resolve.", least=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudySettings:
+    """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
+
+    surrogate: Path = _surrogate(MISSING)
+    out: Path = _out(Path("out/study"))
+    cog_max: float = option(3.0, "Largest COG offset.", measured_in="mm")
+    population: tuple[int, ...] = option((50, 100, 500, 1000), "Designs in a generation.", least=4)
+    generations: tuple[int, ...] = option(
+        (10, 50, 100, 200), "The random first one counts.", least=1
+    )
+    crossover: tuple[float, ...] = option(
+        (0.9, 0.8, 0.6, 0.4), "Rate, per mating.", least=0, most=1
+    )
+    mutation: tuple[float, ...] = option((0.01, 0.1, 0.5, 0.8), "Rate, per input.", least=0, most=1)
+    seeds: int = option(10, "Runs of each combination.", least=2)
+    processes: int | None = option(None, "At a time. Default: one for each core.", least=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReproduceSettings(ConfiguredSettings):
+    """Run doe, train, optimise and study as in the paper, and compare with it.
+
+    Each step writes into its own folder under OUT and resumes there.
+    """
+
+    out: Path = _out(Path("out/reproduce"))
+    workers: int = _workers(1)
+    parameter: tuple[str, ...] = option(
+        (), "Default: the paper's 208 designs.", metavar="KEY=LOW:HIGH:COUNT"
+    )
+    study: bool = option(True, "With the study of hyperparameters.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportSettings:
+    """Write results as one HTML page: 3D view, curves, front, checks, provenance.
+
+    RUN is a folder that bend, force, cycle, coupon, push, grasp, doe, train, optimise, design,
+    study or diagnose wrote, or one with several of these in it, such as the demo's. The page needs
+    no network; it opens in any browser.
+    """
+
+    results: tuple[Path, ...] = argument(MISSING, "Folders with results of any kind.", "RUN")
+    out: Path = option(Path("report.html"), "HTML file.", "--out", "-o")
+    measured: Path | None = option(None, "Measured data, drawn beside curves.", metavar="FILE.csv")
+    title: str | None = option(None, "Title of the page.", metavar="TEXT")
+    pdf: bool = option(False, "Also print it, by Chromium.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExploreSettings(ConfiguredSettings):
+    """Explore designs in the browser: sliders, shape, numbers, front, gripper, exports.
+
+    Designs are solved on demand and kept, and shapes between them are interpolated. The page is
+    served to this machine alone, to whoever has the address that is printed.
+    """
+
+    results: tuple[Path, ...] = argument(
+        (), "Folders of doe, train, optimise, bend or force.", "RESULTS"
+    )
+    out: Path | None = option(
+        None,
+        "Folder for solutions; default: explore/ in RESULTS or in out.",
+        "--out",
+        "-o",
+        metavar="FOLDER",
+    )
+    parameter: tuple[str, ...] = option(
+        (), "A slider; repeatable. Default: the campaign's.", metavar="KEY=LOW:HIGH"
+    )
+    host: str = option(
+        "127.0.0.1",
+        "Address to listen at; any other than this machine's is public.",
+        metavar="ADDRESS",
+    )
+    port: int | None = option(
+        None, "Default: the first free one from 8760 on.", least=0, most=65535
+    )
+    browser: bool = option(False, "Open it in the browser.")
+    restart: bool = option(False, "Take the place of the last server: its pages connect again.")
