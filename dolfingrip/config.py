@@ -20,35 +20,25 @@ from dolfingrip.foods.food import Food
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.films import Film
-from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.material import Material
 from dolfingrip.sections.numerics import Contact, Solver
-from dolfingrip.sections.procedure import Branch, Coupon, Experiment, Protocol
 from dolfingrip.sections.section import EVERYWHERE
 from dolfingrip.sections.setup import Setup
-from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
+from dolfingrip.sections.specimen import Finger, Mesh
+from dolfingrip.sections.tables import dumps
 from dolfingrip.sections.units import KPA
 
 __all__ = [
     "KPA",
     "NO_CHANGE",
-    "Branch",
     "Change",
-    "Cog",
     "Config",
     "ConfigError",
     "Contact",
-    "Coupon",
-    "Experiment",
     "Film",
     "Finger",
-    "Gravity",
     "Material",
     "Mesh",
-    "Morph",
-    "Plate",
-    "Protocol",
-    "Setup",
     "Solver",
     "changed",
     "checked",
@@ -134,15 +124,6 @@ def from_dict(data: dict[str, Any]) -> Config:
         ConfigError: one line naming the key, its value and the allowed range.
     """
     return checked(Config, data)
-
-
-def dumps(config: Config) -> str:
-    """Return the resolved configuration as TOML, each key with its meaning as a comment.
-
-    Args:
-        config: of any kind of finger.
-    """
-    return tables.dumps(config)
 
 
 def felt(

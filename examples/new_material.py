@@ -25,7 +25,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.experiments.material_fit import coupons
-from dolfingrip.experiments.material_fit.fit import Fit, fit
+from dolfingrip.experiments.material_fit.fit import LawFit, fit
 from dolfingrip.experiments.material_fit.homogeneous import stress
 from dolfingrip.experiments.material_fit.law import LAWS, Law
 from dolfingrip.forms.isotropic import Invariants
@@ -81,8 +81,8 @@ class Found(NamedTuple):
         stress_MPa: nominal stress of the new law at a stretch of 2.
     """
 
-    new: Fit
-    neo_hooke: Fit
+    new: LawFit
+    neo_hooke: LawFit
     stress_MPa: float
 
 

@@ -9,8 +9,7 @@ import gmsh
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.slivers import refuse_slivers
 from dolfingrip.meshes.solid import MeshError
-from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
-from dolfingrip.sections.geometry.cylinders import Cylinder, CylinderSolid
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid, Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.sections import units
+from dolfingrip.sections import errors, units
 from dolfingrip.sections.form import Form
 from dolfingrip.sections.section import EVERYWHERE, Role
 from dolfingrip.sections.setup import KINDS
@@ -251,14 +251,9 @@ def test_printed_configuration_reads_back_equal(overrides: list[str], tmp_path: 
 def _keys() -> dict[str, Any]:
     return {
         f"{section}.{key}": info
-        for section, field in Config.model_fields.items()
-        for key, info in _table(field.annotation).model_fields.items()
+        for section in Config.model_fields
+        for key, info in errors.fields([section], Config).items()
     }
-
-
-def _table(hint: Any) -> Any:
-    """The class of a table, which may be absent."""
-    return next((part for part in get_args(hint) if part is not type(None)), hint)
 
 
 def test_every_number_has_its_unit_in_its_name() -> None:
@@ -276,7 +271,9 @@ def test_every_key_is_printed_with_its_meaning() -> None:
     assert boxes is not None
     count = Form(offsets_mm=()).count(boxes)
     bent = [f"form.offsets_mm={[0.0] * count}"]
-    kinds = ([], *made, own, bent)
+    ogden = ["material.law=ogden", "material.ogden_mu_MPa=[1]", "material.ogden_alpha=[2]"]
+    polynomial = ["material.law=polynomial", "material.C10_MPa=1"]
+    kinds = ([], *made, own, bent, ogden, polynomial)
     lines = [
         line
         for kind in kinds

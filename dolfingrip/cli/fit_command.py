@@ -15,11 +15,10 @@ from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import coupons, doubts, fit, material_file
 from dolfingrip.experiments.material_fit.choice import choose, unstable
-from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
-from dolfingrip.experiments.material_fit.fit import Fit
+from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
+from dolfingrip.experiments.material_fit.fit import LawFit
 from dolfingrip.experiments.material_fit.homogeneous import limit_points
 from dolfingrip.experiments.material_fit.law import LAWS
-from dolfingrip.experiments.material_fit.policy import POLICY
 from dolfingrip.report import material
 from dolfingrip.report.table import of_columns
 
@@ -85,8 +84,7 @@ def fit_laws(
     )
 
 
-def _told(data: Sequence[Series], readings: int) -> str:
-
+def _told(data: Sequence[CouponSeries], readings: int) -> str:
     parts = []
     for mode in dict.fromkeys(series.mode for series in data):
         of_mode = [series for series in data if series.mode == mode]
@@ -95,13 +93,12 @@ def _told(data: Sequence[Series], readings: int) -> str:
     return f"{readings} readings; {'; '.join(parts)}"
 
 
-def _quality(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> Table:
+def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries]) -> Table:
     """A table: how well each law fits, to which stretches it is stable, when a balloon gives way.
 
     The laws' titles and the modes are wrapped, so that the table fits into 80 columns.
     """
-
-    highest = max(POLICY.looked_at, 2 * farthest(data))
+    highest = max(best.policy.looked_at, 2 * farthest(data))
     stable = f"Stable to stretch ({', '.join(MODES)})"
     names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
     columns: dict[str, list[str]] = {name: [] for name in names}
@@ -123,7 +120,7 @@ def _quality(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> Table:
     return of_columns(columns, "Laws", left=("Law",))
 
 
-def _values(fits: Sequence[Fit], best: Fit) -> Table:
+def _values(fits: Sequence[LawFit], best: LawFit) -> Table:
     """A table with the values of each law's parameters and half of their intervals."""
     names = ("Law", "Parameter", "Value", "± half of the 90 % interval")
     columns: dict[str, list[str]] = {name: [] for name in names}
@@ -131,21 +128,24 @@ def _values(fits: Sequence[Fit], best: Fit) -> Table:
         of_law = zip(each.law.keys, each.values, each.half_width, strict=True)
         for i, (key, value, half) in enumerate(of_law):
             title = each.law.title + (" ←" if each is best else "")
-            row = (title if i == 0 else "", key.rpartition(".")[2], *_interval(value, half))
+            row = (
+                title if i == 0 else "",
+                key.rpartition(".")[2],
+                *_interval(value, half, each.policy.free),
+            )
             for name, cell in zip(names, row, strict=True):
                 columns[name].append(cell)
     return of_columns(columns, "Values", left=("Law", "Parameter"))
 
 
-def _interval(value: float, half: float) -> tuple[str, str]:
-    """A value and half of its interval as texts."""
-
-    if half > POLICY.free * abs(value):
+def _interval(value: float, half: float, free: float) -> tuple[str, str]:
+    """A value and half of its interval as texts; free where that is so many times as large."""
+    if half > free * abs(value):
         return f"{value if abs(value) > 1e-9 else 0.0:z.2g}", "free"
     return f"{value:z.4g}", f"{half:.2g}"
 
 
-def _remarks(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> list[str]:
+def _remarks(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries]) -> list[str]:
     found = [
         f"{fit.law.title}: {line}" for fit in fits for line in doubts.doubts(fit, data)
         if fit is best or "fits equally" in line

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from dolfingrip.channels import FORCE, PRESSURE, readings
 from dolfingrip.experiments.description import Curve, Plot
+from dolfingrip.experiments.experiment import Config, Readings, Rig
 from dolfingrip.experiments.finger_experiment import FingerExperiment
-
-if TYPE_CHECKING:
-    from mpi4py import MPI
-
-    from dolfingrip.config import Config
-    from dolfingrip.experiments.results.readings import Readings
-    from dolfingrip.experiments.rigs.rig import Rig
-    from dolfingrip.mechanics.model.profile import Profile
 
 BLOCKED = FORCE.called("Blocked force")
 
@@ -28,11 +21,6 @@ class BlockedForce(FingerExperiment):
     parts: ClassVar = ("plate", "finger")
     table: ClassVar = (PRESSURE, *(BLOCKED if c is FORCE else c for c in readings("plate")))
     plot: ClassVar = Plot(BLOCKED.label, (Curve(FORCE.name, "simulation"),))
-
-    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
-        from dolfingrip.experiments.rigs.finger_rig import FingerRig
-
-        return FingerRig.built(config, comm, profile, plate=True, made_for=self.made_for)
 
     def setup(self, config: Config) -> dict[str, Any]:
         plate = config.plate.model_dump(include={"gap_mm", "tilt_deg"})

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from dolfingrip.channels import DISPLACEMENT, NOMINAL_STRAIN, NOMINAL_STRESS, TIME, readings
 from dolfingrip.experiments.description import Curve, Option, Plot
-from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Rig
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.sections.errors import ConfigError
 
-if TYPE_CHECKING:
-    from mpi4py import MPI
-
-    from dolfingrip.config import Config
-    from dolfingrip.experiments.rigs.rig import Rig
-    from dolfingrip.mechanics.model.profile import Profile
+FIT: Final = "--fit FILE.csv"
+"""The option that options of a fit are allowed with."""
 
 
 class Coupon(Experiment):
@@ -41,20 +37,8 @@ class Coupon(Experiment):
             None,
             "Fit laws to this measured CSV instead; repeatable.",
         ),
-        Option(
-            "--law",
-            list[str],
-            None,
-            "With --fit: this law alone; repeatable.",
-            needs="--fit FILE.csv",
-        ),
-        Option(
-            "--max-stretch",
-            float,
-            None,
-            "With --fit: leave out readings beyond.",
-            needs="--fit FILE.csv",
-        ),
+        Option("--law", list[str], None, "With --fit: this law alone; repeatable.", needs=FIT),
+        Option("--max-stretch", float, None, "With --fit: leave out readings beyond.", needs=FIT),
     )
 
     def schedule(self, config: Config) -> Sequence[Stop]:

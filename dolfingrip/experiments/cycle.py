@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.blocked_force import BlockedForce
 from dolfingrip.experiments.description import PRESSURE_OPTION, Option
-from dolfingrip.experiments.experiment import Experiment
-
-if TYPE_CHECKING:
-    from dolfingrip.config import Config
+from dolfingrip.experiments.experiment import Config, Experiment
 
 
 class Cycle(Bending):

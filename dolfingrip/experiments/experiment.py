@@ -14,13 +14,15 @@ from dolfingrip.channels import PRESSURE, Channel, Part
 from dolfingrip.experiments.description import Option, Plot
 from dolfingrip.experiments.protocol.schedule import Stop
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what experiments receive: their modules import the solver
     from mpi4py import MPI
 
     from dolfingrip.config import Config
     from dolfingrip.experiments.results.readings import Readings
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
+else:
+    MPI = Config = Readings = Rig = Profile = object
 
 
 class Experiment(ABC):
@@ -69,7 +71,10 @@ class Experiment(ABC):
     # -- before the run --------------------------------------------------------------------------
 
     def settings(self, config: Config) -> Config:
-        """``config`` with the settings that the experiment requires.
+        """Return a configuration with the settings that the experiment requires.
+
+        Args:
+            config: of the user.
 
         Raises:
             ConfigError: one line, if the configuration cannot have them.
@@ -77,19 +82,26 @@ class Experiment(ABC):
         return config
 
     def with_options(self, given: Mapping[str, Any]) -> Experiment:
-        """The experiment that these options of the command ask for, given by name."""
+        """Return the experiment that options of the command ask for.
+
+        Args:
+            given: values by the options' names.
+        """
         return self
 
     @abstractmethod
     def schedule(self, config: Config) -> Sequence[Stop]:
-        """The stops at which readings are taken, in order.
+        """Return the stops at which readings are taken, in order.
+
+        Args:
+            config: to which :meth:`settings` was applied.
 
         Raises:
             ConfigError: one line, if the protocol is not one for this experiment.
         """
 
     def efforts(self, config: Config) -> list[float]:
-        """Effort of each reading of the schedule, in any unit; the time left is estimated by it."""
+        """Return the cost of each reading of the schedule, in any unit; for the time left."""
         return [1.0 for _ in self.schedule(config)]
 
     @abstractmethod

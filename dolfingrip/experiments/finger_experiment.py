@@ -6,14 +6,20 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from dolfingrip.experiments.description import PRESSURE_OPTION, Option
-from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.experiments.notes import notes
+from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
     from dolfingrip.sections.geometry.geometry import Geometry
+
+if TYPE_CHECKING:
+    from dolfingrip.experiments.rigs.finger_rig import FingerRig
+
+
+NEARLY_INCOMPRESSIBLE = {"P2": 0.49, "S2": 0.47}
+"""Poisson's ratio above which an element with quadratic displacements and no pressure field is not
+enough. Tetrahedra lock; on hexahedra Newton's method takes several times as many iterations."""
 
 
 class FingerExperiment(Experiment):
@@ -31,6 +37,23 @@ class FingerExperiment(Experiment):
     def schedule(self, config: Config) -> Sequence[Stop]:
         return pressurisation.stops(config)
 
+    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
+        return self._rig(config, comm, profile)
+
+    def _rig(self, config: Config, comm: MPI.Comm, profile: Profile, **further: Any) -> FingerRig:
+        """Build the finger's rig.
+
+        Args:
+            config: to which :meth:`settings` was applied.
+            comm: ranks to run on.
+            profile: takes the time of each phase.
+            further: arguments of :meth:`FingerRig.built`.
+        """
+        from dolfingrip.experiments.rigs.finger_rig import FingerRig
+
+        further |= {"plate": "plate" in self.parts, "made_for": self.made_for}
+        return FingerRig.built(config, comm, profile, **further)
+
     def setup(self, config: Config) -> dict[str, Any]:
         data: dict[str, Any] = {
             "rate_kPa_per_s": config.experiment.rate_kPa_per_s,
@@ -42,3 +65,31 @@ class FingerExperiment(Experiment):
 
     def notes(self, config: Config) -> list[str]:
         return notes(config)
+
+
+def notes(config: Config) -> list[str]:
+    """Return one line for each doubt about the finger's regions and about the element.
+
+    Args:
+        config: of a simulation.
+    """
+    found = []
+    region, element = config.geometry.limiting, config.solver.element
+    if region and not (config.mesh.file or region in config.material.own or config.film.all):
+        found.append(
+            f'finger.kind = "{config.finger.kind}": its region {region} is of the same material as '
+            "the rest, so nothing limits its strain, and the finger may bend the wrong way; give "
+            f"[material.{region}], or a film on it, as [film.NAME]"
+        )
+    quadratic = element or ("S2" if config.hexahedra else "P2")
+    if element == "P1":
+        found.append(
+            'solver.element = "P1": linear tetrahedra are too stiff in thin walls (tip '
+            'displacement 38 % too small with walls of 1 mm); take "P2"'
+        )
+    elif config.material.poisson > NEARLY_INCOMPRESSIBLE.get(quadratic, 0.5):
+        found.append(
+            f'solver.element = "{quadratic}": nu = {config.material.poisson:.4g} is nearly '
+            'incompressible, where it converges slowly; take "P2-P1"'
+        )
+    return found

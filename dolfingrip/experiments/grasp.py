@@ -6,22 +6,14 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
 from dolfingrip.experiments.description import PRESSURE_OPTION, Curve, Option, Plot
-from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.experiments.notes import notes
+from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings, Rig
+from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.experiments.protocol import grasping
 from dolfingrip.experiments.protocol.schedule import Stop
-
-if TYPE_CHECKING:
-    from mpi4py import MPI
-
-    from dolfingrip.config import Config
-    from dolfingrip.experiments.results.readings import Readings
-    from dolfingrip.experiments.rigs.rig import Rig
-    from dolfingrip.mechanics.model.profile import Profile
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +49,8 @@ class GraspPolicy:
     rtol: float = 1e-5
 
 
-POLICY: Final = GraspPolicy()
+STANDARD: Final = GraspPolicy()
+"""The numbers where a caller gives none."""
 
 
 class Grasp(Experiment):
@@ -65,6 +58,9 @@ class Grasp(Experiment):
 
     The gripper stands still and the table moves. Fingers are quasi-static; the food is rigid and
     has inertia. Friction on fingers and table has a memory.
+
+    Args:
+        policy: numbers that decide how it is meshed and solved.
     """
 
     name: ClassVar = "grasp"
@@ -105,21 +101,24 @@ class Grasp(Experiment):
     gradients: ClassVar = False
     pictures: ClassVar = "gripper"
 
+    def __init__(self, policy: GraspPolicy = STANDARD) -> None:
+        self.policy = policy
+
     def settings(self, config: Config) -> Config:
         solver = {
-            "time_limit_s": config.solver.time_limit_s or POLICY.time_limit_s,
-            "max_iterations": min(config.solver.max_iterations, POLICY.most_iterations),
-            "rtol": max(config.solver.rtol, POLICY.rtol),
+            "time_limit_s": config.solver.time_limit_s or self.policy.time_limit_s,
+            "max_iterations": min(config.solver.max_iterations, self.policy.most_iterations),
+            "rtol": max(config.solver.rtol, self.policy.rtol),
             "min_step_kPa": max(
-                config.solver.min_step_kPa, POLICY.least_step * config.solver.max_step_kPa
+                config.solver.min_step_kPa, self.policy.least_step * config.solver.max_step_kPa
             ),
         }
         mesh: dict[str, Any] = {"half": False}
         sized = config.mesh.size_mm is not None or config.mesh.edge_size_mm is not None
         if config.gripper.preset == "coarse" and not sized:
-            mesh["size_mm"] = POLICY.coarse_mm
+            mesh["size_mm"] = self.policy.coarse_mm
             if config.geometry.thin:
-                mesh["edge_size_mm"] = POLICY.coarse_mm
+                mesh["edge_size_mm"] = self.policy.coarse_mm
         return config.changed(mesh=mesh, solver=solver, gravity={"acceleration_m_s2": 0.0})
 
     def schedule(self, config: Config) -> Sequence[Stop]:
@@ -127,7 +126,7 @@ class Grasp(Experiment):
 
     def efforts(self, config: Config) -> list[float]:
         """The steps to each reading, those of the lift and of waits by their cost."""
-        each = {"hold": POLICY.wait_effort, "lift": POLICY.lift_effort}
+        each = {"hold": self.policy.wait_effort, "lift": self.policy.lift_effort}
         stops = self.schedule(config)
         ways = [after.time_s - before.time_s for before, after in itertools.pairwise(stops)]
         return [

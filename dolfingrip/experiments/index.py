@@ -28,16 +28,19 @@ EXPERIMENTS: Mapping[str, Experiment] = {name: experiment(name) for name in NAME
 
 
 def find(name: str) -> Experiment:
-    """The experiment of this name; its command's name is allowed, too.
+    """Return an experiment by its name, or by its command's.
+
+    Args:
+        name: such as ``blocked_force`` or ``force``.
 
     Raises:
         ConfigError: one line that lists the allowed names.
     """
-    by_command = {each.command: each for each in EXPERIMENTS.values()}
-    if name not in {*EXPERIMENTS, *by_command}:
+    by_name = {each.command: each for each in EXPERIMENTS.values()} | {**EXPERIMENTS}
+    if name not in by_name:
         told = [
             known if known == each.command else f"{known} (or {each.command})"
             for known, each in EXPERIMENTS.items()
         ]
         raise ConfigError(f"experiment {name}: allowed: {', '.join(told)}")
-    return EXPERIMENTS.get(name) or by_command[name]
+    return by_name[name]

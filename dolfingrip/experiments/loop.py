@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 from mpi4py import MPI
 
@@ -15,7 +16,6 @@ from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
 from dolfingrip.experiments.derivatives.sensitivities import Sensitivities
 from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.experiments.failures import explained
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.request import Request
@@ -28,8 +28,24 @@ from dolfingrip.files.run import RunFailure
 from dolfingrip.mechanics.model.compilation import Tell, told_to
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.path import LoadPath, Observer
+
+WORDS: Final = {
+    FailureKind.INVERTED_ELEMENT: (
+        "an element turned inside out; refine the mesh or lower the {quantity}"
+    ),
+    FailureKind.CONTACT: (
+        "contact kept Newton's steps short; widen contact.barrier_mm or lower its stiffness"
+    ),
+    FailureKind.LIMIT_POINT: (
+        "the {specimen} goes soft here (its stiffness vanishes): {quantity} control cannot follow "
+        "it"
+    ),
+    FailureKind.ITERATION_LIMIT: "Newton's method did not converge within solver.max_iterations",
+    FailureKind.TIME_LIMIT: "solver.time_limit_s is over",
+}
+"""The meaning of a failure, in words of the configuration."""
 
 
 def run(
@@ -202,3 +218,9 @@ def _through(
         if rig.over():
             break
     return None
+
+
+def explained(failure: Failure, rig: Rig) -> Failure:
+    """The failure with its meaning for the rig's specimen and with the rig's advice."""
+    words = WORDS[failure.kind].format(specimen=rig.specimen_name, quantity=rig.quantity)
+    return replace(failure, words=words, advice=rig.advice(failure))

@@ -22,7 +22,7 @@ from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.files.run import RunFile
-from dolfingrip.sections.posterior import Posterior
+from dolfingrip.sections.posterior import PosteriorTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,12 @@ class PredictionPolicy:
     points: int = 4000
 
 
-POLICY: Final = PredictionPolicy()
+STANDARD: Final = PredictionPolicy()
+"""The numbers where a caller gives none."""
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class PressureCurve:
     """Angle against pressure of one simulation, for a pressure that only rises.
 
     If the simulated pressure falls, the angle jumps at the greatest pressure so far. Beyond its end
@@ -57,21 +58,31 @@ class Curve:
         pressure_kPa: (n,) rising pressures.
         angle_deg: (n,) angles.
         simulated_deg: the largest angle that was simulated.
+        policy: numbers that decide how it is drawn.
     """
 
     pressure_kPa: np.ndarray
     angle_deg: np.ndarray
     simulated_deg: float = np.inf
+    policy: PredictionPolicy = STANDARD
 
     @classmethod
-    def of(cls, pressure_kPa: np.ndarray, angle_deg: np.ndarray) -> Curve:
-        """A curve from readings in their order."""
+    def of(
+        cls, pressure_kPa: np.ndarray, angle_deg: np.ndarray, policy: PredictionPolicy = STANDARD
+    ) -> PressureCurve:
+        """Make a curve from readings in their order.
+
+        Args:
+            pressure_kPa: (n,) pressures.
+            angle_deg: (n,) angles.
+            policy: number of the curve's points.
+        """
         place = np.arange(len(pressure_kPa), dtype=float)
-        fine = np.linspace(0.0, place[-1], POLICY.points)
+        fine = np.linspace(0.0, place[-1], policy.points)
         pressure = np.interp(fine, place, pressure_kPa)
         angle = np.interp(fine, place, angle_deg)
         rising = pressure >= np.maximum.accumulate(pressure)
-        return cls(pressure[rising], angle[rising])
+        return cls(pressure[rising], angle[rising], policy=policy)
 
     def at(self, pressure_kPa: np.ndarray) -> np.ndarray:
         """Angles (deg) at pressures (kPa)."""
@@ -88,14 +99,14 @@ class Curve:
     def ballooning_kPa(self) -> float:
         """Pressure (kPa) at which the angle rises the fastest, over 2 % of the pressure."""
         width = 0.02 * self.pressure_kPa[-1]
-        middle = np.linspace(width, self.pressure_kPa[-1] - width, POLICY.points)
+        middle = np.linspace(width, self.pressure_kPa[-1] - width, self.policy.points)
         rise = self.at(middle + width / 2) - self.at(middle - width / 2)
         return float(middle[rise.argmax()])
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Quantiles ``POLICY.quantiles``.
+    """Quantiles of a sample; see :attr:`PredictionPolicy.quantiles`.
 
     Attributes:
         pressure_kPa: (n,).
@@ -109,16 +120,28 @@ class Prediction:
 
 
 def predict(
-    curves: Sequence[Curve], posterior: Posterior, pressure_kPa: np.ndarray, seed: int = 0
+    curves: Sequence[PressureCurve],
+    posterior: PosteriorTable,
+    pressure_kPa: np.ndarray,
+    seed: int = 0,
+    policy: PredictionPolicy = STANDARD,
 ) -> Prediction:
-    """The prediction from the simulated curve of each fit."""
+    """Predict from the simulated curve of each fit.
+
+    Args:
+        curves: one for each fit.
+        posterior: the fits, and what they left.
+        pressure_kPa: (n,) pressures at which angles are predicted.
+        seed: of the sample.
+        policy: size of the sample, and quantiles.
+    """
     random = np.random.default_rng(seed)
-    which = random.choice(len(curves), POLICY.samples, p=posterior.shares)
-    factor = 1 + posterior.specimen * random.standard_normal(POLICY.samples)
-    shift = posterior.model_kPa * random.standard_normal(POLICY.samples)
-    noise = posterior.reading_deg * random.standard_normal((POLICY.samples, len(pressure_kPa)))
-    gain = 1 + posterior.angle * random.standard_normal((POLICY.samples, 1))
-    angles = np.empty((POLICY.samples, len(pressure_kPa)))
+    which = random.choice(len(curves), policy.samples, p=posterior.shares)
+    factor = 1 + posterior.specimen * random.standard_normal(policy.samples)
+    shift = posterior.model_kPa * random.standard_normal(policy.samples)
+    noise = posterior.reading_deg * random.standard_normal((policy.samples, len(pressure_kPa)))
+    gain = 1 + posterior.angle * random.standard_normal((policy.samples, 1))
+    angles = np.empty((policy.samples, len(pressure_kPa)))
     for i, curve in enumerate(curves):
         drawn = which == i
         felt = (pressure_kPa - shift[drawn, None]) / factor[drawn, None]
@@ -126,18 +149,24 @@ def predict(
     at = np.array([curve.ballooning_kPa for curve in curves])[which] * factor + shift
     return Prediction(
         pressure_kPa,
-        np.quantile(gain * angles + noise, POLICY.quantiles, axis=0),
-        np.quantile(at, POLICY.quantiles),
+        np.quantile(gain * angles + noise, policy.quantiles, axis=0),
+        np.quantile(at, policy.quantiles),
     )
 
 
 def simulated(
     config: Config,
-    posterior: Posterior,
+    posterior: PosteriorTable,
     out: Path,
     progress: Callable[[int, Row], None] = lambda place, row: None,
-) -> list[Curve]:
-    """The curve of each fit, from its folder in ``out`` where it has been simulated.
+) -> list[PressureCurve]:
+    """Return the curve of each fit, and simulate those that have no finished folder.
+
+    Args:
+        config: of the actuator.
+        posterior: the fits.
+        out: folder, in which each fit has one.
+        progress: called with the fit's number, from 0 on, and each new row.
 
     Raises:
         ConfigError: bad input, in one line.
@@ -159,17 +188,20 @@ def simulated(
         growth, pressure, angle = further(
             volume / volume[0], rows[PRESSURE.name].to_numpy(), rows[posterior.reading].to_numpy()
         )
-        curve = Curve.of(pressure * fit.correction(growth), angle)
+        curve = PressureCurve.of(pressure * fit.correction(growth), angle)
         found.append(replace(curve, simulated_deg=float(rows[posterior.reading].max())))
     return found
 
 
 def further(
-    growth: np.ndarray, pressure_kPa: np.ndarray, angle_deg: np.ndarray
+    growth: np.ndarray,
+    pressure_kPa: np.ndarray,
+    angle_deg: np.ndarray,
+    policy: PredictionPolicy = STANDARD,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Readings of a path, extrapolated with the cavity's growth in the last tenth of the path."""
     start = growth[-1] - 0.1 * (growth[-1] - growth[0])
-    ratio = POLICY.further * (growth[-1] - growth[0]) / (growth[-1] - start)
+    ratio = policy.further * (growth[-1] - growth[0]) / (growth[-1] - start)
     return tuple(
         np.append(each, each[-1] + ratio * (each[-1] - np.interp(start, growth, each)))
         for each in (growth, pressure_kPa, angle_deg)
@@ -177,7 +209,12 @@ def further(
 
 
 def is_simulated(folder: Path, config: Config) -> bool:
-    """Return whether the folder holds a finished simulation of this configuration."""
+    """Return whether a folder holds a finished simulation of a configuration.
+
+    Args:
+        folder: of the simulation.
+        config: that it must have.
+    """
     if not RunFile.is_in(folder):
         return False
     known = RunFile.read(folder)

@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.channels import ANGLE, PRESSURE
 from dolfingrip.experiments.description import Curve, Plot
+from dolfingrip.experiments.experiment import MPI, Config, Profile
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, dead_loads, stiffness
 from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
-    from dolfingrip.config import Config
-    from dolfingrip.experiments.rigs.rig import Rig
-    from dolfingrip.mechanics.model.profile import Profile
+    from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
 
 class Push(FingerExperiment):
@@ -46,12 +43,8 @@ class Push(FingerExperiment):
     def settings(self, config: Config) -> Config:
         return config.changed(mesh={"half": False})
 
-    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
-        from dolfingrip.experiments.rigs.finger_rig import FingerRig
-
-        rig = FingerRig.built(
-            config, comm, profile, plate=False, adds=dead_loads, made_for=self.made_for
-        )
+    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
+        rig = self._rig(config, comm, profile, adds=dead_loads)
         if rig.newton.model.domain.half:
             raise ConfigError(
                 f"mesh.file = {config.mesh.file}: half a finger, which has no stiffness in y; "

@@ -32,10 +32,13 @@ EFFORT = {
 
 
 def columns(experiment: Experiment) -> tuple[str, ...]:
-    """Columns of an experiment's ``result.csv``.
+    """Return the columns of an experiment's ``result.csv``.
 
     The columns of the format of measured data come first, then further readings of the parts, then
     the experiment's own columns, and last those of :data:`EFFORT`.
+
+    Args:
+        experiment: whose columns they are.
     """
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
@@ -43,7 +46,11 @@ def columns(experiment: Experiment) -> tuple[str, ...]:
 
 
 def described(experiment: Experiment) -> list[tuple[str, str]]:
-    """The columns of an experiment's ``result.csv`` that can have entries, with their meaning."""
+    """Return the columns of a ``result.csv`` that can have entries, each with its meaning.
+
+    Args:
+        experiment: whose columns they are.
+    """
     filled = {
         each.name: each.about
         for each in (experiment.control, TIME, PRESSURE, *read_of(*experiment.parts))

@@ -38,7 +38,7 @@ TRIES = 1000
 
 
 @dataclass(slots=True)
-class Measurement:
+class SyntheticMeasurement:
     """A synthetic measurement, and the truth that is hidden in it.
 
     Attributes:
@@ -77,7 +77,12 @@ def check_noise(noise: Mapping[str, Any], option: str = "--noise") -> None:
 
 
 def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Config:
-    """``config`` with the effects ``names`` on, their parameters drawn from their priors.
+    """Switch effects on, with parameters drawn from their priors.
+
+    Args:
+        config: to which they are added.
+        names: of the effects.
+        rng: source of random numbers.
 
     Raises:
         ConfigError: one line, if there is no such effect.
@@ -112,7 +117,12 @@ def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) ->
 
 
 def draw(prior: Prior, rng: np.random.Generator) -> float:
-    """A value drawn from a prior, normal or log-normal."""
+    """Draw a value from a prior, normal or log-normal.
+
+    Args:
+        prior: of a parameter.
+        rng: source of random numbers.
+    """
     return prior.at(float(rng.standard_normal()))
 
 
@@ -127,7 +137,7 @@ def measure(
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
     tell: Tell | None = None,
-) -> Measurement:
+) -> SyntheticMeasurement:
     """Simulate experiments and read them with the noise of instruments.
 
     Args:
@@ -157,11 +167,16 @@ def measure(
                     read[name] += rng.normal(0.0, spread)
             rows.append(read)
     present = {name: noise[name] for name in noise if any(name in row for row in rows)}
-    return Measurement(tuple(kinds), config, truth, rows, present, failures)
+    return SyntheticMeasurement(tuple(kinds), config, truth, rows, present, failures)
 
 
-def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
+def write(measurement: SyntheticMeasurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
     """Write ``measured.csv`` and ``.toml``, and the hidden truth to ``truth.toml``.
+
+    Args:
+        measurement: that is written.
+        out: folder of the files.
+        comm: ranks, the first of which writes.
 
     Raises:
         WriteError: on every rank, one line.
@@ -180,7 +195,7 @@ def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) 
     on_root(comm, work)
 
 
-def _described(measurement: Measurement) -> str:
+def _described(measurement: SyntheticMeasurement) -> str:
     data: dict[str, Any] = {"experiment": "", "note": "synthetic, by dolfingrip synthetic"}
     for kind in measurement.kinds:
         data |= find(kind).described(measurement.config)

@@ -8,10 +8,11 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.instrument import Instrument
 
 
-class AngleDefinition(Effect):
+class AngleDefinition(Instrument):
     """An angle that is not the tip face's.
 
     α_displayed = (1 − s) α_face + s α_chord. The chord is the line from the clamp's centre to the
@@ -24,16 +25,13 @@ class AngleDefinition(Effect):
     Confused with: the angle's gain, nearly the same.
     """
 
-    kind: ClassVar = "measurement"
     place: ClassVar = 1
-    neutral: ClassVar = {"chord_share": 0.0}
+    channel: ClassVar = ANGLE
 
     chord_share: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
         0.3, ge=0, le=1, description="0 tip face, 1 line from clamp to tip"
     )
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        if ANGLE.name not in true:
-            return {}
+    def displayed(self, true: Mapping[str, float]) -> float:
         face, chord = true[ANGLE.name], true[CHORD_ANGLE.name]
-        return {ANGLE.name: (1 - self.chord_share) * face + self.chord_share * chord}
+        return (1 - self.chord_share) * face + self.chord_share * chord

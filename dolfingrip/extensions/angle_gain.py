@@ -23,7 +23,6 @@ class AngleGain(Instrument):
     layer, which changes the force a little, too.
     """
 
-    kind: ClassVar = "measurement"
     place: ClassVar = 2
     neutral: ClassVar = {"gain": 1.0}
     channel: ClassVar = ANGLE

@@ -23,9 +23,7 @@ class AngleOffset(Instrument):
     Confused with: a permanent set from before the first reading; sag under gravity.
     """
 
-    kind: ClassVar = "measurement"
     place: ClassVar = 3
-    neutral: ClassVar = {"offset_deg": 0.0}
     channel: ClassVar = ANGLE
 
     offset_deg: Annotated[float, Prior(0.0, 0.5, "engineering guess")] = Field(

@@ -22,8 +22,6 @@ class BaseLayerOffset(DimensionOffset):
     Confused with: anisotropy along the finger, the angle's gain.
     """
 
-    kind: ClassVar = "geometry"
-    neutral: ClassVar = {"offset_mm": 0.0}
     dimension: ClassVar = "base_layer_mm"
 
     offset_mm: Annotated[float, Prior(0.0, 0.15, "engineering guess, as walls")] = Field(

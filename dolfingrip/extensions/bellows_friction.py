@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 import ufl
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Site
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
+SOURCE = "thermoplastic polyurethane, 0.3 to 1.0; printed layers: engineering guess"
 
 
 class BellowsFriction(Effect):
@@ -34,18 +32,11 @@ class BellowsFriction(Effect):
 
     kind: ClassVar = "dissipative"
     felt_by: ClassVar = FINGERS
-    neutral: ClassVar = {"coefficient": 0.0}
     shapeless: ClassVar = ("slip_mm",)
 
-    coefficient: Annotated[
-        float,
-        Prior(
-            0.6,
-            0.2,
-            "thermoplastic polyurethane, 0.3 to 1.0; printed layers: engineering guess",
-            positive=True,
-        ),
-    ] = Field(0.6, ge=0, le=10, description="coefficient of friction")
+    coefficient: Annotated[float, Prior(0.6, 0.2, SOURCE, positive=True)] = Field(
+        0.6, ge=0, le=10, description="coefficient of friction"
+    )
     slip_mm: Annotated[
         float, Prior(0.02, 0.01, "a numerical choice: engineering guess", positive=True)
     ] = Field(0.02, gt=0, le=1, description="elastic displacement at which friction is full")

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import bulk_modulus
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
-
-class BulkModulus(Effect):
+class BulkModulus(Elastic):
     """A material that is less compressible than the base model.
 
     ψ += ΔK/2 (ln J)²: the bulk modulus is K = λ + 2μ/3 + ΔK. See
@@ -28,8 +27,6 @@ class BulkModulus(Effect):
     Confused with: the modulus, wall thickness, locking of coarse meshes.
     """
 
-    kind: ClassVar = "elastic"
-    neutral: ClassVar = {"more_MPa": 0.0}
     # in the displacement alone it would lock, as the mixed element is to avoid
     mixed: ClassVar = False
 
@@ -37,10 +34,5 @@ class BulkModulus(Effect):
         100.0, ge=0, le=1e5, description="added to the bulk modulus"
     )
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        more = site.constant(self, "more_MPa")
-
-        def density(strain: Expr) -> Expr:
-            return base(strain) + bulk_modulus.energy(strain, more)
-
-        return density
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        return bulk_modulus.energy(strain, c["more_MPa"])

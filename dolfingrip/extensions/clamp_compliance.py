@@ -10,14 +10,10 @@ import numpy as np
 import ufl
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Setup, Site
 
 if TYPE_CHECKING:
     from dolfinx import fem
-
-    from dolfingrip.extensions.site import Site
-    from dolfingrip.sections.setup import Setup
 
 
 class ClampCompliance(Effect):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Effect, Prior, Setup
 from dolfingrip.sections.errors import ConfigError
-
-if TYPE_CHECKING:
-    from dolfingrip.sections.setup import Setup
 
 
 class CoarseMesh(Effect):

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.effect import FINGERS, Effect, Setup
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.section import FINGERS
-
-if TYPE_CHECKING:
-    from dolfingrip.sections.setup import Setup
 
 
 class DimensionOffset(Effect):
@@ -20,6 +16,7 @@ class DimensionOffset(Effect):
         offset_mm: length that is added to the dimension (mm).
     """
 
+    kind: ClassVar = "geometry"
     felt_by: ClassVar = FINGERS
     dimension: ClassVar[str]
     offset_mm: float
@@ -30,16 +27,13 @@ class DimensionOffset(Effect):
         Raises:
             ConfigError: one line, if the finger is a mesh file, which has no dimensions.
         """
+        table, allowed = config.geometry_table, ""
         if config.mesh.file is not None:
-            raise ConfigError(
-                f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}: allowed: with a finger "
-                f"from dimensions only; mesh.file has its {self.dimension}"
-            )
-        table = config.geometry_table
-        if not hasattr(config.geometry, self.dimension):
-            raise ConfigError(
-                f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}: allowed: with a finger "
-                f"that has a {self.dimension}, which [{table}] has not"
-            )
+            allowed = f"from dimensions only; mesh.file has its {self.dimension}"
+        elif not hasattr(config.geometry, self.dimension):
+            allowed = f"that has a {self.dimension}, which [{table}] has not"
+        if allowed:
+            key = f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}"
+            raise ConfigError(f"{key}: allowed: with a finger {allowed}")
         printed = getattr(config.geometry, self.dimension) + self.offset_mm
         return config.changed(**{table: {self.dimension: printed}})

@@ -18,11 +18,13 @@ from ufl.core.expr import Expr
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable
-from dolfingrip.sections.section import Entry, Role, Section
+from dolfingrip.sections.section import FINGERS, Entry, Role, Section
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what hooks receive: their modules import the solver
     from dolfingrip.extensions.site import Site
     from dolfingrip.sections.setup import Setup
+else:
+    Site = Setup = object
 
 StrainEnergy = Callable[[Expr], Expr]
 """A function from Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
@@ -179,7 +181,7 @@ class Effect(Section):
         kind: part of the model that it belongs to.
         place: among the effects of its kind that do not commute with it, as a gain and an offset
             do not; those of lower place act first.
-        neutral: values of its parameters at which it has no effect.
+        neutral: values of its parameters at which it has no effect; default: the first one at 0.
         mixed: whether its energy is also valid with a pressure field (element ``P2-P1``).
         clock: whether its readings depend on time.
         tried: whether a diagnosis tries it as a cause.
@@ -209,7 +211,7 @@ class Effect(Section):
 
     @classmethod
     def in_numbers(cls, c: Mapping[str, Any], mu_MPa: float, invariants: Invariants) -> Jet:
-        """Its strain energy at constant volume in numbers, for fits to coupons.
+        """Return the effect's strain energy at constant volume in numbers, for fits to coupons.
 
         Args:
             c: its parameters by key.
@@ -217,6 +219,12 @@ class Effect(Section):
             invariants: of the isochoric stretches.
         """
         raise NotImplementedError
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        if "neutral" not in vars(cls):
+            cls.neutral = dict.fromkeys([*cls.model_fields][:1], 0.0)
 
     # -- as a diagnosis tries it -----------------------------------------------------------------
 
@@ -253,15 +261,22 @@ class Effect(Section):
 
     @classmethod
     def remembers(cls) -> bool:
-        """Whether a state with it depends on earlier states, which an adjoint does not follow."""
+        """Return whether a state depends on earlier states, which an adjoint does not follow."""
         return cls.kind == "dissipative" or issubclass(cls, Stage)
 
     @classmethod
     def priors(cls) -> dict[str, Prior]:
-        """Prior of each parameter that has one."""
+        """Return the prior of each parameter that has one."""
         return {
             key: prior
             for key, info in cls.model_fields.items()
             for prior in info.metadata
             if isinstance(prior, Prior)
         }
+
+
+class SupplyStage(Effect):
+    """The base class of effects between regulator and cavity, which are a :class:`Stage`."""
+
+    kind: ClassVar = "loading"
+    felt_by: ClassVar = FINGERS

@@ -8,10 +8,11 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from dolfingrip.channels import FORCE, TIME
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.instrument import Instrument
 
 
-class ForceDrift(Effect):
+class ForceDrift(Instrument):
     """A force sensor whose zero wanders.
 
     F_displayed = F + rate · t since the start.
@@ -22,16 +23,13 @@ class ForceDrift(Effect):
     modulus.
     """
 
-    kind: ClassVar = "measurement"
     place: ClassVar = 3
-    neutral: ClassVar = {"rate_N_per_s": 0.0}
+    channel: ClassVar = FORCE
     clock: ClassVar = True
 
     rate_N_per_s: Annotated[float, Prior(0.0, 1e-4, "engineering guess")] = Field(
         1e-4, ge=-1000, le=1000, description="change of the displayed force with time"
     )
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        if FORCE.name not in true:
-            return {}
-        return {FORCE.name: true[FORCE.name] + self.rate_N_per_s * true[TIME.name]}
+    def displayed(self, true: Mapping[str, float]) -> float:
+        return true[FORCE.name] + self.rate_N_per_s * true[TIME.name]

@@ -23,7 +23,6 @@ class ForceGain(Instrument):
     that is tilted.
     """
 
-    kind: ClassVar = "measurement"
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
     channel: ClassVar = FORCE

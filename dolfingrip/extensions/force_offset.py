@@ -24,9 +24,7 @@ class ForceOffset(Instrument):
     still 0 as long as nothing touches.
     """
 
-    kind: ClassVar = "measurement"
     place: ClassVar = 2
-    neutral: ClassVar = {"offset_N": 0.0}
     channel: ClassVar = FORCE
 
     offset_N: Annotated[float, Prior(0.0, 0.02, "engineering guess")] = Field(

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import gent
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
-
-class Gent(Effect):
+class Gent(Elastic):
     """Stiffening at large strain (Gent).
 
     ψ += −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3], x = (Ī₁ − 3)/Jₘ, Gent's energy less neo-Hooke
@@ -34,8 +32,6 @@ class Gent(Effect):
     Confused with: Yeoh's and Ogden's energies.
     """
 
-    kind: ClassVar = "elastic"
-    neutral: ClassVar = {"inverse_J_m": 0.0}
     fits: ClassVar = (
         Fittable(
             "gent",
@@ -52,13 +48,8 @@ class Gent(Effect):
         0.025, ge=0, le=10, description="1 by the limit of I1 - 3"
     )
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        inverse = site.constant(self, "inverse_J_m")
-
-        def density(strain: Expr) -> Expr:
-            return base(strain) + gent.energy(strain, site.mu, inverse)
-
-        return density
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        return gent.energy(strain, mu, c["inverse_J_m"])
 
     @classmethod
     def in_numbers(cls, c: Mapping[str, Any], mu_MPa: float, invariants: Invariants) -> Jet:

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
-from dolfingrip.sections.section import FINGERS
-
-if TYPE_CHECKING:
-    from dolfingrip.sections.setup import Setup
+from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Setup
 
 
 class GravityPitch(Effect):
@@ -31,7 +27,6 @@ class GravityPitch(Effect):
 
     kind: ClassVar = "set-up"
     felt_by: ClassVar = FINGERS
-    neutral: ClassVar = {"acceleration_m_s2": 0.0}
     shapeless: ClassVar = ("pitch_deg",)
 
     acceleration_m_s2: Annotated[float, Prior(9.81, 0.01, "standard gravity")] = Field(

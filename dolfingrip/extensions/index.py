@@ -17,18 +17,17 @@ from dolfingrip.sections.section import Role, Section
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
-SHARED = ("dimension", "effect", "index", "instrument", "site", "supply")
+SHARED = ("dimension", "effect", "elastic", "index", "instrument", "site", "supply")
 """Files that effects share. Each other file of this folder holds one effect."""
 
 
 def effect(name: str) -> type[Effect]:
-    """The class in the file of an effect."""
+    """Return the class in the file of an effect.
+
+    Args:
+        name: of the file, and of the effect's table.
+    """
     return only_class(f"dolfingrip.extensions.{name}", Effect)
-
-
-def _acting(each: type[Effect]) -> tuple[int, int, str]:
-    """The key by which effects are ordered."""
-    return get_args(Kind).index(each.kind), each.place, each.name()
 
 
 EFFECTS: tuple[type[Effect], ...] = tuple(
@@ -38,7 +37,7 @@ EFFECTS: tuple[type[Effect], ...] = tuple(
             for file in pkgutil.iter_modules([str(Path(__file__).parent)])
             if file.name not in SHARED
         ),
-        key=_acting,
+        key=lambda each: (get_args(Kind).index(each.kind), each.place, each.name()),
     )
 )
 """All effects, one a file of this folder: by kind in the order of :data:`Kind`, within a kind by
@@ -90,7 +89,11 @@ class Switched(Section):
 
 
 def table(effects: Iterable[type[Effect]]) -> type[Switched]:
-    """The class of the section ``[extensions]`` with a table for each of ``effects``."""
+    """Make the class of the section ``[extensions]``.
+
+    Args:
+        effects: each has a table in it.
+    """
     effects = tuple(effects)
     fields: dict[str, Any] = {
         each.name(): (

@@ -16,6 +16,7 @@ class Instrument(Effect):
         channel: what it displays.
     """
 
+    kind: ClassVar = "measurement"
     channel: ClassVar[Channel]
 
     def displayed(self, true: Mapping[str, float]) -> float:

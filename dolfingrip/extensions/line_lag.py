@@ -7,11 +7,10 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Flow, Prior
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.extensions.effect import Flow, Prior, SupplyStage
 
 
-class LineLag(Effect):
+class LineLag(SupplyStage):
     """A line through which the cavity fills with a delay.
 
     τ dp_out/dt = p_in − p_out, integrated exactly for a p_in that is linear in each load step:
@@ -26,10 +25,7 @@ class LineLag(Effect):
     Confused with: viscoelasticity, which creeps at constant pressure over longer times.
     """
 
-    kind: ClassVar = "loading"
-    felt_by: ClassVar = FINGERS
     place: ClassVar = 3
-    neutral: ClassVar = {"tau_s": 0.0}
     clock: ClassVar = True
 
     tau_s: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import polynomial
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
-
-class MooneyRivlin(Effect):
+class MooneyRivlin(Elastic):
     """Softening at moderate strain (Mooney–Rivlin).
 
     ψ += C₀₁ [(Ī₂ − 3) − (Ī₁ − 3)], the Mooney–Rivlin energy less neo-Hooke. The initial shear
@@ -30,18 +29,10 @@ class MooneyRivlin(Effect):
     Mullins softening, which unloads on another curve.
     """
 
-    kind: ClassVar = "elastic"
-    neutral: ClassVar = {"C01_MPa": 0.0}
-
     C01_MPa: Annotated[
         float,
         Prior(1.36, 0.4, "printed NinjaFlex coupons; spread an engineering guess", positive=True),
     ] = Field(1.36, ge=0, le=1000, description="C01 at a fixed initial shear modulus")
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        c01 = site.constant(self, "C01_MPa")
-
-        def density(strain: Expr) -> Expr:
-            return base(strain) + polynomial.energy(strain, {(0, 1): c01, (1, 0): -c01})
-
-        return density
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        return polynomial.energy(strain, {(0, 1): c["C01_MPa"], (1, 0): -c["C01_MPa"]})

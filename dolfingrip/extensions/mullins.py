@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
 from dolfingrip.forms import isochoric, pseudo_elastic
-
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
 
 class Mullins(Effect):
@@ -35,7 +32,6 @@ class Mullins(Effect):
 
     kind: ClassVar = "dissipative"
     place: ClassVar = 1
-    neutral: ClassVar = {"inverse_r": 0.0}
     # on the first cycle softening of any m and β has a cosine of 0.996 and more with any other
     alike: ClassVar = ("m_MPa", "beta")
     # the energy at the isochoric strain is not stationary in the pressure

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect
-
-if TYPE_CHECKING:
-    from dolfingrip.sections.setup import Setup
+from dolfingrip.extensions.effect import Effect, Setup
 
 
 class NoSelfContact(Effect):

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import ogden_terms
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
-
-class Ogden(Effect):
+class OgdenExponent(Elastic):
     """Softening or stiffening by the exponent of the stretches (Ogden, one term).
 
     ψ += 2μ/α² (λ̄₁ᵅ + λ̄₂ᵅ + λ̄₃ᵅ − 3) − μ/2 (Ī₁ − 3): Ogden's term replaces the neo-Hookean
@@ -29,17 +28,11 @@ class Ogden(Effect):
     Confused with: Mooney–Rivlin (both soften), Yeoh's and Gent's energies (both stiffen).
     """
 
-    kind: ClassVar = "elastic"
     neutral: ClassVar = {"alpha": 2.0}
 
     alpha: Annotated[float, Prior(1.0, 0.4, "engineering guess", positive=True)] = Field(
         1.0, ge=0.5, le=2.5, description="exponent of the stretches"
     )
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        alpha = site.constant(self, "alpha")
-
-        def density(strain: Expr) -> Expr:
-            return base(strain) + ogden_terms.energy(strain, [site.mu, -site.mu], [alpha, 2.0])
-
-        return density
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        return ogden_terms.energy(strain, [mu, -mu], [c["alpha"], 2.0])

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import ogden_terms
-from dolfingrip.sections.laws.ogden import ALPHA, check_terms
-
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
+from dolfingrip.sections.laws.ogden import ALPHA, terms_refused
+from dolfingrip.sections.section import Refusal
 
 Terms = Annotated[tuple[float, ...], Field(strict=False, min_length=1, max_length=3)]
 
 
-class OgdenTerms(Effect):
+class OgdenTerms(Elastic):
     """Terms of Ogden's energy added to the base model's, such as a biaxial stiffening.
 
     ψ += Σ 2μ_k/α_k² (λ̄₁^α_k + λ̄₂^α_k + λ̄₃^α_k − 3) (Ogden, Proc. R. Soc. A 326, 1972). The
@@ -31,7 +31,6 @@ class OgdenTerms(Effect):
     Confused with: the modulus at low pressure; Mooney–Rivlin and Yeoh's energies.
     """
 
-    kind: ClassVar = "elastic"
     neutral: ClassVar = {"mu_MPa": [0.0]}
 
     mu_MPa: Annotated[Terms, Prior(0.2, 0.2, "engineering guess")] = Field(
@@ -41,17 +40,11 @@ class OgdenTerms(Effect):
         (-3.0,), description="exponent of the stretches of each term; not 0"
     )
 
-    @model_validator(mode="after")
-    def _terms(self) -> OgdenTerms:
-        check_terms("mu_MPa", self.mu_MPa, "alpha", self.alpha)
-        return self
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield refusals of terms without an exponent of their own."""
+        return terms_refused("mu_MPa", self.mu_MPa, "alpha", self.alpha)
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        mu, alpha = site.constant(self, "mu_MPa"), site.constant(self, "alpha")
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
         terms = range(len(self.alpha))
-
-        def density(strain: Expr) -> Expr:
-            more = ogden_terms.energy(strain, [mu[k] for k in terms], [alpha[k] for k in terms])
-            return base(strain) + more
-
-        return density
+        mu_MPa, alpha = ([c[key][k] for k in terms] for key in ("mu_MPa", "alpha"))
+        return ogden_terms.energy(strain, mu_MPa, alpha)

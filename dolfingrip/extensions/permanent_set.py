@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
 from dolfingrip.forms import yielding_network
-
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
 
 class PermanentSet(Effect):
@@ -34,7 +31,6 @@ class PermanentSet(Effect):
 
     kind: ClassVar = "dissipative"
     place: ClassVar = 2
-    neutral: ClassVar = {"g": 0.0}
 
     g: Annotated[float, Prior(0.2, 0.1, "set of 1 to 5°; engineering guess", positive=True)] = (
         Field(0.2, ge=0, le=100, description="shear modulus that yields, by material.mu_MPa")

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 import ufl
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
-
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
+from dolfingrip.extensions.effect import Effect, Prior, Site
 
 
 class PlateCompliance(Effect):
@@ -28,7 +25,6 @@ class PlateCompliance(Effect):
     """
 
     kind: ClassVar = "set-up"
-    neutral: ClassVar = {"compliance_mm_per_N": 0.0}
     felt_by: ClassVar = ("plate",)
 
     compliance_mm_per_N: Annotated[

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
-
-if TYPE_CHECKING:
-    from dolfingrip.sections.setup import Setup
+from dolfingrip.extensions.effect import Effect, Prior, Setup
 
 
-class PlateGap(Effect):
+class PlateGapOffset(Effect):
     """A force sensor farther from the finger than intended.
 
     gap = ``plate.gap_mm`` + offset; it cannot be below 0, since an unpressurised finger that is
@@ -26,7 +23,6 @@ class PlateGap(Effect):
     """
 
     kind: ClassVar = "set-up"
-    neutral: ClassVar = {"offset_mm": 0.0}
     felt_by: ClassVar = ("plate",)
     nuisance: ClassVar = True
 

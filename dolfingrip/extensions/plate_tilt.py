@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
-
-if TYPE_CHECKING:
-    from dolfingrip.sections.setup import Setup
+from dolfingrip.extensions.effect import Effect, Prior, Setup
 
 
 class PlateTilt(Effect):
@@ -24,7 +21,6 @@ class PlateTilt(Effect):
     """
 
     kind: ClassVar = "set-up"
-    neutral: ClassVar = {"offset_deg": 0.0}
     # the gap is that of the plate's nearest place, so the sign of a tilt tells which end of the
     # tip touches; with ±2° alone, a hidden tilt of −3.7° had a log evidence of 3, and friction one
     # of 35; with ±4°, too, the tilt has 44

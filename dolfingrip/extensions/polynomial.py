@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import polynomial
 from dolfingrip.sections.laws.polynomial import POWERS
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
-
 GUESS = "engineering guess"
+Factor = Annotated[float, Field(ge=-1000, le=1000)]
 
 
-class Polynomial(Effect):
+class PolynomialTerms(Elastic):
     """A polynomial of the invariants added to the base model's energy.
 
     ψ += Σ C_ij (Ī₁ − 3)ⁱ (Ī₂ − 3)ʲ (Rivlin & Saunders, Phil. Trans. R. Soc. A 243, 1951). The
@@ -30,32 +30,16 @@ class Polynomial(Effect):
     Confused with: the modulus at low pressure; Mooney–Rivlin, Yeoh's and Ogden's energies.
     """
 
-    kind: ClassVar = "elastic"
     neutral: ClassVar = dict.fromkeys(POWERS, 0.0)
 
-    C10_MPa: Annotated[float, Prior(0.0, 0.3, GUESS)] = Field(
-        0.0, ge=-1000, le=1000, description="of (I1 - 3)"
+    C10_MPa: Annotated[Factor, Prior(0.0, 0.3, GUESS)] = Field(0.0, description="of (I1 - 3)")
+    C01_MPa: Annotated[Factor, Prior(0.1, 0.3, GUESS)] = Field(0.1, description="of (I2 - 3)")
+    C20_MPa: Annotated[Factor, Prior(0.0, 0.1, GUESS)] = Field(0.0, description="of (I1 - 3)²")
+    C11_MPa: Annotated[Factor, Prior(0.02, 0.05, GUESS)] = Field(
+        0.02, description="of (I1 - 3)(I2 - 3)"
     )
-    C01_MPa: Annotated[float, Prior(0.1, 0.3, GUESS)] = Field(
-        0.1, ge=-1000, le=1000, description="of (I2 - 3)"
-    )
-    C20_MPa: Annotated[float, Prior(0.0, 0.1, GUESS)] = Field(
-        0.0, ge=-1000, le=1000, description="of (I1 - 3)²"
-    )
-    C11_MPa: Annotated[float, Prior(0.02, 0.05, GUESS)] = Field(
-        0.02, ge=-1000, le=1000, description="of (I1 - 3)(I2 - 3)"
-    )
-    C02_MPa: Annotated[float, Prior(0.0, 0.05, GUESS)] = Field(
-        0.0, ge=-1000, le=1000, description="of (I2 - 3)²"
-    )
-    C30_MPa: Annotated[float, Prior(0.0, 0.02, GUESS)] = Field(
-        0.0, ge=-1000, le=1000, description="of (I1 - 3)³"
-    )
+    C02_MPa: Annotated[Factor, Prior(0.0, 0.05, GUESS)] = Field(0.0, description="of (I2 - 3)²")
+    C30_MPa: Annotated[Factor, Prior(0.0, 0.02, GUESS)] = Field(0.0, description="of (I1 - 3)³")
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        c = {powers: site.constant(self, key) for key, powers in POWERS.items()}
-
-        def density(strain: Expr) -> Expr:
-            return base(strain) + polynomial.energy(strain, c)
-
-        return density
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        return polynomial.energy(strain, {powers: c[key] for key, powers in POWERS.items()})

@@ -6,11 +6,10 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Flow, Prior
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.extensions.effect import Flow, Prior, SupplyStage
 
 
-class PressureGain(Effect):
+class PressureGain(SupplyStage):
     """A regulator whose scale is off.
 
     p_cavity = gain · p_regulator.
@@ -23,8 +22,6 @@ class PressureGain(Effect):
     told apart: moduli times c, pressure gain times c and force gain by 1/c change no reading.
     """
 
-    kind: ClassVar = "loading"
-    felt_by: ClassVar = FINGERS
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
     nuisance: ClassVar = True

@@ -6,11 +6,10 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Flow, Prior
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.extensions.effect import Flow, Prior, SupplyStage
 
 
-class PressureOffset(Effect):
+class PressureOffset(SupplyStage):
     """A regulator whose zero is off.
 
     p_cavity = p_regulator + offset, at all times. So the angle counts from the shape at a
@@ -23,10 +22,7 @@ class PressureOffset(Effect):
     Confused with: the force's offset, the plate's gap.
     """
 
-    kind: ClassVar = "loading"
-    felt_by: ClassVar = FINGERS
     place: ClassVar = 2
-    neutral: ClassVar = {"offset_kPa": 0.0}
     nuisance: ClassVar = True
 
     offset_kPa: Annotated[float, Prior(0.0, 3.0, "regulators, ±3 kPa")] = Field(

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import transverse_isotropy
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
-
-class PrintAnisotropy(Effect):
+class PrintAnisotropy(Elastic):
     """Transverse isotropy: stiffer along the raster, or softer across the layers.
 
     ψ += k/2 (Ī₄ − 1)², Ī₄ = a · C̄ a, a = (sin φ, 0, cos φ): the standard reinforcing energy
@@ -33,8 +32,6 @@ class PrintAnisotropy(Effect):
     Confused with: base-layer thickness, the modulus.
     """
 
-    kind: ClassVar = "elastic"
-    neutral: ClassVar = {"k_MPa": 0.0}
     shapeless: ClassVar = ("raster_deg",)
 
     k_MPa: Annotated[float, Prior(0.0, 0.3, "engineering guess")] = Field(
@@ -44,12 +41,7 @@ class PrintAnisotropy(Effect):
         0.0, ge=-180, le=180, description="axis, from clamp-to-tip towards the bellows"
     )
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        k, degrees = site.constant(self, "k_MPa"), site.constant(self, "raster_deg")
-        angle = degrees * (ufl.pi / 180)
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        angle = c["raster_deg"] * (ufl.pi / 180)
         axis = ufl.as_vector([ufl.sin(angle), 0, ufl.cos(angle)])
-
-        def density(strain: Expr) -> Expr:
-            return base(strain) + transverse_isotropy.energy(strain, k, axis)
-
-        return density
+        return transverse_isotropy.energy(strain, c["k_MPa"], axis)

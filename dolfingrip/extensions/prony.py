@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar, Self
+from collections.abc import Iterator, Sequence
+from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
 from dolfingrip.forms import transient_network
-from dolfingrip.sections.section import outside
+from dolfingrip.sections.section import Refusal
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
-
-BRANCHES = 3
-"""Largest number of terms of the series."""
+SERIES = Field(strict=False, min_length=1, max_length=3)
+"""Numbers of terms of the series."""
 
 
 class Prony(Effect):
@@ -43,34 +40,21 @@ class Prony(Effect):
 
     g: Annotated[
         tuple[Annotated[float, Field(ge=0, lt=1)], ...],
+        SERIES,
         Prior(0.2, 0.1, "thermoplastic polyurethane, 0.1 to 0.3 in all", positive=True),
-    ] = Field(
-        (0.2,),
-        strict=False,
-        min_length=1,
-        max_length=BRANCHES,
-        description="part of the instantaneous shear modulus that relaxes, by branch",
-    )
+    ] = Field((0.2,), description="part of the instantaneous shear modulus that relaxes, by branch")
     tau_s: Annotated[
         tuple[Annotated[float, Field(gt=0)], ...],
+        SERIES,
         Prior(30.0, 60.0, "thermoplastic polyurethane, 1 to 1000 s", positive=True),
-    ] = Field(
-        (10.0,),
-        strict=False,
-        min_length=1,
-        max_length=BRANCHES,
-        description="relaxation time, by branch",
-    )
+    ] = Field((10.0,), description="relaxation time, by branch")
 
-    @model_validator(mode="after")
-    def _branches(self) -> Self:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         if len(self.tau_s) != len(self.g):
-            raise outside(
-                "tau_s", list(self.tau_s), f"allowed: as many numbers as g has, {len(self.g)}"
-            )
+            yield Refusal("tau_s", f"allowed: as many numbers as g has, {len(self.g)}")
         if sum(self.g) >= 1:
-            raise outside("g", list(self.g), "allowed: numbers whose sum is below 1")
-        return self
+            yield Refusal("g", "allowed: numbers whose sum is below 1")
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         g, tau = site.constant(self, "g"), site.constant(self, "tau_s")

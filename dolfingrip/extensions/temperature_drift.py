@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
+from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
 
 
 class TemperatureDrift(Effect):
@@ -63,5 +60,5 @@ class TemperatureDrift(Effect):
 
 
 def _factor(slope: Any, warming: Any, left: Any) -> Any:
-    """Of all moduli, where the part ``left`` of the warming is still to come."""
+    """Factor of all moduli, where the part ``left`` of the warming is still to come."""
     return 1 + slope * warming * (1 - left)

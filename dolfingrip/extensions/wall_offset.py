@@ -23,8 +23,6 @@ class WallOffset(DimensionOffset):
     another ratio.
     """
 
-    kind: ClassVar = "geometry"
-    neutral: ClassVar = {"offset_mm": 0.0}
     nuisance: ClassVar = True
     dimension: ClassVar = "wall_mm"
 

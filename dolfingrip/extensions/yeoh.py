@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import polynomial
 
-if TYPE_CHECKING:
-    from dolfingrip.extensions.site import Site
 
-
-class Yeoh(Effect):
+class Yeoh(Elastic):
     """Stiffening at large strain (Yeoh).
 
     ψ += C₂₀ (Ī₁ − 3)² + C₃₀ (Ī₁ − 3)³, added to the base model, whose C₁₀ is μ/2 (Yeoh, Rubber
@@ -28,7 +27,6 @@ class Yeoh(Effect):
     Confused with: Gent's and Ogden's energies.
     """
 
-    kind: ClassVar = "elastic"
     neutral: ClassVar = {"C20_MPa": 0.0, "C30_MPa": 0.0}
 
     C20_MPa: Annotated[float, Prior(0.05, 0.1, "engineering guess")] = Field(
@@ -38,10 +36,5 @@ class Yeoh(Effect):
         0.02, ge=0, le=1000, description="of (I1 - 3)³"
     )
 
-    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        c20, c30 = site.constant(self, "C20_MPa"), site.constant(self, "C30_MPa")
-
-        def density(strain: Expr) -> Expr:
-            return base(strain) + polynomial.energy(strain, {(2, 0): c20, (3, 0): c30})
-
-        return density
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        return polynomial.energy(strain, {(2, 0): c["C20_MPa"], (3, 0): c["C30_MPa"]})

@@ -55,7 +55,7 @@ class Parameter:
 
     @property
     def is_modulus(self) -> bool:
-        """Whether it is in proportion to the stiffness of the material."""
+        """True if the number is in proportion to the stiffness of the material."""
         return self.section.is_modulus(self._name)
 
     @property
@@ -81,7 +81,7 @@ class Parameter:
             raise ConfigError(f"{option} {self.key} = {errors.shown(given)}: {why}") from None
 
     def value(self, config: Config) -> float:
-        """Its value in ``config``."""
+        """Return the parameter's value in ``config``."""
         section, _, region = self.key.removesuffix(".nu").partition(".")
         if section == "material" and self.key.endswith(".nu"):  # the key may be absent
             return config.material.of(region).poisson

@@ -6,13 +6,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
+
+from pydantic import BaseModel
 
 from dolfingrip.config import Change, Config, ConfigError, Film, Material
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.parameter.bounds import bounds, of_entries, of_floats
 from dolfingrip.parameter.parameter import Parameter
 from dolfingrip.parameter.priors import scaled_priors
 from dolfingrip.sections import errors
@@ -58,11 +60,10 @@ def named(key: str, option: str = "--set") -> Parameter:
         raise ConfigError(f"{option} {key}: no number; allowed: a number of the configuration")
     *sections, name = key.split(".")
     effect = next((each for each in EFFECTS if sections == ["extensions", each.name()]), None)
-    low, high = bounds(info.metadata)
     prior = effect.priors().get(name) if effect else PRIORS.get(key)
-    scale = _scale(float(info.default or 0.0), prior)
-    section = errors.table(sections, Config)
-    return Parameter(key, unit(name), scale, prior, low, high, section, kind is int, info)
+    scale, limits = _scale(float(info.default or 0.0), prior), _bounds(info.metadata)
+    (section, *_) = (kind for kind in errors.kinds(sections, Config) if name in kind.model_fields)
+    return Parameter(key, unit(name), scale, prior, *limits, section, kind is int, info)
 
 
 def check(change: Change, option: str = "--set") -> None:
@@ -92,11 +93,12 @@ def _field(key: str, option: str) -> Any:
     parts = key.split(".")
     info = None
     for i, part in enumerate(parts):
-        known, entries = errors.below(parts[:i], Config)
-        if not known and entries is None:
+        known = errors.fields(parts[:i], Config)
+        tables = any(getattr(kind, "entries", None) for kind in errors.kinds(parts[:i], Config))
+        if not known and not tables:
             raise ConfigError(f"{option} {key}: {parts[i - 1]} is a value, not a section")
         info = known.get(part)
-        chosen = entries is not None and i + 1 < len(parts)  # a table whose name a user chose
+        chosen = tables and i + 1 < len(parts)  # a table whose name a user chose
         if info is None and not chosen:
             raise ConfigError(f"{option} {errors.unknown(parts[: i + 1], Config)}")
     return info
@@ -138,12 +140,11 @@ def _of_table(config: Config, table: Section, path: str) -> Iterator[Parameter]:
             continue  # turned alone, a family is no mirror image any more
         if isinstance(table, Material) and key == "nu" and table.bulk_MPa is None:
             value = table.poisson
+        prior = priors.get(key) if effect else PRIORS.get(f"{path}.{key}")
         for name, number, metadata in _numbers(key, value, info):
-            prior = priors.get(key) if effect else PRIORS.get(f"{path}.{key}")
-            low, high = bounds(metadata)
-            scale = _scale(number, prior)
+            scale, limits = _scale(number, prior), _bounds(metadata)
             yield Parameter(
-                f"{path}.{name}", unit(key), scale, prior, low, high, type(table), field=info
+                f"{path}.{name}", unit(key), scale, prior, *limits, type(table), field=info
             )
 
 
@@ -151,8 +152,8 @@ def _numbers(key: str, value: Any, info: Any) -> Iterator[tuple[str, float, Sequ
     """Name, value and bounds of each real number of a key."""
     if isinstance(value, float):
         yield key, value, info.metadata
-    elif isinstance(value, tuple) and of_floats(info.annotation):
-        bounded = of_entries(info.annotation)
+    elif isinstance(value, tuple) and errors.entry_of(info.annotation)[0] is float:
+        bounded = errors.entry_of(info.annotation)[1]
         for i, number in enumerate(value):
             yield f"{key}[{i}]", float(number), bounded
 
@@ -162,3 +163,25 @@ def _scale(value: float, prior: Prior | None) -> float:
     if prior is not None:
         return prior.spread
     return 0.1 * abs(value) or 1.0
+
+
+def bounds_of(table: type[BaseModel], key: str) -> tuple[float, float]:
+    """Return lower and upper bound of a number, or of a list's entries; infinite if there is none.
+
+    Args:
+        table: class of a section.
+        key: of the number or list.
+    """
+    info = table.model_fields[key]
+    entry, bounded = errors.entry_of(info.annotation)
+    return _bounds(bounded if entry is float else info.metadata)
+
+
+def _bounds(metadata: Sequence[Any]) -> tuple[float, float]:
+    """Pydantic's bounds; open bounds are taken for closed ones."""
+
+    def limits(*names: str) -> list[float]:
+        found = (getattr(item, name, None) for item in metadata for name in names)
+        return [float(limit) for limit in found if limit is not None]
+
+    return max(limits("gt", "ge"), default=-math.inf), min(limits("lt", "le"), default=math.inf)

@@ -9,9 +9,8 @@ import numpy as np
 
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.charts.picture import Look
-from dolfingrip.experiments.material_fit.coupons import MODES
-from dolfingrip.experiments.material_fit.coupons import Series as Coupon
-from dolfingrip.experiments.material_fit.fit import Fit
+from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries
+from dolfingrip.experiments.material_fit.fit import LawFit
 
 LOOK: Final = Look(panel_in=(3.2, 3.8), key="below", titled=True)
 
@@ -26,7 +25,7 @@ OTHERS: Final = [
 """Colour and style of the laws but the best."""
 
 
-def charts(data: Sequence[Coupon], fits: Sequence[Fit], best: Fit) -> list[Chart]:
+def charts(data: Sequence[CouponSeries], fits: Sequence[LawFit], best: LawFit) -> list[Chart]:
     """Make charts of nominal stress against stretch: readings, all laws, the best's 90 % interval.
 
     Args:

@@ -19,8 +19,7 @@ from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.skin import Floats, Ints, extract_skin
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.geometry.boxes import Box, BoxSolid
-from dolfingrip.sections.geometry.cylinders import CylinderSolid
+from dolfingrip.sections.geometry.boxes import Box, BoxSolid, CylinderSolid
 
 STL: Final = (".stl",)
 STEP: Final = (".step", ".stp")

@@ -46,8 +46,9 @@ def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
 def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, Any]) -> str:
     """The first error that pydantic finds in the data of a ``root``."""
     first = error.errors()[0]
+    places = _places(first["loc"], root)
     # numbers are places in a list; the list is named as a whole
-    location = [str(part) for part in first["loc"] if not isinstance(part, int)]
+    location = [str(part) for part in places if not isinstance(part, int)]
     key = ".".join(location)
     if first["type"] == "extra_forbidden" or _is_no_table(first, location, root):
         return unknown(location, root)
@@ -59,23 +60,40 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
     else:
         why = reason(first["type"], info, location[-1])
     value: Any = data
-    last = max(i for i, part in enumerate(first["loc"]) if not isinstance(part, int))
-    for place in first["loc"][: last + 1]:
+    last = max(i for i, part in enumerate(places) if not isinstance(part, int))
+    for place in places[: last + 1]:
         if first["type"] == "missing" and place not in value:
             return f"{key}: missing; {why}"
         value = value[place]
     return f"{key} = {shown(value)}: {why}"
 
 
+def _places(loc: Sequence[str | int], root: type[BaseModel]) -> list[str | int]:
+    """An error's keys and entries, without the names of kinds that pydantic puts among them."""
+    places: list[str | int] = []
+    named = False
+    for part in loc:
+        if named:
+            named = False
+            continue
+        places.append(part)
+        named = len(kinds([str(each) for each in places if isinstance(each, str)], root)) > 1
+    return places
+
+
 def _is_no_table(first: Mapping[str, Any], location: Sequence[str], root: type[BaseModel]) -> bool:
-    """Whether the name of a table belongs to a value, so that the user meant a key."""
+    """Tell whether the name of a table belongs to a value, so that the user meant a key."""
     no_table = first["type"] in ("model_type", "model_attributes_type")
     known = fields(location[:-1], root)
     return no_table and bool(known) and location[-1] not in known
 
 
 def shown(value: Any) -> str:
-    """A value in TOML's notation; a long one is cut."""
+    """Return a value in TOML's notation; a long one is cut.
+
+    Args:
+        value: plain data.
+    """
     text = json.dumps(value, ensure_ascii=False, default=str)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
@@ -114,12 +132,9 @@ def reason(kind: str, info: Any, key: str) -> str:
 
 def _entries(hint: Any, info: Any) -> str:
     """The values that a list may hold, in words."""
-    entry, *more = get_args(hint)
-    if more and more[0] is not Ellipsis:
+    if get_args(hint)[1:2] not in ((), (Ellipsis,)):
         return "three finite numbers, as in [1, 0, 0]"
-    inner, bounded = entry, None
-    if get_origin(entry) is Annotated:
-        inner, *bounded = get_args(entry)
+    inner, bounded = entry_of(hint)
     if get_origin(inner) is Literal:
         return f"a list of {', '.join(str(choice) for choice in get_args(inner))}"
     limits = {
@@ -130,9 +145,22 @@ def _entries(hint: Any, info: Any) -> str:
     }
     count = " to ".join(dict.fromkeys(str(limit) for limit in limits.values()))
     what = "integers" if inner is int else "numbers"
-    each = _within([item for field in bounded or () for item in getattr(field, "metadata", [])])
+    each = _within(bounded)
     text = " ".join(part for part in ("a list of", count, what) if part)
     return f"{text}, each {each}" if each else text
+
+
+def entry_of(hint: Any) -> tuple[Any, Sequence[Any]]:
+    """Return the type of a list's entries, and their bounds; None of a type without arguments.
+
+    Args:
+        hint: annotation of a key.
+    """
+    entry = next(iter(get_args(bare(hint))), None)
+    if get_origin(entry) is not Annotated:
+        return entry, []
+    kind, *more = get_args(entry)
+    return kind, [item for field in more for item in getattr(field, "metadata", [field])]
 
 
 def _within(metadata: Sequence[Any]) -> str:
@@ -158,43 +186,57 @@ def bare(hint: Any) -> Any:
 
 
 def fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
-    """Fields of the section at the end of ``sections``; none if it is a value."""
-    return below(sections, root)[0]
-
-
-def below(
-    sections: Sequence[str], root: type[BaseModel]
-) -> tuple[dict[str, Any], type[BaseModel] | None]:
-    """The contents that the section at the end of ``sections`` may have.
-
-    Returns:
-        Its fields, none if it is a value; and the class of tables whose names a user chooses, None
-        if there are none.
-    """
-    model = table(sections, root)
-    return dict(getattr(model, "model_fields", {})), getattr(model, "entries", None)
-
-
-def table(sections: Sequence[str], root: type[BaseModel]) -> Any:
-    """Return the class of the section at the end of ``sections``, or the type of a value.
+    """Return pydantic's descriptions of the keys of a section; none of a value.
 
     Args:
         sections: names, from the top.
         root: class of the configuration.
     """
-    model: Any = root
+    every = (getattr(kind, "model_fields", {}) for kind in kinds(sections, root))
+    found: dict[str, Any] = {}
+    for key, info in (item for known in every for item in known.items()):
+        found.setdefault(key, info)
+    return found
+
+
+def kinds(sections: Sequence[str], root: type[BaseModel]) -> tuple[Any, ...]:
+    """Return the classes that a section may have, or the type of a value.
+
+    Args:
+        sections: names, from the top.
+        root: class of the configuration.
+
+    Returns:
+        One class, or several where one of the section's keys chooses; the type of a value; none
+        below a value.
+    """
+    found: tuple[Any, ...] = (root,)
     for name in sections:
-        if name not in model.model_fields:
-            model = model.entries
-            continue
-        model = bare(model.model_fields[name].annotation)
-        if get_origin(model) is tuple:  # a list of tables
-            model = get_args(model)[0]
-    return model
+        holders = [kind for kind in found if name in getattr(kind, "model_fields", {})]
+        hints = [holders[0].model_fields[name].annotation] if holders else []
+        hints = hints or [kind.entries for kind in found[:1] if getattr(kind, "entries", None)]
+        found = tuple(kind for hint in hints for kind in _alternatives(hint))
+    return found
+
+
+def _alternatives(hint: Any) -> Sequence[Any]:
+    """The classes of a union, without ``None``; the class of a list's tables."""
+    if get_origin(hint) is Annotated:
+        return _alternatives(get_args(hint)[0])
+    if get_origin(hint) in (Union, types.UnionType):
+        return [part for part in get_args(hint) if part is not type(None)]
+    if get_origin(hint) is tuple:
+        return get_args(hint)[:1]
+    return [hint]
 
 
 def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
-    """A message about an unknown key, with the most similar key and all allowed keys."""
+    """Return a message about an unknown key, with the most similar key and all allowed keys.
+
+    Args:
+        location: names from the top, that of the key last.
+        root: class of the configuration.
+    """
     *sections, name = location
     here = list(fields(sections, root))
     elsewhere = [

@@ -7,12 +7,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field
 
-from dolfingrip.sections.section import FINGERS, Entry, Role, Section, outside
+from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section
 
 Stiffnesses = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
 Angles = Annotated[tuple[Annotated[float, Field(ge=-180, le=180)], ...], Field(strict=False)]
@@ -56,28 +56,26 @@ class Film(Section):
         None, gt=0, le=100, description="layer: of the region, where the geometry has no such key"
     )
 
-    @model_validator(mode="after")
-    def _one_place(self) -> Film:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         places = [key for key in ("group", "between") if getattr(self, key) is not None]
         if self.model == "layer":
             if places:
-                value = getattr(self, places[0])
-                raise outside(places[0], value, 'of a membrane; allowed: model = "membrane"')
+                yield Refusal(places[0], 'of a membrane; allowed: model = "membrane"')
             if not self.region:
-                raise outside("region", '""', "a layer's; allowed: the name of a region")
+                yield Refusal("region", "a layer's; allowed: the name of a region", '""')
         elif len(places) > 1:
-            raise outside("group", self.group, "allowed: either group or between")
+            yield Refusal("group", "allowed: either group or between")
         if len(self.fibre_deg) != len(self.fibre_Et_N_per_mm):
-            raise outside(
+            yield Refusal(
                 "fibre_deg",
-                f"{len(self.fibre_deg)} values",
                 f"allowed: as many as fibre_Et_N_per_mm has, {len(self.fibre_Et_N_per_mm)}",
+                f"{len(self.fibre_deg)} values",
             )
         if not self.Et_N_per_mm and not any(self.fibre_Et_N_per_mm):
-            raise outside("Et_N_per_mm", self.Et_N_per_mm, "allowed: above 0, or with fibres")
+            yield Refusal("Et_N_per_mm", "allowed: above 0, or with fibres")
         if self.model == "layer" and not self.Et_N_per_mm:
-            raise outside("Et_N_per_mm", self.Et_N_per_mm, "of a layer; allowed: above 0 N/mm")
-        return self
+            yield Refusal("Et_N_per_mm", "of a layer; allowed: above 0 N/mm")
 
     @classmethod
     def is_modulus(cls, key: str) -> bool:
@@ -93,7 +91,7 @@ class Film(Section):
 
     @property
     def symmetric(self) -> bool:
-        """Whether fibres are their own mirror image in the plane y = 0."""
+        """True if fibres are their own mirror image in the plane y = 0."""
         families: dict[float, float] = {}
         for degrees, stiffness in zip(self.fibre_deg, self.fibre_Et_N_per_mm, strict=True):
             at = round(degrees % 180.0, 9)

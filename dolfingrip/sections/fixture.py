@@ -1,15 +1,16 @@
-"""Sections of the configuration for the surroundings of the finger: plate, gravity."""
+"""Sections of the configuration for what surrounds the finger: plate, gravity, camera."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from dolfingrip.sections.section import FINGERS, Entry, Role, Section, Vector, outside
+from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section, Vector
 
 
-class Plate(Section):
+class PlateSettings(Section):
     """The force sensor: a rigid plane facing the base layer's back near the tip."""
 
     role: ClassVar = Role.SETUP
@@ -25,11 +26,10 @@ class Plate(Section):
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
     stiffness_MPa: float = Field(0.1, gt=0, description="of the barrier")
 
-    @model_validator(mode="after")
-    def _direction(self) -> Plate:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         if not any(self.normal):
-            raise outside("normal", list(self.normal), "allowed: any vector but zero")
-        return self
+            yield Refusal("normal", "allowed: any vector but zero")
 
 
 class Gravity(Section):
@@ -46,8 +46,33 @@ class Gravity(Section):
         """Return whether gravity is on."""
         return bool(self.acceleration_m_s2)
 
-    @model_validator(mode="after")
-    def _direction(self) -> Gravity:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         if not any(self.direction):
-            raise outside("direction", list(self.direction), "allowed: any vector but zero")
-        return self
+            yield Refusal("direction", "allowed: any vector but zero")
+
+
+class Camera(Section):
+    """The line whose rotation from rest is the chord's angle, atan(−u_x/(L + u_z))."""
+
+    role: ClassVar = Role.INSTRUMENT
+    felt_by: ClassVar = ("finger",)
+
+    chord: Literal["centres", "back edges", "points"] = Field(
+        "centres",
+        description="from the clamped face's centre to the tip's, between the edges that the back "
+        "(lowest x) has at clamp and tip, or between two points",
+    )
+    from_mm: Vector | None = Field(None, description="points: where the line begins, as meshed")
+    to_mm: Vector | None = Field(None, description="points: where it ends, as meshed")
+
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        for key in ("from_mm", "to_mm"):
+            value = getattr(self, key)
+            if self.chord == "points" and value is None:
+                yield Refusal(key, 'allowed with chord = "points": three numbers')
+            if self.chord != "points" and value is not None:
+                yield Refusal(key, 'allowed: with chord = "points"')
+        if self.from_mm is not None and self.from_mm == self.to_mm:
+            yield Refusal("to_mm", "allowed: another point than from_mm", list(self.from_mm))

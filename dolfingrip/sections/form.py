@@ -23,7 +23,7 @@ DEGREE: Final = 2
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """What one offset moves.
+    """The place of a plane that one offset moves.
 
     Attributes:
         axis: that its plane is across.
@@ -67,7 +67,7 @@ class Form(Section):
         return ACROSS * (ACROSS if axis == 2 else self.along)
 
     def each(self, solid: BoxSolid) -> Iterator[Offset]:
-        """What each offset of a solid's planes moves, in order."""
+        """Yield the places that the offsets of a solid's planes move, in order."""
         for axis in range(3):
             for plane in solid.bent(axis):
                 for function in range(ACROSS):

@@ -6,7 +6,12 @@ import importlib
 
 
 def only_class[T](module: str, base: type[T]) -> type[T]:
-    """The one class of ``base``'s kind that is defined in the file of this dotted name."""
+    """Return the one class of a kind that is defined in a file.
+
+    Args:
+        module: dotted name of the file.
+        base: base class of the kind.
+    """
     loaded = importlib.import_module(module)
     (found,) = (
         item

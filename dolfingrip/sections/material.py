@@ -1,39 +1,35 @@
-"""The section of the configuration for the material."""
+"""Sections of the configuration for materials: one for each law, and one table for each region.
+
+>>> from pydantic import TypeAdapter
+>>> found = TypeAdapter(AnyMaterials).validate_python({"mu_MPa": 2.0, "film": {"mu_MPa": 30.0}})
+>>> found.of("film").mu_MPa, found.of("body").mu_MPa, found.own
+(30.0, 2.0, ('film',))
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Union
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, create_model
 
+from dolfingrip.channels import Part
+from dolfingrip.sections import tables
+from dolfingrip.sections.errors import shown
 from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.laws.law import MaterialLaw
-from dolfingrip.sections.section import Entry, Role, Section, outside, with_keys_of
+from dolfingrip.sections.section import EVERYWHERE, FINGERS, Entry, Refusal, Role, outside
 
-if TYPE_CHECKING:  # the laws and their keys are known as it runs only
-
-    class LawKeys(Section):
-        law: str = ""
-else:
-    names = tuple(sorted(LAWS))
-    LawKeys = with_keys_of(
-        "LawKeys",
-        LAWS.values(),
-        law=(
-            Literal[names],
-            Field(next(iter(LAWS)), description=f"strain energy: {', '.join(names)}"),
-        ),
-    )
+ALWAYS: Final = {"mu_MPa": 2.93, "ogden_mu_MPa": [], "ogden_alpha": []}
+"""Keys of laws that count in keys of stored results with any law, where the law does not set them:
+results are stored under such keys."""
 
 
-class Material(LawKeys):
-    """Hyperelastic solid; give ``nu`` or ``bulk_MPa``.
-
-    Each law has keys of its own: ``neo-hooke`` has ``mu_MPa``, ``ogden`` has ``ogden_mu_MPa`` and
-    ``ogden_alpha``, ``polynomial`` the factors C.
-    """
+class Material(MaterialLaw):
+    """Hyperelastic solid; give ``nu`` or ``bulk_MPa``. Each law has further keys of its own."""
 
     role: ClassVar = Role.BODY
+    felt_by: ClassVar = FINGERS
     entry: ClassVar = Entry.CONSTANT
 
     nu: float | None = Field(
@@ -44,59 +40,35 @@ class Material(LawKeys):
 
     @classmethod
     def is_modulus(cls, key: str) -> bool:
-        """Return whether a number is a modulus of a law, or the bulk modulus."""
-        return key == "bulk_MPa" or any(key in law.moduli for law in LAWS.values())
+        """Return whether a number is a modulus of the law, or the bulk modulus."""
+        return key == "bulk_MPa" or key in cls.moduli
 
-    def movable(self, key: str) -> bool:
-        """Return whether the law has this key."""
-        return key not in self.foreign
+    @classmethod
+    def counted(cls, values: Mapping[str, Any], parts: Iterable[Part]) -> dict[str, Any]:
+        """Return those values that a result depends on, and those of :data:`ALWAYS`.
 
-    @property
-    def chosen(self) -> MaterialLaw:
-        """The law, with its keys."""
-        law = LAWS[self.law]
-        return law.model_construct(**{key: getattr(self, key) for key in law.model_fields})
+        Args:
+            values: as plain data.
+            parts: of the experiment.
+        """
+        return super().counted({**ALWAYS, **values}, parts)
 
-    @property
-    def foreign(self) -> tuple[str, ...]:
-        """Keys of the other laws."""
-        own = LAWS[self.law].model_fields
-        return tuple(key for law in LAWS.values() for key in law.model_fields if key not in own)
+    def constants(self) -> dict[str, Any]:
+        """Return the numbers of the law's energy by key; lists for lists."""
+        own = (key for key in type(self).model_fields if key not in Material.model_fields)
+        return {key: value for key in own if (value := getattr(self, key)) is not None}
 
-    @model_validator(mode="after")
-    def _of_its_law(self) -> Material:
-        for key in self.foreign:
-            value = getattr(self, key)
-            if value != type(self).model_fields[key].default:
-                raise outside(key, _listed(value), f'allowed: with another law than "{self.law}"')
-        law = self.chosen
-        law.check()
-        if law.shear_MPa <= 0:
-            key = law.moduli[0]
-            raise outside(
-                key,
-                _listed(getattr(self, key)),
-                f"initial shear modulus {law.shear_MPa:g} MPa; allowed: above 0 MPa",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _one_of(self) -> Material:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the law refuses, and moduli that are none of a solid."""
+        yield from super().refusals()
+        if self.shear_MPa <= 0:
+            why = f"initial shear modulus {self.shear_MPa:g} MPa; allowed: above 0 MPa"
+            yield Refusal(self.moduli[0], why)
         if self.nu is not None and self.bulk_MPa is not None:
-            raise outside("bulk_MPa", self.bulk_MPa, f"give either nu or bulk_MPa; nu = {self.nu}")
+            yield Refusal("bulk_MPa", f"give either nu or bulk_MPa; nu = {self.nu}")
         if self.bulk_MPa is not None and self.bulk_MPa <= 2 / 3 * self.shear_MPa:
-            raise outside(
-                "bulk_MPa",
-                self.bulk_MPa,
-                f"allowed: above 2/3 {self.chosen.shear_name} = {2 / 3 * self.shear_MPa:g} MPa "
-                "(nu above 0)",
-            )
-        return self
-
-    @property
-    def shear_MPa(self) -> float:
-        """Initial shear modulus."""
-        return self.chosen.shear_MPa
+            least = f"2/3 {self.shear_name} = {2 / 3 * self.shear_MPa:g} MPa"
+            yield Refusal("bulk_MPa", f"allowed: above {least} (nu above 0)")
 
     @property
     def lmbda_MPa(self) -> float:
@@ -114,5 +86,80 @@ class Material(LawKeys):
         return 0.45 if self.nu is None else self.nu
 
 
-def _listed(value: object) -> object:
-    return list(value) if isinstance(value, tuple) else value
+def _with_law(data: Any) -> Any:
+    """Add the default law to a table, and refuse keys of other laws.
+
+    Files of earlier versions hold those keys with their defaults, which are left out.
+    """
+    if not isinstance(data, dict):
+        return data
+    law = data.get("law", next(iter(LAWS)))
+    if not isinstance(law, str) or law not in LAWS:
+        raise outside("law", shown(law), f"allowed: {', '.join(sorted(LAWS))}")
+    found = {"law": law, **data}
+    for other, kind in LAWS.items():
+        for key in kind.model_fields.keys() - LAWS[law].model_fields.keys() & data.keys():
+            default, value = kind.model_fields[key].default, found.pop(key)
+            if value != default and value != tables.plain(default):
+                why = f'allowed: with another law than "{law}", such as "{other}"'
+                raise outside(key, shown(value), why)
+    return found
+
+
+def _of_any_law(base: type[Material]) -> Any:
+    """Return the type of a table that holds the keys of ``base`` and of the law that it names."""
+    about = f"strain energy: {', '.join(sorted(LAWS))}"
+    fields: dict[str, Any] = {
+        name: (Literal[name], Field(name, description=about)) for name in LAWS
+    }
+    kinds = tuple(
+        create_model(
+            f"{law.__name__}{base.__name__}",
+            __base__=(base, law),
+            __doc__=base.__doc__,
+            __cls_kwargs__={"extra": base.model_config["extra"]},
+            law=fields[name],
+        )
+        for name, law in LAWS.items()
+    )
+    return Annotated[Union[kinds], Field(discriminator="law"), BeforeValidator(_with_law)]  # noqa: UP007  # of a tuple
+
+
+if TYPE_CHECKING:  # the laws and their keys are known as it runs only
+    AnyMaterial = Material
+else:
+    AnyMaterial = _of_any_law(Material)
+
+
+class Materials(Material):
+    """Material of all regions that have no table of their own, such as [material.film].
+
+    A region's table is a whole material: keys that it leaves out have their default values.
+    """
+
+    felt_by: ClassVar = EVERYWHERE
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, AnyMaterial]
+    entries: ClassVar = AnyMaterial
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Names of the regions with a material of their own."""
+        return tuple(self.__pydantic_extra__)
+
+    def of(self, region: str) -> Material:
+        """Return the material of a region.
+
+        Args:
+            region: name of the region.
+        """
+        return self.__pydantic_extra__.get(region, self)
+
+
+if TYPE_CHECKING:
+    AnyMaterials = Materials
+else:
+    AnyMaterials = _of_any_law(Materials)
+
+DEFAULT: Final[Materials] = TypeAdapter(AnyMaterials).validate_python({})
+"""Printed NinjaFlex, in all regions."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from dolfingrip.sections.section import FINGERS, Role, Section, check_up_to
+from dolfingrip.sections.section import FINGERS, Refusal, Role, Section
 
 
 class Solver(Section):
@@ -57,10 +58,9 @@ class Solver(Section):
         """The smallest step before a failure is called, as part of the longest."""
         return self.min_step_kPa / self.max_step_kPa
 
-    @model_validator(mode="after")
-    def _steps(self) -> Solver:
-        check_up_to(self, "min_step_kPa", "max_step_kPa", "kPa")
-        return self
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        yield from self.up_to("min_step_kPa", "max_step_kPa")
 
 
 class Contact(Section):

@@ -9,26 +9,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import tomlkit
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, readings
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
-from dolfingrip.sections.section import Section, outside
+from dolfingrip.sections.section import Numbers, Refusal, Section
 
-Fits = Annotated[tuple["Fit", ...], Field(strict=False, min_length=1)]
-
-
-Numbers = Annotated[tuple[float, ...], Field(strict=False)]
+Fits = Annotated[tuple["WeightedFit", ...], Field(strict=False, min_length=1)]
 
 
-class Fit(Section):
+class WeightedFit(Section):
     """One set of parameters that agrees with the measurements.
 
     The error of its material law is a factor on the pressure that depends on the growth of the
@@ -40,13 +37,10 @@ class Fit(Section):
     growth: Numbers = Field((), description="cavity's volume by that at rest, rising")
     factor: Numbers = Field((), description="measured pressure by the simulated one there")
 
-    @model_validator(mode="after")
-    def _table(self) -> Fit:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         if len(self.factor) != len(self.growth) or list(self.growth) != sorted(self.growth):
-            raise outside(
-                "growth", list(self.growth), "allowed: rising, as many numbers as factor has"
-            )
-        return self
+            yield Refusal("growth", "allowed: rising, as many numbers as factor has")
 
     def correction(self, growth: np.ndarray) -> np.ndarray:
         """Factor on the pressure, (n,), extrapolated beyond the table from its last rows."""
@@ -59,7 +53,7 @@ class Fit(Section):
         return np.asarray(found)
 
 
-class Posterior(Section):
+class PosteriorTable(Section):
     """Fits, and the deviations from the best fit as pressures at an equal angle."""
 
     reading: str = Field(CHORD_ANGLE.name, description="that was fitted, and is predicted")
@@ -69,12 +63,11 @@ class Posterior(Section):
     reading_deg: float = Field(0.0, ge=0, description="noise of the reading")
     fit: Fits = Field(description="fits")
 
-    @model_validator(mode="after")
-    def _angle(self) -> Posterior:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         angles = [each.name for each in readings("finger") if each.unit == ANGLE.unit]
         if self.reading not in angles:
-            raise outside("reading", self.reading, f"allowed: {', '.join(angles)}")
-        return self
+            yield Refusal("reading", f"allowed: {', '.join(angles)}")
 
     @property
     def shares(self) -> np.ndarray:
@@ -83,8 +76,11 @@ class Posterior(Section):
         return np.asarray(weights / weights.sum())
 
 
-def read(file: Path) -> Posterior:
-    """The table ``posterior`` of a TOML file.
+def read(file: Path) -> PosteriorTable:
+    """Read the table ``posterior`` of a TOML file.
+
+    Args:
+        file: TOML.
 
     Raises:
         ConfigError: one line, if there is no such file or table, or a value is not allowed.
@@ -92,25 +88,16 @@ def read(file: Path) -> Posterior:
     data = tables.whole(file, "--from")
     if tables.POSTERIOR not in data:
         raise ConfigError(f"--from {file}: no table [posterior]; allowed: one with the fits")
-    return checked(Posterior, data[tables.POSTERIOR])
+    return checked(PosteriorTable, data[tables.POSTERIOR])
 
 
-def appended(text: str, posterior: Posterior) -> str:
-    """A configuration's text, followed by the table ``posterior``."""
-    table = tomlkit.table()
-    for key in ("reading", "model_kPa", "specimen", "angle", "reading_deg"):
-        item = tomlkit.item(getattr(posterior, key))
-        item.comment(Posterior.model_fields[key].description or "")
-        table.add(key, item)
-    fits = tomlkit.aot()
-    for each in posterior.fit:
-        one = tomlkit.table()
-        one.add("weight", each.weight)
-        one.add("set", dict(each.set))
-        one.add("growth", list(each.growth))
-        one.add("factor", list(each.factor))
-        fits.append(one)
-    table.add("fit", fits)
+def appended(text: str, posterior: PosteriorTable) -> str:
+    """Return a configuration's text, followed by the table ``posterior``.
+
+    Args:
+        text: TOML.
+        posterior: of the fits to measurements.
+    """
     document = tomlkit.document()
-    document.add(tables.POSTERIOR, table)
+    document.add(tables.POSTERIOR, tables.table(posterior))
     return f"{text}\n{tomlkit.dumps(document)}"

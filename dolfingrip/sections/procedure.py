@@ -1,17 +1,22 @@
-"""Sections of the configuration for the test procedure: experiment, protocol, coupon."""
+"""Sections of the configuration for the test procedure: experiment, cavities, protocol, coupon.
+
+>>> cavities = Cavities.model_validate({"cavity_2": {"pressure_ratio": 0.5}})
+>>> cavities.ratio("cavity"), cavities.ratio("cavity_2")
+(1.0, 0.5)
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from dolfingrip.sections.section import Role, Section, check_up_to, outside
+from dolfingrip.sections.section import FINGERS, Numbers, Refusal, Role, Section
 
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
-Values = Annotated[tuple[float, ...], Field(strict=False)]
 Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
 Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 
@@ -19,7 +24,7 @@ STEP_KPA = 25.0
 """Default pressure between readings."""
 
 
-class Experiment(Section):
+class ExperimentSettings(Section):
     """Readings to take, in order: from rest to the maximum, and back if asked."""
 
     role: ClassVar = Role.PROCEDURE
@@ -63,14 +68,13 @@ class Experiment(Section):
             return {**data, "step_kPa": float(highest)}
         return data
 
-    @model_validator(mode="after")
-    def _steps(self) -> Experiment:
-        check_up_to(self, "step_kPa", "max_pressure_kPa", "kPa")
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        yield from self.up_to("step_kPa", "max_pressure_kPa")
         if self.control == "auto" and (self.unload or self.cycles > 1):
-            raise outside(
-                "control", "auto", 'allowed with unload or cycles: "pressure" or "volume"'
+            yield Refusal(
+                "control", 'allowed with unload or cycles: "pressure" or "volume"', "auto"
             )
-        return self
 
 
 class Protocol(Section):
@@ -79,28 +83,27 @@ class Protocol(Section):
     role: ClassVar = Role.PROCEDURE
 
     time_s: Times = Field((), description="of each reading, none earlier than the one before")
-    pressure_kPa: Values = Field((), description="of each reading (finger)")
-    displacement_mm: Values = Field((), description="of each reading (coupon)")
+    pressure_kPa: Numbers = Field((), description="of each reading (finger)")
+    displacement_mm: Numbers = Field((), description="of each reading (coupon)")
     cycle: Cycles = Field((), description="of each reading; default: 1")
     branch: Branches = Field((), description="of each reading; default: from its neighbour")
 
-    @model_validator(mode="after")
-    def _table(self) -> Protocol:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         count = len(self.time_s)
         control = "displacement_mm" if self.displacement_mm else "pressure_kPa"
         for key in (control, "cycle", "branch"):
             values = getattr(self, key)
             if len(values) != count and (values or key == control):
-                raise outside(
-                    key, f"{len(values)} values", f"allowed: as many as time_s has, {count}"
+                yield Refusal(
+                    key, f"allowed: as many as time_s has, {count}", f"{len(values)} values"
                 )
         late = [b for a, b in pairwise(self.time_s) if b < a]
         if late:
-            raise outside("time_s", f"… {late[0]:g}", "allowed: no earlier than the one before")
-        return self
+            yield Refusal("time_s", "allowed: no earlier than the one before", f"… {late[0]:g}")
 
 
-class Coupon(Section):
+class CouponSettings(Section):
     """Uniaxial tension of a bar of the gauge length, which is pulled at one end."""
 
     role: ClassVar = Role.SETUP
@@ -116,12 +119,42 @@ class Coupon(Section):
     step_strain: float = Field(0.05, gt=0, le=10, description="a reading every so much")
     rate_mm_per_s: float = Field(2.5, gt=0, description="crosshead; felt by models with a clock")
 
-    @model_validator(mode="after")
-    def _steps(self) -> Coupon:
-        check_up_to(self, "step_strain", "max_strain")
-        return self
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        yield from self.up_to("step_strain", "max_strain")
 
     @property
     def area_mm2(self) -> float:
         """Undeformed cross-section."""
         return self.width_mm * self.thickness_mm
+
+
+class Cavity(Section):
+    """One of several cavities."""
+
+    role: ClassVar = Role.PROCEDURE
+    felt_by: ClassVar = FINGERS
+
+    pressure_ratio: float = Field(
+        1.0, ge=-10, le=10, description="the cavity's pressure by the experiment's; 0: vented"
+    )
+
+
+class Cavities(Section):
+    """Cavities by the group of a mesh file, as [cavity.cavity_2] is one."""
+
+    role: ClassVar = Role.PROCEDURE
+    felt_by: ClassVar = FINGERS
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Cavity]
+    entries: ClassVar = Cavity
+
+    @property
+    def all(self) -> Mapping[str, Cavity]:
+        """The cavities that are named."""
+        return self.__pydantic_extra__
+
+    def ratio(self, name: str) -> float:
+        """A cavity's pressure by the experiment's; 1 where it is not named."""
+        found = self.__pydantic_extra__.get(name)
+        return 1.0 if found is None else found.pressure_ratio

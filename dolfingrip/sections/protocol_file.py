@@ -20,17 +20,16 @@ or the CSV of a measurement, for the time stamps of one of its specimens.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.procedure import Branch
-from dolfingrip.sections.section import Section, outside
-from dolfingrip.sections.separator import check_separator
+from dolfingrip.sections.section import Refusal, Section
 from dolfingrip.sections.units import unit
 
 SPARSER = 3.0
@@ -39,7 +38,7 @@ SPARSER = 3.0
 Lines = Annotated[tuple[str, ...], Field(strict=False)]
 
 
-class Segment(Section):
+class ProtocolSegment(Section):
     """A ramp or a wait."""
 
     to_kPa: float | None = Field(None, description="pressure at the end of the ramp")
@@ -49,12 +48,11 @@ class Segment(Section):
     hold_s: float | None = Field(None, ge=0, description="length of the wait")
     readings: int = Field(4, ge=1, le=100_000, description="the last at the segment's end")
 
-    @model_validator(mode="after")
-    def _one_of(self) -> Self:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         given = [key for key in ("to_kPa", "to_mm", "hold_s") if getattr(self, key) is not None]
         if len(given) != 1:
-            raise outside("hold_s", self.hold_s, "allowed: exactly one of to_kPa, to_mm and hold_s")
-        return self
+            yield Refusal("hold_s", "allowed: exactly one of to_kPa, to_mm and hold_s")
 
 
 class SetupPose(Section):
@@ -68,21 +66,26 @@ class ProtocolFile(Section):
     """Contents of a TOML protocol."""
 
     cycles: int = Field(1, ge=1, le=10_000, description="how often the segments are repeated")
-    segment: Annotated[tuple[Segment, ...], Field(strict=False)] = Field(
+    segment: Annotated[tuple[ProtocolSegment, ...], Field(strict=False)] = Field(
         (), description="ramps and waits in order"
     )
     pose: Annotated[tuple[SetupPose, ...], Field(strict=False)] = Field((), description="set-ups")
 
 
 def waits(length_s: float, count: int) -> list[float]:
-    """Times (s) after the start of a wait at which readings are taken; the last is its end."""
+    """Return the times (s) after a wait's start at which readings are taken; the last is its end.
+
+    Args:
+        length_s: length of the wait.
+        count: number of readings.
+    """
     return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
 
 
 def read(
     file: Path, experiment: str, control: str = "pressure_kPa", specimen: str | None = None
 ) -> tuple[dict[str, Any], Sequence[SetupPose]]:
-    """The table ``[protocol]`` that ``file`` describes, and its poses.
+    """Read the table ``[protocol]`` that a file describes, and its poses.
 
     Args:
         file: TOML, or CSV in the format of measured data.
@@ -96,18 +99,11 @@ def read(
     measured = file.suffix == ".csv"
     if specimen is not None and not measured:
         raise ConfigError(f"--specimen {specimen}: {file} is no CSV; allowed: with a .csv")
-    try:
-        text = file.read_text(encoding="utf-8")
-        data = {} if measured else tables.toml(text)
-    except OSError as error:
-        raise ConfigError(f"--protocol {file}: {error.strerror}") from None
-    except ValueError as error:
-        kind = "text" if measured else "TOML"
-        raise ConfigError(f"--protocol {file}: not {kind}: {error}") from None
     if measured:
-        check_separator(f"--protocol {file}", text.partition("\n")[0])
+        text = tables.text_of(file, "--protocol")
+        tables.check_separator(f"--protocol {file}", text.partition("\n")[0])
         return _measured(file, text.splitlines(), experiment, control, specimen), ()
-    asked = checked(ProtocolFile, data)
+    asked = checked(ProtocolFile, tables.whole(file, "--protocol"))
     if not asked.segment:
         raise ConfigError(f"--protocol {file}: segment = []: allowed: at least one [[segment]]")
     by = f"to_{unit(control)}"

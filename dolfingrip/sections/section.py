@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
-from typing import Annotated, Any, ClassVar, Final, NoReturn, get_args
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, NoReturn, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
 from dolfingrip.channels import Part
 from dolfingrip.sections import errors
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.units import unit
+
+Numbers = Annotated[tuple[float, ...], Field(strict=False)]
+"""Type of a list of numbers of any length."""
 
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 """Type of a list of numbers: TOML's arrays are lists, and their numbers are checked."""
@@ -44,6 +48,20 @@ class Entry(StrEnum):
     SUPPLY = "stage of the supply"
     INSTRUMENT = "instrument"
     CHOICE = "choice of the model"
+
+
+class Refusal(NamedTuple):
+    """A value that is not allowed beside the others of a section.
+
+    Attributes:
+        key: of the section or below it.
+        allowed: what is wrong, and what is allowed, in words.
+        shown: in place of the value; None: the value itself.
+    """
+
+    key: str
+    allowed: str
+    shown: object = None
 
 
 class Section(BaseModel):
@@ -81,6 +99,73 @@ class Section(BaseModel):
             'config.changed(config, {"section.key": value})'
         )
 
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield the values that are not allowed beside the others; each is in its own range.
+
+        The first one becomes the error, so that later ones may rely on what earlier ones checked.
+        """
+        yield from ()
+
+    @model_validator(mode="after")
+    def _allowed(self) -> Self:
+        for key, allowed, shown in self.refusals():
+            raise outside(key, self.shown(key) if shown is None else shown, allowed)
+        return self
+
+    def shown(self, key: str) -> object:
+        """Return a value as messages show it.
+
+        Args:
+            key: of the section or below it.
+        """
+        value: Any = self
+        for part in key.split("."):
+            value = getattr(value, part)
+        return list(value) if isinstance(value, tuple) else "none" if value is None else value
+
+    def up_to(self, key: str, most: float | str, why: str = "") -> Iterator[Refusal]:
+        """Yield a refusal of a number that is larger than a limit.
+
+        Args:
+            key: of the number.
+            most: the limit, or the key of a number that is it.
+            why: what is wrong beyond the limit, in words.
+        """
+        limit, words = self._limit(key, most)
+        if getattr(self, key) > limit:
+            yield Refusal(key, f"{why}allowed: above 0 and up to {words}")
+
+    def below(self, key: str, limit: float | str, why: str = "") -> Iterator[Refusal]:
+        """Yield a refusal of a number that is not smaller than a limit.
+
+        Args:
+            key: of the number.
+            limit: the limit, or the key of a number that is it.
+            why: what is wrong from the limit on, in words.
+        """
+        least, words = self._limit(key, limit)
+        if getattr(self, key) >= least:
+            yield Refusal(key, f"{why}allowed: above 0 and below {words}")
+
+    def above(self, key: str, limit: float | str, why: str = "") -> Iterator[Refusal]:
+        """Yield a refusal of a number that is not larger than a limit.
+
+        Args:
+            key: of the number.
+            limit: the limit, or the key of a number that is it.
+            why: what is wrong down from the limit, in words.
+        """
+        most, words = self._limit(key, limit)
+        if getattr(self, key) <= most:
+            yield Refusal(key, f"{why}allowed: above {words}")
+
+    def _limit(self, key: str, limit: float | str) -> tuple[float, str]:
+        """A limit of a key, and its words."""
+        name, value = (
+            (f"{limit} = ", getattr(self, limit)) if isinstance(limit, str) else ("", limit)
+        )
+        return value, f"{name}{value:g} {unit(key)}".rstrip()
+
     @classmethod
     def felt_on(cls, parts: Iterable[Part]) -> bool:
         """Return whether an experiment on these parts depends on the section."""
@@ -115,10 +200,11 @@ class Section(BaseModel):
         """
         found: dict[str, Any] = {}
         for key, value in values.items():
-            inner = errors.table([key], cls)
-            if isinstance(value, Mapping) and inner.felt_on(parts):
-                found[key] = inner.counted(value, parts)
-            elif not isinstance(value, Mapping) and value is not None and key not in cls.effort:
+            if isinstance(value, Mapping):
+                inner, *_ = errors.kinds([key], cls)
+                if inner.felt_on(parts):
+                    found[key] = inner.counted(value, parts)
+            elif value is not None and key not in cls.effort:
                 found[key] = value
         return {k: v for k, v in found.items() if k not in cls.later or v != cls.later[k]}
 
@@ -140,12 +226,11 @@ def with_keys_of(
 
 
 def outside(key: str, value: object, allowed: str) -> PydanticCustomError:
-    """The error that a validator raises about ``key``, a key of the section or below it."""
+    """Return the error that a validator raises about a value.
+
+    Args:
+        key: of the section or below it.
+        value: as the message shows it.
+        allowed: what is wrong, and what is allowed, in words.
+    """
     return PydanticCustomError("geometry", f"{key} = {value}: {allowed}")
-
-
-def check_up_to(section: Section, key: str, limit: str, unit: str = "") -> None:
-    """Raise the error of :func:`outside` if the value of ``key`` exceeds that of ``limit``."""
-    value, most = getattr(section, key), getattr(section, limit)
-    if value > most:
-        raise outside(key, value, f"allowed: above 0 and up to {limit} = {most:g} {unit}".rstrip())

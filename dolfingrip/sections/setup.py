@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from pydantic import create_model, model_validator
 
-from dolfingrip.sections.camera import Camera
-from dolfingrip.sections.cavities import Cavities
 from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
-from dolfingrip.sections.fixture import Gravity, Plate
+from dolfingrip.sections.fixture import Camera, Gravity, PlateSettings
 from dolfingrip.sections.form import Form
 from dolfingrip.sections.geometry.geometry import Geometry, Integration
 from dolfingrip.sections.geometry.index import GEOMETRIES
 from dolfingrip.sections.gripper import Gripper
+from dolfingrip.sections.material import DEFAULT, AnyMaterials
 from dolfingrip.sections.numerics import Contact, Solver
-from dolfingrip.sections.procedure import Coupon, Experiment, Protocol
-from dolfingrip.sections.regions import Materials
-from dolfingrip.sections.section import Section, outside
-from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
+from dolfingrip.sections.procedure import Cavities, CouponSettings, ExperimentSettings, Protocol
+from dolfingrip.sections.section import Refusal, Section
+from dolfingrip.sections.specimen import Cog, Finger, Mesh, ThicknessMorph
 
 KINDS: Final = {name: kind for name, kind in GEOMETRIES.items() if kind.table() == name}
 """Kinds of geometry with a table of their own; bellows have their dimensions in ``finger``."""
@@ -30,17 +28,17 @@ class Sections(Section):
     """The sections that every kind of geometry has, and their checks against one another."""
 
     finger: Finger = Finger()
-    material: Materials = Materials()
+    material: AnyMaterials = DEFAULT
     mesh: Mesh = Mesh()
-    morph: Morph = Morph()
+    morph: ThicknessMorph = ThicknessMorph()
     cog: Cog = Cog()
     solver: Solver = Solver()
     contact: Contact = Contact()
-    plate: Plate = Plate()
+    plate: PlateSettings = PlateSettings()
     gravity: Gravity = Gravity()
-    experiment: Experiment = Experiment()
+    experiment: ExperimentSettings = ExperimentSettings()
     protocol: Protocol = Protocol()
-    coupon: Coupon = Coupon()
+    coupon: CouponSettings = CouponSettings()
     gripper: Gripper = Gripper()
     film: Films = Films()
     cavity: Cavities = Cavities()
@@ -57,90 +55,78 @@ class Sections(Section):
             return {**data, kind: {}}
         return data
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the sections do not allow one another."""
+        yield from self._kind_refused()
+        yield from self._regions_refused()
+        yield from self._form_refused()
+        yield from self._cavities_refused()
+        yield from self._loads_refused()
+
+    def _kind_refused(self) -> Iterator[Refusal]:
         kind = self.finger.kind
         for name in KINDS:
             if name != kind and getattr(self, name) is not None:
-                raise outside("finger.kind", kind, f'allowed: "{name}" with a table [{name}]')
-        if kind in KINDS:
-            own = self.finger.model_dump(exclude_defaults=True, exclude={"kind"})
-            for key, value in own.items():
-                raise outside(
-                    f"finger.{key}",
-                    value,
-                    f'of bellows; allowed: keys of [{kind}] with kind = "{kind}"',
-                )
-            if KINDS[kind].of_file and self.mesh.file is None:
-                raise outside(
-                    "finger.kind", kind, "a mesh file; allowed: with mesh.file, as adopt writes it"
-                )
-            tetrahedra = KINDS[kind].tetrahedra
-            if self.mesh.file is None and not self.hexahedra and not tetrahedra:
-                raise outside(
-                    "finger.kind", kind, 'made of hexahedra; allowed: with solver.element = "S2"'
-                )
-            if self.mesh.file is None and self.hexahedra and not KINDS[kind].hexahedra:
-                raise outside(
-                    "finger.kind", kind, 'made of tetrahedra; allowed: with solver.element = "P2"'
-                )
-        return self
+                yield Refusal("finger.kind", f'allowed: "{name}" with a table [{name}]')
+        if kind not in KINDS:
+            return
+        for key in self.finger.model_dump(exclude_defaults=True, exclude={"kind"}):
+            words = f'of bellows; allowed: keys of [{kind}] with kind = "{kind}"'
+            yield Refusal(f"finger.{key}", words)
+        if self.mesh.file is not None:
+            return
+        if KINDS[kind].of_file:
+            words = "a mesh file; allowed: with mesh.file, as adopt writes it"
+            yield Refusal("finger.kind", words)
+        if not (KINDS[kind].hexahedra if self.hexahedra else KINDS[kind].tetrahedra):
+            cells, element = ("tetrahedra", "P2") if self.hexahedra else ("hexahedra", "S2")
+            words = f'made of {cells}; allowed: with solver.element = "{element}"'
+            yield Refusal("finger.kind", words)
 
-    @model_validator(mode="after")
-    def _known_regions(self) -> Self:
+    def _regions_refused(self) -> Iterator[Refusal]:
         for name in self.material.own:
-            self._check_region(f"material.{name}", name)
+            yield from self._region_refused(f"material.{name}", name)
         layers: dict[str, str] = {}
         for name, film in self.film.all.items():
             for key, region in film.regions:
                 if region:
-                    self._check_region(f"film.{name}.{key}", region)
+                    yield from self._region_refused(f"film.{name}.{key}", region)
             if film.model == "layer":
                 if film.region in self.material.own or film.region in layers:
                     other = layers.get(film.region, f"material.{film.region}")
-                    raise outside(
-                        f"film.{name}.region",
-                        film.region,
-                        f"has {other} already; allowed: one of them",
-                    )
+                    words = f"has {other} already; allowed: one of them"
+                    yield Refusal(f"film.{name}.region", words, film.region)
                 layers[film.region] = f"film.{name}"
                 if film.thickness_mm is None and self._thickness_mm(film.region) is None:
-                    raise outside(f"film.{name}.thickness_mm", "none", "allowed: above 0 mm")
+                    yield Refusal(f"film.{name}.thickness_mm", "allowed: above 0 mm", "none")
             if self.mesh.half and self.mesh.file is None and not film.symmetric:
-                raise outside(
-                    f"film.{name}.fibre_deg",
-                    list(film.fibre_deg),
-                    "allowed with mesh.half = true: families at 0, 90 or in pairs of opposite sign",
-                )
-        return self
+                words = "families at 0, 90 or in pairs of opposite sign"
+                why = f"allowed with mesh.half = true: {words}"
+                yield Refusal(f"film.{name}.fibre_deg", why, list(film.fibre_deg))
 
-    def _check_region(self, key: str, region: str) -> None:
+    def _region_refused(self, key: str, region: str) -> Iterator[Refusal]:
         """Refuse a region that the geometry has not; those of a mesh file are not known yet."""
         known = self.geometry.regions
         if self.mesh.file is None and region not in known:
             allowed = ", ".join(known) or "none with this kind of geometry"
-            raise outside(key, f'"{region}"', f"no such region; allowed: {allowed}")
+            yield Refusal(key, f"no such region; allowed: {allowed}", f'"{region}"')
 
     def _thickness_mm(self, region: str) -> float | None:
         """Thickness (mm) of a region that the geometry makes a film; None for another region."""
         return None if self.mesh.file else self.geometry.thickness_mm(region)
 
-    @model_validator(mode="after")
-    def _form_of_planes(self) -> Self:
+    def _form_refused(self) -> Iterator[Refusal]:
         if self.form is None:
-            return self
+            return
         if self.mesh.file is not None or self.geometry.of_file:
-            raise outside("form", "a table", "allowed: with a finger that is made from dimensions")
+            yield Refusal("form", "allowed: with a finger that is made from dimensions", "a table")
         boxes = self.geometry.boxes()
         if boxes is None:
-            raise outside("form", "a table", "allowed: with a finger that is made of boxes")
-        expected = self.form.count(boxes)
-        given = len(self.form.offsets_mm)
-        if given != expected:
-            raise outside(
-                "form.offsets_mm", f"{given} numbers", f"allowed: {expected} for this finger"
-            )
-        return self
+            yield Refusal("form", "allowed: with a finger that is made of boxes", "a table")
+            return
+        words = f"allowed: {self.form.count(boxes)} for this finger"
+        if (given := len(self.form.offsets_mm)) != self.form.count(boxes):
+            yield Refusal("form.offsets_mm", words, f"{given} numbers")
 
     def film_thickness_mm(self, film: Film) -> float:
         """Thickness of a layer."""
@@ -148,42 +134,27 @@ class Sections(Section):
         assert found is not None  # the validator sees to it
         return found
 
-    @model_validator(mode="after")
-    def _known_cavities(self) -> Self:
+    def _cavities_refused(self) -> Iterator[Refusal]:
         for name in self.cavity.all:
             known = self.geometry.cavities()
             if self.mesh.file is None and name not in known:
                 allowed = f"allowed: {', '.join(known)}, or with mesh.file"
-                raise outside(f"cavity.{name}", "a table", allowed)
+                yield Refusal(f"cavity.{name}", allowed, "a table")
         ratios = {self.cavity.ratio(name) for name in self.cavity.all} | {1.0}
         if len(ratios) > 1 and self.experiment.control != "pressure":
-            raise outside(
-                "experiment.control",
-                self.experiment.control,
-                'allowed: "pressure" where a cavity has a pressure_ratio other than 1',
-            )
-        return self
+            words = 'allowed: "pressure" where a cavity has a pressure_ratio other than 1'
+            yield Refusal("experiment.control", words)
 
-    @model_validator(mode="after")
-    def _facing(self) -> Self:
+    def _loads_refused(self) -> Iterator[Refusal]:
         length_mm = self.geometry.length_mm
         if self.plate.contact_length_mm > length_mm:
-            raise outside(
-                "plate.contact_length_mm",
-                self.plate.contact_length_mm,
-                f"allowed: above 0 and up to {self.geometry_table}.length_mm = {length_mm:g} mm",
-            )
+            words = f"{self.geometry_table}.length_mm = {length_mm:g} mm"
+            yield Refusal("plate.contact_length_mm", f"allowed: above 0 and up to {words}")
         if self.solver.element == "S2" and self.mesh.target_elements is not None:
-            raise outside(
-                "mesh.target_elements",
-                self.mesh.target_elements,
-                'a number of tetrahedra; allowed: with solver.element = "P1" or "P2"',
-            )
-        if self.mesh.half and self.mesh.file is None:
-            sideways = self.sideways()
-            if sideways is not None:
-                raise outside(*sideways, "allowed: no y-part with mesh.half = true")
-        return self
+            words = 'a number of tetrahedra; allowed: with solver.element = "P1" or "P2"'
+            yield Refusal("mesh.target_elements", words)
+        if self.mesh.half and self.mesh.file is None and (key := self.sideways()):
+            yield Refusal(key, "allowed: no y-part with mesh.half = true")
 
     @classmethod
     def classes(cls) -> dict[str, type[Section]]:
@@ -228,7 +199,7 @@ class Sections(Section):
 
     @property
     def hexahedra(self) -> bool:
-        """Whether the finger is meshed in hexahedra, if no mesh file is given."""
+        """True if the finger is meshed in hexahedra, where no mesh file is given."""
         if self.solver.element is None:
             kind = GEOMETRIES[self.finger.kind]
             return kind.hexahedra and self.mesh.target_elements is None
@@ -248,12 +219,12 @@ class Sections(Section):
         sizes = mesh.hexahedra_mm(self.geometry) if self.hexahedra else mesh.tetrahedra_mm()
         return sizes[0]
 
-    def sideways(self) -> tuple[str, object] | None:
-        """The key and value of a load that a half finger cannot bear; None if there is none."""
+    def sideways(self) -> str | None:
+        """Return the key of a load that a half finger cannot bear; None if there is none."""
         if self.plate.normal[1]:
-            return "plate.normal", list(self.plate.normal)
+            return "plate.normal"
         if self.gravity.acceleration_m_s2 and self.gravity.direction[1]:
-            return "gravity.direction", list(self.gravity.direction)
+            return "gravity.direction"
         return None
 
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dolfingrip.sections.geometry.bellows import Bellows
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.geometry.index import GEOMETRIES, NAMES
-from dolfingrip.sections.section import FINGERS, Entry, Role, Section, check_up_to
+from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section
 
 if TYPE_CHECKING:  # the names are known as it runs only
     Kind = str
@@ -91,14 +92,13 @@ class Mesh(Section):
         size = TETRAHEDRON_MM if self.size_mm is None else self.size_mm
         return size, self.edge_size_mm or size
 
-    @model_validator(mode="after")
-    def _sizes(self) -> Mesh:
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
         if self.edge_size_mm is not None and self.size_mm is not None:
-            check_up_to(self, "edge_size_mm", "size_mm", "mm")
-        return self
+            yield from self.up_to("edge_size_mm", "size_mm")
 
 
-class Morph(Section):
+class ThicknessMorph(Section):
     """Thickness of the meshed finger's regions: x below d_mm (A, strain-limiting) and above (B)."""
 
     role: ClassVar = Role.BODY

@@ -8,7 +8,7 @@ import sys
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import tomlkit
 from pydantic import BaseModel
@@ -44,7 +44,11 @@ def toml(text: str) -> dict[str, Any]:
 
 
 def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
-    """Key and value of one ``section.key=value``; the value is read as TOML.
+    """Return key and value of one ``section.key=value``; the value is read as TOML.
+
+    Args:
+        assignment: text of a command line or file.
+        option: that messages name.
 
     Raises:
         ConfigError: one line naming the option, if it is not an assignment.
@@ -139,26 +143,27 @@ def put(data: dict[str, Any], change: Mapping[str, Any], *, replace: bool = True
 
 
 def read(file: Path) -> dict[str, Any]:
-    """Sections of a TOML file or of a ``run.json``.
+    """Read the sections of a TOML file or of a ``run.json``.
 
     The table ``posterior`` is no section; :mod:`dolfingrip.sections.posterior` reads it.
+
+    Args:
+        file: TOML, or a ``run.json``.
     """
     data = whole(file, "--config")
     return {name: section for name, section in data.items() if name != POSTERIOR}
 
 
 def whole(file: Path, option: str) -> dict[str, Any]:
-    """All tables of a TOML file or of a ``run.json``.
+    """Read all tables of a TOML file or of a ``run.json``.
 
     Args:
         file: TOML, or a ``run.json``.
         option: option that names the file.
     """
+    text = text_of(file, option)
     try:
-        text = file.read_text(encoding="utf-8")
         data = json.loads(text)["config"] if file.suffix == ".json" else toml(text)
-    except OSError as error:
-        raise ConfigError(f"{option} {file}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         kind = "a run.json" if file.suffix == ".json" else "TOML"
         why = TOO_DEEP if isinstance(error, RecursionError) else error
@@ -170,8 +175,53 @@ def whole(file: Path, option: str) -> dict[str, Any]:
     return data
 
 
+def text_of(file: Path, option: str) -> str:
+    """Return the text of a file.
+
+    Args:
+        file: that a user names.
+        option: option that names it.
+
+    Raises:
+        ConfigError: one line, where it cannot be read or is no text.
+    """
+    try:
+        return file.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ConfigError(f"{option} {file}: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{option} {file}: not text: {error}") from None
+
+
+SEPARATORS: Final = {";": "semicolons", "\t": "tabs"}
+"""Separators of CSV files that spreadsheets of some languages write, and their names."""
+
+
+def check_separator(told: str, header: str) -> None:
+    """Refuse a CSV table whose entries are not separated by commas.
+
+    Args:
+        told: option and file that the message begins with.
+        header: first line of the table.
+
+    Raises:
+        ConfigError: one line.
+    """
+    for character, name in SEPARATORS.items():
+        if header.count(character) > header.count(","):
+            raise ConfigError(
+                f"{told}: its entries are separated by {name}; allowed: commas, with a point "
+                "before decimals"
+            )
+
+
 def anchor(data: dict[str, Any], folder: Path) -> None:
-    """Make the paths of the mesh's and the food's files absolute, so that they are found later."""
+    """Make the paths of the mesh's and the food's files absolute, so that they are found later.
+
+    Args:
+        data: tables of a configuration; they are changed.
+        folder: that paths are relative to.
+    """
     for name in ("mesh", "food"):
         section = data.get(name)
         if isinstance(section, dict) and isinstance(section.get("file"), str | Path):
@@ -179,37 +229,54 @@ def anchor(data: dict[str, Any], folder: Path) -> None:
 
 
 def dumps(config: BaseModel) -> str:
-    """The resolved configuration as TOML, each key with its meaning as a comment."""
+    """Return the resolved configuration as TOML, each key with its meaning as a comment.
+
+    Args:
+        config: that is written.
+    """
     document = tomlkit.document()
     document.add(tomlkit.comment("dolfingrip configuration: every key, as resolved"))
     for name in type(config).model_fields:
         section = getattr(config, name)
         if section is not None:  # the tables of other kinds of geometry
-            document.add(name, _table(section))
+            document.add(name, table(section))
     return tomlkit.dumps(document)
 
 
-def _table(section: BaseModel) -> tomlkit.items.Table:
-    """A section, each key with its meaning; sections in it come last, as TOML requires."""
-    table, inner = tomlkit.table(), {}
-    table.comment((type(section).__doc__ or "").splitlines()[0])
+def table(section: BaseModel) -> tomlkit.items.Table:
+    """Return a section as TOML, each key with its meaning; sections in it come last.
+
+    Args:
+        section: any table of the configuration.
+    """
+    made = tomlkit.table()
+    inner: dict[str, Any] = {}
+    made.comment((type(section).__doc__ or "").splitlines()[0])
     for key, info in type(section).model_fields.items():
         value = getattr(section, key)
         if value is None:  # TOML has no null: an unset key is shown commented out
-            table.add(tomlkit.comment(f"{key} =    # {info.description}"))
+            made.add(tomlkit.comment(f"{key} =    # {info.description}"))
         elif isinstance(value, BaseModel):
-            inner[key] = _table(value)
+            inner[key] = table(value)
+        elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
+            inner[key] = tomlkit.aot()
+            inner[key].extend(table(each) for each in value)
         else:
-            item = tomlkit.item(_plain(value))
+            item = tomlkit.item(plain(value))
             item.comment(info.description or "")
-            table.add(key, item)
-    inner |= {key: _table(below) for key, below in (section.model_extra or {}).items()}
+            made.add(key, item)
+    inner |= {key: table(below) for key, below in (section.model_extra or {}).items()}
     for key, below in inner.items():
-        table.add(key, below)
-    return table
+        made.add(key, below)
+    return made
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a value as TOML and JSON have it.
+
+    Args:
+        value: of a key.
+    """
     if isinstance(value, Path):
         return str(value)
     return list(value) if isinstance(value, tuple) else value

@@ -30,6 +30,10 @@ UNITS = {
 
 
 def unit(key: str) -> str:
-    """The unit that a key's name ends in; "" for a pure number."""
+    """Return the unit that a key's name ends in; "" for a pure number.
+
+    Args:
+        key: with or without the names of sections.
+    """
     endings = [ending for ending in UNITS if key.endswith(f"_{ending}")]
     return UNITS[max(endings, key=len)] if endings else ""

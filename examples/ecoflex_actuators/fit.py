@@ -22,8 +22,8 @@ from specimens import CHAMBERS, HERE, Family, family, measured
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.experiments.prediction import Curve, predict
-from dolfingrip.sections.posterior import Fit, Posterior, appended
+from dolfingrip.experiments.prediction import PressureCurve, predict
+from dolfingrip.sections.posterior import PosteriorTable, WeightedFit, appended
 
 MODEL_KPA, SPECIMEN, ANGLE, CAMERA_DEG, BATCH = 0.5, 0.03, 0.1, 0.3, 0.1
 """Standard deviations: of pressures at equal angles from a fit's; relative, of all moduli of one
@@ -98,7 +98,7 @@ def fitted(families: Sequence[Family], specimens: Sequence[str]) -> Fitted:
     )  # fmt: skip
 
 
-def posterior(fits: Mapping[Hypothesis, Fitted], specimens: int) -> Posterior:
+def posterior(fits: Mapping[Hypothesis, Fitted], specimens: int) -> PosteriorTable:
     """All fits by their probability, and what none of them explains.
 
     Args:
@@ -110,10 +110,10 @@ def posterior(fits: Mapping[Hypothesis, Fitted], specimens: int) -> Posterior:
     for tried, each in fits.items():
         values = changes(tried, float(f"{each.modulus_MPa:.4g}"), each.scale)
         found.append(
-            Fit(weight=max(round(float(np.exp(least - each.misfit)), 4), 1e-4), set=values)
+            WeightedFit(weight=max(round(float(np.exp(least - each.misfit)), 4), 1e-4), set=values)
         )
     spread = float(f"{SPECIMEN * np.sqrt(1 + 1 / specimens):.3g}")
-    return Posterior(
+    return PosteriorTable(
         model_kPa=MODEL_KPA, specimen=spread, angle=ANGLE, reading_deg=CAMERA_DEG, fit=tuple(found)
     )
 
@@ -138,7 +138,7 @@ def predicted(
         "ballooning_kPa": found.ballooning_kPa[1],
         "low_kPa": found.ballooning_kPa[0],
         "high_kPa": found.ballooning_kPa[2],
-        "measured_kPa": Curve.of(pressure, angle).ballooning_kPa,
+        "measured_kPa": PressureCurve.of(pressure, angle).ballooning_kPa,
         "rms_deg_to_32.5_kPa": np.sqrt(np.mean((median[held] - angle[held]) ** 2)),
         "inside": np.mean((low <= angle) & (angle <= high)),
     }

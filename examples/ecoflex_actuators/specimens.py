@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 
 from dolfingrip.config import Config, changed
 from dolfingrip.experiments import run
-from dolfingrip.experiments.prediction import Curve, is_simulated
+from dolfingrip.experiments.prediction import PressureCurve, is_simulated
 
 HERE = Path(__file__).resolve().parent
 OUT = Path("out") / "ecoflex_actuators"
@@ -81,10 +81,10 @@ class Family:
         one, other = (each(angle_deg) for each in self._by_angle)
         return np.asarray(one + part * (other - one))
 
-    def curve(self, modulus_MPa: float, scale: float) -> Curve:
+    def curve(self, modulus_MPa: float, scale: float) -> PressureCurve:
         """What is seen as the pressure rises."""
         angle = np.linspace(0.0, self.largest_deg, 2000)
-        return Curve.of(scale * self.pressure_kPa(modulus_MPa, angle), angle)
+        return PressureCurve.of(scale * self.pressure_kPa(modulus_MPa, angle), angle)
 
 
 def family(base: Config, tried: Hypothesis, specimen: str) -> Family:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from dolfingrip.experiments.failures import explained
+from dolfingrip.experiments.loop import explained
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 
 

@@ -31,6 +31,7 @@ OGDEN = (
     "material.ogden_mu_MPa=[1.2, 0.02, 0.4]",
     "material.ogden_alpha=[1.3, 5.0, -2.5]",
 )
+FILM = ("finger.kind=cast", "material.film.mu_MPa=30")
 POLYNOMIAL = (
     "material.law=polynomial",
     "material.C10_MPa=0.5",
@@ -51,7 +52,7 @@ def slopes(material: config.Material, stretches: np.ndarray) -> np.ndarray:
         )
     first, second = (stretches**2).sum() - 3, (stretches**-2.0).sum() - 3
     by_first = by_second = 0.0
-    for key, c in material.chosen.constants().items():
+    for key, c in material.constants().items():
         i, j = POWERS[key]
         by_first += c * i * first ** max(i - 1, 0) * second**j
         by_second += c * j * first**i * second ** max(j - 1, 0)
@@ -178,8 +179,16 @@ REFUSED = {
     ("material.law=ogden", "material.ogden_mu_MPa=[1]"): "material.ogden_alpha = []: allowed: as",
     (*OGDEN, "material.ogden_alpha=[2, 0, 1]"): "allowed: each from 0.05 to 10, or below 0 like",
     (*OGDEN, "material.ogden_mu_MPa=[1, -2, 0]"): "initial shear modulus -1 MPa; allowed: above 0",
-    (*OGDEN, "material.mu_MPa=3"): 'material.mu_MPa = 3.0: allowed: with another law than "ogden"',
-    (*OGDEN, "material.C10_MPa=1"): "material.C10_MPa = 1.0: allowed: with another law than",
+    (
+        *OGDEN,
+        "material.mu_MPa=3",
+    ): 'material.mu_MPa = 3: allowed: with another law than "ogden", su',
+    (*OGDEN, "material.C10_MPa=1"): 'than "ogden", such as "polynomial"',
+    (*FILM, "material.film.C10_MPa=1"): "material.film.C10_MPa = 1: allowed: with another law than",
+    (*FILM, "material.film.nu=1"): "material.film.nu = 1: allowed: above 0 and below 0.5",
+    (FILM[0], "material.film.law=ogden"): "material.film.ogden_mu_MPa = []: allowed: a list of",
+    (*FILM, "material.film.law=1"): "material.film.law = 1: allowed: neo-hooke, ogden, polynomial",
+    (*FILM, "material.film.c10=1"): "material.film.c10: unknown key; allowed: law, mu_MPa, nu",
     ("material.law=polynomial",): "material.C10_MPa = none: allowed: a number with law",
     ("material.law=polynomial", "material.C10_MPa=-1"): "initial shear modulus -2 MPa; allowed: ab",
     ("material.ogden_alpha=[1]",): 'allowed: with another law than "neo-hooke"',

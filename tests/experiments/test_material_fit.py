@@ -106,19 +106,19 @@ def test_the_law_that_is_chosen_does_not_depend_on_the_end_of_a_search(top: floa
     stretch = np.linspace(1.05, top, 60)
     exact = stress(LAWS["ogden-1"], "uniaxial", stretch, VALUES["ogden-1"])
     odd = exact * (1 + 0.02 * np.sin(3 * stretch))
-    data = [coupons.Series("rubber", "uniaxial", stretch, odd, None)]
+    data = [coupons.CouponSeries("rubber", "uniaxial", stretch, odd, None)]
     chosen = choice.choose([fit(law, data) for law in LAWS.values()], data).best
     assert chosen.law.name == "ogden-1"
     assert not choice.unstable(chosen, dict.fromkeys(coupons.MODES, top))
 
 
-def made(mode: Mode, name: str, noise: float = 0.0) -> coupons.Series:
+def made(mode: Mode, name: str, noise: float = 0.0) -> coupons.CouponSeries:
     """A coupon of the law with VALUES."""
     stretch = np.linspace(1.05, 3.0, 40)
     exact = stress(LAWS[name], mode, stretch, VALUES[name])
     print("seed", 5)
     disturbed = exact + np.random.default_rng(5).normal(0, noise, 40) if noise else exact
-    return coupons.Series(name, mode, stretch, disturbed, noise or None)
+    return coupons.CouponSeries(name, mode, stretch, disturbed, noise or None)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_intervals_hold_the_truth() -> None:
     print("seeds 0 to 39")
     for seed in range(40):
         noise = np.random.default_rng(seed).normal(0, 0.02, 40)
-        data = coupons.Series("", "uniaxial", exact.stretch, exact.stress_MPa + noise, 0.02)
+        data = coupons.CouponSeries("", "uniaxial", exact.stretch, exact.stress_MPa + noise, 0.02)
         found = fit(law, [data])
         inside += bool(abs(found.values - values)[1] < found.half_width[1])
     assert 30 <= inside <= 40

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dolfingrip import config
-from dolfingrip.experiments.notes import notes
+from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.sections.tables import assignments
 
 

@@ -13,17 +13,17 @@ from typer.testing import CliRunner
 from dolfingrip import config
 from dolfingrip.cli.app import app
 from dolfingrip.config import ConfigError, changed
-from dolfingrip.experiments.prediction import Curve, further, predict
+from dolfingrip.experiments.prediction import PressureCurve, further, predict
 from dolfingrip.sections import posterior
-from dolfingrip.sections.posterior import Fit, Posterior
+from dolfingrip.sections.posterior import PosteriorTable, WeightedFit
 from dolfingrip.sections.tables import assignments
 
-STRAIGHT = Curve(np.array([0.0, 10.0, 20.0]), np.array([0.0, 10.0, 20.0]))
+STRAIGHT = PressureCurve(np.array([0.0, 10.0, 20.0]), np.array([0.0, 10.0, 20.0]))
 
 
 def test_a_falling_pressure_is_a_jump() -> None:
     """Readings at 0, 10, 8 and 12 kPa: from 10 kPa on the angle is that beyond the fall."""
-    curve = Curve.of(np.array([0.0, 10.0, 8.0, 12.0]), np.array([0.0, 10.0, 40.0, 60.0]))
+    curve = PressureCurve.of(np.array([0.0, 10.0, 8.0, 12.0]), np.array([0.0, 10.0, 40.0, 60.0]))
     assert (np.diff(curve.pressure_kPa) >= 0).all()
     # the pressure is 10 kPa again half-way from 8 to 12 kPa, at 50°
     np.testing.assert_allclose(curve.at(np.array([5.0, 9.9, 10.1])), [5, 9.9, 50.5], rtol=2e-3)
@@ -37,7 +37,9 @@ def test_quantiles_are_those_of_the_deviations() -> None:
 
     4,000 samples tell a 5 % quantile within 4 % of the deviation.
     """
-    left = Posterior(model_kPa=0.3, specimen=0.04, angle=0.05, reading_deg=0.5, fit=(Fit(),))
+    left = PosteriorTable(
+        model_kPa=0.3, specimen=0.04, angle=0.05, reading_deg=0.5, fit=(WeightedFit(),)
+    )
     found = predict([STRAIGHT], left, np.array([10.0]))
     spread = np.sqrt(0.3**2 + 0.4**2 + 0.5**2 + 0.5**2)
     expected = 10 + 1.645 * spread * np.array([-1, 0, 1])
@@ -46,17 +48,17 @@ def test_quantiles_are_those_of_the_deviations() -> None:
 
 def test_fits_count_by_their_weight() -> None:
     """Two fits without any deviation: the median is the more probable one's."""
-    steep = Curve(np.array([0.0, 20.0]), np.array([0.0, 60.0]))
-    left = Posterior(fit=(Fit(weight=1.0), Fit(weight=9.0)))
+    steep = PressureCurve(np.array([0.0, 20.0]), np.array([0.0, 60.0]))
+    left = PosteriorTable(fit=(WeightedFit(weight=1.0), WeightedFit(weight=9.0)))
     found = predict([STRAIGHT, steep], left, np.array([10.0]))
     np.testing.assert_allclose(found.angle_deg[:, 0], [10, 30, 30])
 
 
 def test_the_factor_goes_on_as_it_rose() -> None:
     """Between rows it is straight, before the first it is the first's; a fall is not gone on."""
-    rising = Fit(growth=(2.0, 4.0, 6.0), factor=(1.0, 1.1, 1.3))
+    rising = WeightedFit(growth=(2.0, 4.0, 6.0), factor=(1.0, 1.1, 1.3))
     np.testing.assert_allclose(rising.correction(np.array([1.0, 5.0, 8.0])), [1.0, 1.2, 1.5])
-    falling = Fit(growth=(2.0, 4.0), factor=(1.2, 1.1))
+    falling = WeightedFit(growth=(2.0, 4.0), factor=(1.2, 1.1))
     np.testing.assert_allclose(falling.correction(np.array([8.0])), [1.1])
 
 
@@ -71,7 +73,7 @@ def test_a_path_is_gone_on_straight() -> None:
 
 def test_the_table_is_read_back_and_is_no_section(tmp_path: Path) -> None:
     """Other commands take the same file, without the table."""
-    left = Posterior(model_kPa=0.5, fit=(Fit(set={"film.silk.Et_N_per_mm": 3.0}),))
+    left = PosteriorTable(model_kPa=0.5, fit=(WeightedFit(set={"film.silk.Et_N_per_mm": 3.0}),))
     file = tmp_path / "extended.toml"
     file.write_text(posterior.appended("[finger]\nlength_mm = 80.0\n", left), encoding="utf-8")
     assert posterior.read(file) == left
@@ -107,7 +109,7 @@ def test_command(tmp_path: Path) -> None:
     )
     soft = {"material.mu_MPa": 0.02, "film.silk.Et_N_per_mm": 25.0}
     file = tmp_path / "extended.toml"
-    left = Posterior(fit=(Fit(), Fit(set=soft)))
+    left = PosteriorTable(fit=(WeightedFit(), WeightedFit(set=soft)))
     file.write_text(posterior.appended(block, left), encoding="utf-8")
     call = ["predict", "--from", str(file), "--out", str(tmp_path / "out"), "--pressures", "3,6"]
     for _ in range(2):

@@ -15,7 +15,7 @@ from support.command import run_command
 from dolfingrip import config
 from dolfingrip.config import ConfigError, changed
 from dolfingrip.experiments import synthetic
-from dolfingrip.experiments.synthetic import Measurement
+from dolfingrip.experiments.synthetic import SyntheticMeasurement
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.sections.tables import assignments
@@ -24,14 +24,14 @@ COUPON = ("coupon.max_strain=0.4", "coupon.step_strain=0.002")
 SELF = MPI.COMM_SELF
 
 
-def pulled(seed: int = 3, **more: object) -> Measurement:
+def pulled(seed: int = 3, **more: object) -> SyntheticMeasurement:
     """A coupon's measurement: 201 readings in a second."""
     told = config.load(None, assignments(COUPON))
     truth = changed(told, assignments(["material.mu_MPa=2.0"]))
     return synthetic.measure(["coupon"], told, hidden=truth, seed=seed, comm=SELF, **more)
 
 
-def column(measurement: Measurement, name: str) -> np.ndarray:
+def column(measurement: SyntheticMeasurement, name: str) -> np.ndarray:
     return np.array([row[name] for row in measurement.rows])
 
 

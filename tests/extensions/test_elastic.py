@@ -69,7 +69,7 @@ def test_ogden(alpha: float) -> None:
 def test_bulk_modulus() -> None:
     """Young's modulus at small strain: 9Kμ/(3K + μ)."""
     strain, more = 1e-5, 10.0
-    bulk = config.Material().lmbda_MPa + 2 * MU / 3 + more
+    bulk = config.Config().material.lmbda_MPa + 2 * MU / 3 + more
     result = bars.pull(
         *bars.protocol([0.0], [33 * strain]), f"extensions.bulk_modulus.more_MPa={more}"
     )
@@ -89,7 +89,7 @@ def test_print_anisotropy_at_small_strain(k: float, angle_deg: float) -> None:
     axis = np.array([np.sin(angle), 0, np.cos(angle)])
     deviator = mandel(np.outer(axis, axis) - np.eye(3) / 3)
     unit = mandel(np.eye(3))
-    stiffness = 2 * MU * np.eye(6) + config.Material().lmbda_MPa * np.outer(unit, unit)
+    stiffness = 2 * MU * np.eye(6) + config.Config().material.lmbda_MPa * np.outer(unit, unit)
     stiffness += 4 * k * np.outer(deviator, deviator)
     young = 1 / np.linalg.inv(stiffness)[2, 2]
     strain = 1e-5

@@ -18,7 +18,7 @@ MULLINS = tuple(
     for key, value in (("inverse_r", 1 / R), ("m_MPa", M), ("beta", BETA))
 )
 TRAVEL = 33 * np.array([0, 0.3, 0.6, 0.3, 0.1, 0, 0.4, 0.6, 0.9, 0.5, 0, 0.9, 1.0])
-MU = config.Material().mu_MPa
+MU = config.Config().material.mu_MPa
 
 
 def energy(stretch: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.sections.tables import assignments
 
 SEED = 17
-MU = config.Material().mu_MPa
+MU = config.Config().material.mu_MPa
 G, YIELD = 0.3, 0.04
 
 

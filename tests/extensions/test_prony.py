@@ -37,8 +37,8 @@ def test_relaxation_at_small_strain() -> None:
     Time steps that grow by a quarter leave an error of 1e-4 in the lateral strain's part.
     """
     strain = 1e-5
-    mu = config.Material().mu_MPa
-    bulk = config.Material().lmbda_MPa + 2 * mu / 3
+    mu = config.Config().material.mu_MPa
+    bulk = config.Config().material.lmbda_MPa + 2 * mu / 3
     mu_0 = mu / (1 - G)
     young, young_0 = (9 * bulk * m / (3 * bulk + m) for m in (mu, mu_0))
     tau = TAU * (3 * bulk + mu_0) / (3 * bulk + mu)
@@ -54,7 +54,7 @@ def test_relaxation_at_large_strain() -> None:
     At a stretch that does not change a step of any length is exact.
     """
     found = relaxation(33 * 0.8, *bars.INCOMPRESSIBLE)
-    relaxed = (1.8 - 1.8**-2) * config.Material().mu_MPa
+    relaxed = (1.8 - 1.8**-2) * config.Config().material.mu_MPa
     expected = relaxed * (1 + G / (1 - G) * np.exp(-np.array([0.0, *HELD_S]) / TAU))
     np.testing.assert_allclose(found, expected, rtol=3e-4)
 

@@ -26,7 +26,7 @@ from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.meshes import files
 from dolfingrip.sections import posterior
-from dolfingrip.sections.posterior import Fit, Posterior
+from dolfingrip.sections.posterior import PosteriorTable, WeightedFit
 from dolfingrip.sections.tables import assignments
 
 SHORT = (
@@ -268,7 +268,9 @@ def test_diagnose(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
 def test_predict(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
     fits = tmp_path / "extended.toml"
     settings = config.dumps(config.load(None, assignments([*SHORT, "experiment.step_kPa=2"])))
-    fits.write_text(posterior.appended(settings, Posterior(fit=(Fit(),))), encoding="utf-8")
+    fits.write_text(
+        posterior.appended(settings, PosteriorTable(fit=(WeightedFit(),))), encoding="utf-8"
+    )
     asked = ("predict", "--from", fits, "--pressures", "5", "--out", disk.folder)
     refuse(*asked, names="fit-1/run.json", changed=True)
 

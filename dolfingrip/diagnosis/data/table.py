@@ -12,7 +12,7 @@ from typing import Any, get_args
 import pandas as pd
 
 from dolfingrip.channels import CHANNELS, TIME
-from dolfingrip.config import Branch, ConfigError
+from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.columns import (
     CONTROL,
     EXPERIMENT_NAMES,
@@ -24,7 +24,8 @@ from dolfingrip.diagnosis.data.columns import (
     READINGS,
     allowed,
 )
-from dolfingrip.sections.separator import check_separator
+from dolfingrip.sections.procedure import Branch
+from dolfingrip.sections.tables import check_separator
 
 BRANCHES = get_args(Branch)
 

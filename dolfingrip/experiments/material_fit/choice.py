@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from dolfingrip.experiments.material_fit import material_file
-from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
-from dolfingrip.experiments.material_fit.fit import Fit
+from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
+from dolfingrip.experiments.material_fit.fit import LawFit
 from dolfingrip.experiments.material_fit.homogeneous import Mode, unstable_from
-from dolfingrip.experiments.material_fit.policy import POLICY
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class LawChoice:
     """The law that is chosen.
 
     Attributes:
@@ -21,25 +20,25 @@ class Choice:
         reasons: sentences that say why it is, and why better fits are not.
     """
 
-    best: Fit
+    best: LawFit
     reasons: tuple[str, ...]
 
 
-def choose(fits: Sequence[Fit], data: Sequence[Series]) -> Choice:
+def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
     """Choose a law.
 
     A law qualifies if it is stable by Drucker's criterion in all three modes of tension, up to the
     largest measured stretch: a finger's wall is stretched along two directions, whatever the
     coupons were. If none is, those qualify that are stable where they were measured, else those
     that a configuration can have, else all. Of those that qualify and whose scatter is at most
-    ``POLICY.equal`` larger than the smallest, or below ``POLICY.finest``, the one with the fewest
+    ``policy.equal`` larger than the smallest, or below ``policy.finest``, the one with the fewest
     constants is chosen, and of several the one with the smallest criterion.
 
     Args:
         fits: fits of the laws.
         data: series that they were fitted to.
     """
-    reached = farthest(data)
+    reached, policy = farthest(data), fits[0].policy
     usable = [fit for fit in fits if material_file.allowed(fit)]
     everywhere = dict.fromkeys(MODES, reached)
     measured = {
@@ -54,7 +53,7 @@ def choose(fits: Sequence[Fit], data: Sequence[Series]) -> Choice:
     if not stable:
         stable = usable or list(fits)
         where = "none of the laws is stable (Drucker) where it was measured"
-    enough = max((1 + POLICY.equal) * min(map(_scatter, stable)), POLICY.finest)
+    enough = max((1 + policy.equal) * min(map(_scatter, stable)), policy.finest)
     equal = [fit for fit in stable if _scatter(fit) <= enough]
     best = min(equal, key=lambda fit: (len(fit.values), fit.criterion))
     reasons = [f"{best.law.title} is chosen: {where}; rms {100 * best.relative_rms:.2g} %"]
@@ -64,17 +63,16 @@ def choose(fits: Sequence[Fit], data: Sequence[Series]) -> Choice:
         others = "; ".join(fit.law.title for fit in equal if fit is not best)
         reasons[0] += f"; {constants}, no more than laws that fit as well: {others}"
     reasons += [
-        f"{fit.law.title} is not chosen: not stable (Drucker) in {mode} tension beyond a stretch "
-        f"of {most:.3g}; the data go to {reached:.3g}"
+        f"{fit.law.title} is not chosen: {line}"
         for fit in fits
         if not any(fit is each for each in stable)
-        and fit.relative_rms <= (1 + POLICY.equal) * best.relative_rms
-        for mode, most in list(unstable(fit, everywhere).items())[-1:]
+        and fit.relative_rms <= (1 + policy.equal) * best.relative_rms
+        for line in instabilities(fit, reached)[-1:]
     ]
-    return Choice(best, tuple(reasons))
+    return LawChoice(best, tuple(reasons))
 
 
-def _scatter(fit: Fit) -> float:
+def _scatter(fit: LawFit) -> float:
     """Return the relative scatter of readings about a law, estimated without bias.
 
     Each constant takes one degree of freedom from the residuals.
@@ -82,7 +80,21 @@ def _scatter(fit: Fit) -> float:
     return fit.relative_rms * (fit.count / (fit.count - len(fit.values))) ** 0.5
 
 
-def unstable(fit: Fit, stretches: Mapping[Mode, float]) -> dict[Mode, float]:
+def instabilities(fit: LawFit, reached: float) -> list[str]:
+    """Return a sentence on each mode of tension in which a law becomes unstable.
+
+    Args:
+        fit: the law with its values.
+        reached: largest measured stretch.
+    """
+    return [
+        f"not stable (Drucker) in {mode} tension beyond a stretch of {end:.3g}; the data go to "
+        f"{reached:.3g}"
+        for mode, end in unstable(fit, dict.fromkeys(MODES, reached)).items()
+    ]
+
+
+def unstable(fit: LawFit, stretches: Mapping[Mode, float]) -> dict[Mode, float]:
     """Find the modes of tension in which a law becomes unstable.
 
     Args:

@@ -15,7 +15,6 @@ from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.homogeneous import Mode
 from dolfingrip.sections import tables
-from dolfingrip.sections.separator import check_separator
 
 STRAIN: Final = "strain"
 """Column of nominal strains."""
@@ -33,7 +32,7 @@ MODES: tuple[Mode, ...] = get_args(Mode)
 
 
 @dataclass(frozen=True, slots=True)
-class Series:
+class CouponSeries:
     """One specimen in one mode of tension.
 
     Attributes:
@@ -52,12 +51,16 @@ class Series:
     noise_MPa: float | None
 
 
-def farthest(data: Iterable[Series]) -> float:
-    """Return the largest measured stretch of some specimens."""
+def farthest(data: Iterable[CouponSeries]) -> float:
+    """Return the largest measured stretch of some specimens.
+
+    Args:
+        data: one series for each specimen.
+    """
     return max(float(series.stretch.max()) for series in data)
 
 
-def read(file: Path, max_stretch: float | None = None) -> list[Series]:
+def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
     """The specimens of a table in the format of measured data.
 
     The columns are ``displacement_mm`` and ``force_N``, for which the TOML file of the same stem
@@ -100,22 +103,18 @@ def read(file: Path, max_stretch: float | None = None) -> list[Series]:
             raise ConfigError(f"--fit {file}: mode = {mode}: allowed: {', '.join(MODES)}")
         stretch, stress = rows["stretch"].to_numpy(), rows[STRESS].to_numpy()
         noise = _noise(setup, area, length, stretch, stress)
-        found.append(Series(f"{file.stem} {specimen}".strip(), mode, stretch, stress, noise))
+        found.append(CouponSeries(f"{file.stem} {specimen}".strip(), mode, stretch, stress, noise))
     if sum(len(series.stretch) for series in found) < 3:
         raise ConfigError(f"--fit {file}: allowed: at least 3 readings of the first loading")
     return found
 
 
 def _table(file: Path) -> pd.DataFrame:
+    text = tables.text_of(file, "--fit")
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    tables.check_separator(f"--fit {file}", "".join(lines[:1]))
     try:
-        text = file.read_text(encoding="utf-8-sig")
-        lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-        check_separator(f"--fit {file}", "".join(lines[:1]))
         table = pd.read_csv(io.StringIO(text), comment="#")
-    except OSError as error:
-        raise ConfigError(f"--fit {file}: {error.strerror}") from None
-    except ConfigError:
-        raise
     except ValueError as error:
         raise ConfigError(f"--fit {file}: no table: {str(error).splitlines()[0]}") from None
     used = []
@@ -131,13 +130,7 @@ def _table(file: Path) -> pd.DataFrame:
 
 
 def _setup(file: Path) -> dict[str, Any]:
-    toml = file.with_suffix(".toml")
-    try:
-        data = tables.toml(toml.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"--fit {file}: {toml.name}: {error.strerror}") from None
-    except ValueError as error:
-        raise ConfigError(f"--fit {file}: {toml.name}: not TOML: {error}") from None
+    data = tables.whole(file.with_suffix(".toml"), f"--fit {file}:")
     return {**data, **data.get("coupon", {})}
 
 

@@ -6,29 +6,34 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dolfingrip.experiments.material_fit.choice import unstable
-from dolfingrip.experiments.material_fit.coupons import MODES, Series, farthest
+from dolfingrip.experiments.material_fit.choice import instabilities
+from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
 from dolfingrip.experiments.material_fit.fit import (
-    Fit,
+    LawFit,
     measured_MPa,
     predicted_MPa,
     residual_variance,
     tolerances_MPa,
 )
-from dolfingrip.experiments.material_fit.policy import POLICY
+from dolfingrip.experiments.material_fit.homogeneous import Mode
 
 
-def doubts(fit: Fit, data: Sequence[Series]) -> list[str]:
-    """Sentences on values, combinations and modes of tension that the data leave open."""
+def doubts(fit: LawFit, data: Sequence[CouponSeries]) -> list[str]:
+    """Return sentences on values, combinations and modes of tension that the data leave open.
+
+    Args:
+        fit: the fitted law.
+        data: series that it was fitted to.
+    """
     return [*_values(fit), *_combination(fit), *_modes(fit, data), *_ratio(fit, data),
-            *_stability(fit, data)]  # fmt: skip
+            *instabilities(fit, farthest(data))]  # fmt: skip
 
 
-def _names(fit: Fit) -> list[str]:
+def _names(fit: LawFit) -> list[str]:
     return [key.rpartition(".")[2].replace("_MPa", "") for key in fit.law.keys]
 
 
-def _values(fit: Fit) -> list[str]:
+def _values(fit: LawFit) -> list[str]:
     loose = [
         name
         for name, value, half in zip(_names(fit), fit.values, fit.half_width, strict=True)
@@ -39,13 +44,13 @@ def _values(fit: Fit) -> list[str]:
     return [f"not fixed by these data (interval wider than the value): {', '.join(loose)}"]
 
 
-def _combination(fit: Fit) -> list[str]:
+def _combination(fit: LawFit) -> list[str]:
     """The direction of the largest relative change of the values that the data allow."""
     if len(fit.values) == 1:
         return []
     size = np.maximum(np.abs(fit.values), 1e-12 * np.abs(fit.values).max())
     spread, ways = np.linalg.eigh(fit.covariance / np.outer(size, size))
-    half = POLICY.within * np.sqrt(max(float(spread[-1]), 0.0))
+    half = fit.policy.within * np.sqrt(max(float(spread[-1]), 0.0))
     if half < 1:
         return []
     way = ways[:, -1] / np.abs(ways[:, -1]).max()
@@ -58,16 +63,12 @@ def _combination(fit: Fit) -> list[str]:
     return [f"free: {together} (parts of each value) hardly changes the fit"]
 
 
-def _modes(fit: Fit, data: Sequence[Series]) -> list[str]:
-    measured = {series.mode for series in data}
-    at = np.array([min(POLICY.middle_stretch, farthest(data))])
-    found = []
-    for mode in MODES:
-        if mode in measured:
-            continue
+def _modes(fit: LawFit, data: Sequence[CouponSeries]) -> list[str]:
+    known = " and ".join(sorted({series.mode for series in data}, key=MODES.index))
+    at, found = np.array([min(fit.policy.middle_stretch, farthest(data))]), []
+    for mode in _open_modes(data):
         middle, half = (float(each[0]) for each in fit.band(mode, at))
-        if half > POLICY.loose * abs(middle):
-            known = " and ".join(each for each in MODES if each in measured)
+        if half > fit.policy.loose * abs(middle):
             found.append(
                 f"{known} tension does not fix the {mode} response: at a stretch of {at[0]:.3g} "
                 f"{middle:.3g} ± {half:.2g} MPa (90 %); a coupon in {mode} tension would fix it"
@@ -75,7 +76,13 @@ def _modes(fit: Fit, data: Sequence[Series]) -> list[str]:
     return found
 
 
-def _ratio(fit: Fit, data: Sequence[Series]) -> list[str]:
+def _open_modes(data: Sequence[CouponSeries]) -> list[Mode]:
+    """Modes of tension in which nothing was measured."""
+    measured = {series.mode for series in data}
+    return [mode for mode in MODES if mode not in measured]
+
+
+def _ratio(fit: LawFit, data: Sequence[CouponSeries]) -> list[str]:
     """A sentence on ratios C01/C10 that fit equally well, the other factors being refitted."""
     keys = [key.rpartition(".")[2] for key in fit.law.keys]
     if not {"C10_MPa", "C01_MPa"} <= set(keys) or len(keys) < 3:
@@ -91,23 +98,24 @@ def _ratio(fit: Fit, data: Sequence[Series]) -> list[str]:
     ]
 
 
-def apart(fits: Sequence[Fit], data: Sequence[Series]) -> list[str]:
-    """Sentences on modes of tension in which laws that fit equally well predict different stresses.
+def apart(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> list[str]:
+    """Return sentences on modes of tension in which laws that fit equally well differ.
 
     Laws fit equally well if their misfit is below one tolerance for each reading, or below twice
     the smallest misfit.
+
+    Args:
+        fits: the fitted laws.
+        data: series that they were fitted to.
     """
-    measured = {series.mode for series in data}
+    policy = fits[0].policy
     least = min(each.misfit for each in fits)
     equal = [each for each in fits if each.misfit <= max(each.count, 2 * least)]
-    at = np.array([min(POLICY.middle_stretch, farthest(data))])
-    found = []
-    for mode in MODES:
-        if mode in measured or len(equal) < 2:
-            continue
+    at, found = np.array([min(policy.middle_stretch, farthest(data))]), []
+    for mode in _open_modes(data) if len(equal) > 1 else ():
         stresses = [(float(each.band(mode, at)[0][0]), each.law.title) for each in equal]
         (low, soft), (high, stiff) = min(stresses), max(stresses)
-        if high - low > POLICY.loose * abs(high):
+        if high - low > policy.loose * abs(high):
             found.append(
                 f"laws that fit equally well differ in {mode} tension: at a stretch of {at[0]:.3g} "
                 f"from {low:.3g} ({soft}) to {high:.3g} MPa ({stiff})"
@@ -116,7 +124,7 @@ def apart(fits: Sequence[Fit], data: Sequence[Series]) -> list[str]:
 
 
 def accepted(
-    fit: Fit, data: Sequence[Series], ratios: np.ndarray
+    fit: LawFit, data: Sequence[CouponSeries], ratios: np.ndarray
 ) -> tuple[float | None, float | None]:
     """Smallest and largest of ``ratios`` C01/C10 whose misfit is within a 90 % interval.
 
@@ -126,7 +134,7 @@ def accepted(
         ratios: ratios that are tried.
     """
     keys = [key.rpartition(".")[2] for key in fit.law.keys]
-    tolerance = tolerances_MPa(data)
+    tolerance = tolerances_MPa(data, fit.policy)
     basis = np.stack(
         [predicted_MPa(fit.law, data, unit) for unit in np.eye(len(keys))], axis=1
     ) / tolerance[:, None]  # fmt: skip
@@ -134,8 +142,8 @@ def accepted(
     first, second = keys.index("C10_MPa"), keys.index("C01_MPa")
     others = [i for i in range(len(keys)) if i not in (first, second)]
     best = _least(basis, target)
-    variance = residual_variance(best, len(keys), fit.effective, data)
-    allowed = best + POLICY.within**2 * variance * fit.count / fit.effective
+    variance = residual_variance(best, len(keys), fit.effective, data, fit.policy)
+    allowed = best + fit.policy.within**2 * variance * fit.count / fit.effective
     within = [
         float(ratio)
         for ratio in ratios
@@ -150,12 +158,3 @@ def accepted(
 def _least(basis: np.ndarray, target: np.ndarray) -> float:
     values = np.linalg.lstsq(basis, target)[0]
     return float(np.sum((basis @ values - target) ** 2))
-
-
-def _stability(fit: Fit, data: Sequence[Series]) -> list[str]:
-    reached = farthest(data)
-    return [
-        f"not stable (Drucker) in {mode} tension beyond a stretch of {end:.3g}; the data go to "
-        f"{reached:.3g}"
-        for mode, end in unstable(fit, dict.fromkeys(MODES, reached)).items()
-    ]

@@ -4,20 +4,55 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-from dolfingrip.experiments.material_fit.coupons import Series
+from dolfingrip.experiments.material_fit.coupons import CouponSeries
 from dolfingrip.experiments.material_fit.homogeneous import Mode, stress
 from dolfingrip.experiments.material_fit.law import LAWS, Law
-from dolfingrip.experiments.material_fit.policy import POLICY
 
 Values = np.ndarray
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class FitPolicy:
+    """The numbers with which laws are fitted to coupons and fits are judged.
+
+    Attributes:
+        within: half width of a 90 % interval of a normal distribution, in standard deviations.
+        tolerance: accuracy that is asked of a law, as a part of a reading's stress; it is added to
+            the noise, so that small stresses weigh as much as large ones.
+        loose: a prediction is not determined if its half width is a larger part of it than this.
+        equal: fits whose relative scatter is larger than the smallest by no more than this part of
+            it are as good.
+        finest: fits whose relative scatter is below this are equally good, as no coupon is measured
+            better.
+        free: a value is called free if the half width of its interval is larger by this factor.
+        middle_stretch: stretch at which other modes are predicted, if the coupons go so far.
+        looked_at: stretch up to which instabilities and a balloon's limit points are sought; twice
+            the largest measured stretch where coupons went further.
+        digits: number of digits of a value that is written; its interval is never so narrow.
+    """
+
+    within: float = 1.645
+    tolerance: float = 0.02
+    loose: float = 0.2
+    equal: float = 0.1
+    finest: float = 0.001
+    free: float = 100.0
+    middle_stretch: float = 1.5
+    looked_at: float = 8.0
+    digits: int = 6
+
+
+STANDARD: Final = FitPolicy()
+"""The numbers where a caller gives none."""
+
+
+@dataclass(frozen=True, slots=True)
+class LawFit:
     """The values of a law that fit best.
 
     Attributes:
@@ -31,6 +66,7 @@ class Fit:
         correlation: correlation of successive residuals, the mean over the specimens.
         count: number of readings.
         effective: number of independent readings.
+        policy: numbers with which it was fitted and is judged.
     """
 
     law: Law
@@ -42,11 +78,12 @@ class Fit:
     correlation: float
     count: int
     effective: float
+    policy: FitPolicy = STANDARD
 
     @property
     def half_width(self) -> Values:
         """Half width of the 90 % interval of each value."""
-        return np.asarray(POLICY.within * np.sqrt(np.diag(self.covariance)))
+        return np.asarray(self.policy.within * np.sqrt(np.diag(self.covariance)))
 
     @property
     def criterion(self) -> float:
@@ -58,10 +95,10 @@ class Fit:
         middle = stress(self.law, mode, stretch, self.values)
         slopes = jacobian(self.law, self.values, lambda v: stress(self.law, mode, stretch, v))
         variance = np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes)
-        return middle, POLICY.within * np.sqrt(np.maximum(variance, 0.0))
+        return middle, self.policy.within * np.sqrt(np.maximum(variance, 0.0))
 
 
-def fit(law: Law, data: Sequence[Series]) -> Fit:
+def fit(law: Law, data: Sequence[CouponSeries], policy: FitPolicy = STANDARD) -> LawFit:
     """Fit a law from several starts and return the best fit.
 
     If a law misses the curve, successive residuals are correlated. With a correlation ρ, n readings
@@ -70,8 +107,9 @@ def fit(law: Law, data: Sequence[Series]) -> Fit:
     Args:
         law: law to fit.
         data: series with more readings than the law has parameters.
+        policy: numbers that decide how it is fitted.
     """
-    measured, tolerance = measured_MPa(data), tolerances_MPa(data)
+    measured, tolerance = measured_MPa(data), tolerances_MPa(data, policy)
 
     def residuals(values: Values) -> np.ndarray:
         return np.asarray((predicted_MPa(law, data, values) - measured) / tolerance)
@@ -82,11 +120,11 @@ def fit(law: Law, data: Sequence[Series]) -> Fit:
     values = np.asarray(min(found, key=lambda each: float(each.cost)).x)
     left = residuals(values)
     correlation, effective = _correlation(left, data)
-    variance = residual_variance(float(left @ left), len(values), effective, data)
+    variance = residual_variance(float(left @ left), len(values), effective, data, policy)
     slopes = jacobian(law, values, residuals)
     left_MPa = left * tolerance
     large = np.abs(measured) > 0.1 * np.abs(measured).max()
-    return Fit(
+    return LawFit(
         law,
         values,
         _covariance(slopes, values, scale) * variance * len(left) / effective,
@@ -96,6 +134,7 @@ def fit(law: Law, data: Sequence[Series]) -> Fit:
         correlation,
         len(left),
         effective,
+        policy,
     )
 
 
@@ -112,24 +151,26 @@ def jacobian(law: Law, values: Values, function: Callable[[Values], np.ndarray])
     return np.stack(columns, axis=1)
 
 
-def measured_MPa(data: Sequence[Series]) -> np.ndarray:
+def measured_MPa(data: Sequence[CouponSeries]) -> np.ndarray:
     """Nominal stresses of all series, one after another."""
     return np.concatenate([series.stress_MPa for series in data])
 
 
-def predicted_MPa(law: Law, data: Sequence[Series], values: Values) -> np.ndarray:
+def predicted_MPa(law: Law, data: Sequence[CouponSeries], values: Values) -> np.ndarray:
     """Nominal stresses of the law at the stretches of the data."""
     return np.concatenate([stress(law, each.mode, each.stretch, values) for each in data])
 
 
-def tolerances_MPa(data: Sequence[Series]) -> np.ndarray:
+def tolerances_MPa(data: Sequence[CouponSeries], policy: FitPolicy = STANDARD) -> np.ndarray:
     """Tolerances (MPa) that residuals are divided by: noise, and a part of the reading."""
     measured = measured_MPa(data)
-    least = 0.1 * POLICY.tolerance * float(np.abs(measured).max())
-    return np.hypot(np.maximum(_noise_MPa(data), least), POLICY.tolerance * measured)
+    least = 0.1 * policy.tolerance * float(np.abs(measured).max())
+    return np.hypot(np.maximum(_noise_MPa(data), least), policy.tolerance * measured)
 
 
-def residual_variance(misfit: float, free: int, effective: float, data: Sequence[Series]) -> float:
+def residual_variance(
+    misfit: float, free: int, effective: float, data: Sequence[CouponSeries], policy: FitPolicy
+) -> float:
     """Variance of the residuals relative to their tolerances; it is at least that of the noise.
 
     Args:
@@ -137,20 +178,21 @@ def residual_variance(misfit: float, free: int, effective: float, data: Sequence
         free: number of values that were fitted.
         effective: number of independent readings.
         data: data that they are residuals of.
+        policy: numbers that decide the tolerances.
     """
-    tolerance = tolerances_MPa(data)
+    tolerance = tolerances_MPa(data, policy)
     spare = max(effective - free, 1.0)
     noise = float(np.mean((_noise_MPa(data) / tolerance) ** 2))
     return max(misfit / len(tolerance) * effective / spare, noise)
 
 
-def shear_MPa(data: Sequence[Series]) -> float:
+def shear_MPa(data: Sequence[CouponSeries]) -> float:
     """Neo-Hooke's shear modulus by linear least squares."""
     shape = predicted_MPa(LAWS["neo-hooke"], data, np.array([1.0]))
     return max(float(shape @ measured_MPa(data) / (shape @ shape)), 1e-9)
 
 
-def _noise_MPa(data: Sequence[Series]) -> np.ndarray:
+def _noise_MPa(data: Sequence[CouponSeries]) -> np.ndarray:
     return np.concatenate([np.full(len(s.stretch), s.noise_MPa or 0.0) for s in data])
 
 
@@ -178,7 +220,7 @@ def _covariance(slopes: np.ndarray, values: Values, scale: float) -> np.ndarray:
     return np.asarray((ways.T / singular**2) @ ways * np.outer(size, size))
 
 
-def _correlation(left: np.ndarray, data: Sequence[Series]) -> tuple[float, float]:
+def _correlation(left: np.ndarray, data: Sequence[CouponSeries]) -> tuple[float, float]:
     """Correlation of successive residuals, and the number of independent residuals."""
     parts = np.split(left, np.cumsum([len(series.stretch) for series in data])[:-1])
     found, effective = [], 0.0

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dolfingrip.experiments.material_fit.law import Law
-from dolfingrip.experiments.material_fit.policy import POLICY
 from dolfingrip.forms.jet import Jet
 
 Mode = Literal["uniaxial", "planar", "equibiaxial"]
@@ -20,6 +19,12 @@ EXPONENTS: Final[dict[Mode, np.ndarray]] = {
     "equibiaxial": np.array([1.0, 1.0, -2.0]),
 }
 """Principal stretches at constant volume, as powers of the stretch."""
+
+LOG_STEP: Final = 0.005
+"""Step of searches for instabilities and limit points, in the logarithm of the stretch."""
+
+WIDEST_LOG_STRETCH: Final = 3.0
+"""Largest logarithm of a lateral stretch, from that at constant volume, in its search."""
 
 Values = Sequence[float] | np.ndarray
 """Values of a law's parameters, in the order of its keys."""
@@ -102,8 +107,8 @@ def _compressible(
     middle = float(EXPONENTS[mode][2] * np.log(stretch))
     root = brentq(
         lambda x: float(kirchhoff(x)[2]),
-        middle - POLICY.widest_log_stretch,
-        middle + POLICY.widest_log_stretch,
+        middle - WIDEST_LOG_STRETCH,
+        middle + WIDEST_LOG_STRETCH,
         xtol=1e-14,
         rtol=1e-14,
     )
@@ -115,18 +120,21 @@ def balloon(law: Law, stretch: np.ndarray, values: Values) -> np.ndarray:
     return stress(law, "equibiaxial", stretch, values) / np.asarray(stretch) ** 2
 
 
-def limit_points(law: Law, values: Values, highest: float) -> list[tuple[float, bool]]:
+def limit_points(
+    law: Law, values: Values, highest: float, log_step: float = LOG_STEP
+) -> list[tuple[float, bool]]:
     """Find the stretches at which a balloon's pressure has a maximum or a minimum.
 
     Args:
         law: the law.
         values: values of its parameters.
         highest: stretch up to which they are sought. Nothing is known of larger stretches.
+        log_step: step of the search, in the logarithm of the stretch.
 
     Returns:
         Each stretch, and whether the pressure has a maximum there.
     """
-    stretch = np.exp(np.arange(np.log(1.005), np.log(highest), POLICY.log_step))
+    stretch = np.exp(np.arange(np.log(1.005), np.log(highest), log_step))
 
     def slope(at: np.ndarray | float) -> np.ndarray:
         at, h = np.atleast_1d(at), 1e-4
@@ -147,7 +155,9 @@ def limit_points(law: Law, values: Values, highest: float) -> list[tuple[float, 
     ]
 
 
-def unstable_from(law: Law, mode: Mode, values: Values, highest: float) -> float | None:
+def unstable_from(
+    law: Law, mode: Mode, values: Values, highest: float, log_step: float = LOG_STEP
+) -> float | None:
     """Find the stretch from which on the law violates Drucker's criterion, dτ : dε > 0.
 
     At constant volume the Hessian of ψ by the logarithmic strains must be positive definite.
@@ -157,11 +167,12 @@ def unstable_from(law: Law, mode: Mode, values: Values, highest: float) -> float
         mode: mode of tension along which the law is deformed.
         values: values of its parameters.
         highest: stretch up to which it is sought. The end of the search is no finding.
+        log_step: step of the search, in the logarithm of the stretch.
 
     Returns:
         The largest stretch before the first violation; None if there is none up to ``highest``.
     """
-    grid = np.append(np.arange(0, np.log(highest), POLICY.log_step), np.log(highest))
+    grid = np.append(np.arange(0, np.log(highest), log_step), np.log(highest))
 
     strains = OfStretches(EXPONENTS[mode][:, None] * grid)
     energy = law.energy(np.asarray(values, dtype=float), strains)

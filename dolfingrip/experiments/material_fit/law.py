@@ -15,6 +15,7 @@ from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
+from dolfingrip.sections import tables
 from dolfingrip.sections.laws.index import LAWS as MATERIALS
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
 from dolfingrip.sections.laws.neo_hooke import NeoHooke
@@ -48,27 +49,25 @@ class Law:
 
     def energy(self, values: Sequence[float] | np.ndarray, invariants: Invariants) -> Jet:
         """Energy per reference volume at constant volume (mJ/mm³), with its derivatives."""
-        tables = self.tables(values)
-        c = {key: value for key, value in tables["material"].items() if key != "law"}
-        found = self.material.energy(c, invariants)
+        found = self.tables(values)
+        c = {key: value for key, value in found["material"].items() if key != "law"}
+        energy = self.material.energy(c, invariants)
         if self.effect is None:
-            return found
-        own = tables["extensions"][self.effect.name()]
-        return found + self.effect.in_numbers(own, c["mu_MPa"], invariants)
+            return energy
+        own = found["extensions"][self.effect.name()]
+        return energy + self.effect.in_numbers(own, c["mu_MPa"], invariants)
 
     def tables(self, values: Sequence[float] | np.ndarray) -> dict[str, Any]:
         """Tables of the configuration with these values, by name."""
-        found: dict[str, Any] = {"material": {"law": self.material.law()}}
+        change: dict[str, Any] = {"material.law": self.material.law_name()}
         for key, value in zip(self.keys, values, strict=True):
             path, _, place = key.partition("[")
-            *sections, name = path.split(".")
-            table = found
-            for section in sections:
-                table = table.setdefault(section, {})
             if place:
-                table.setdefault(name, []).append(float(value))
+                change.setdefault(path, []).append(float(value))
             else:
-                table[name] = float(value)
+                change[path] = float(value)
+        found: dict[str, Any] = {}
+        tables.put(found, change)
         return found
 
 

@@ -9,14 +9,17 @@ import tomlkit
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit.coupons import Series, farthest
-from dolfingrip.experiments.material_fit.fit import Fit
-from dolfingrip.experiments.material_fit.policy import POLICY
+from dolfingrip.experiments.material_fit.coupons import CouponSeries, farthest
+from dolfingrip.experiments.material_fit.fit import LawFit
 from dolfingrip.files import whole
 
 
-def allowed(fit: Fit) -> bool:
-    """Whether a configuration may hold the values; it requires an initial shear modulus above 0."""
+def allowed(fit: LawFit) -> bool:
+    """Return whether a configuration may hold the values, whose shear modulus must be above 0.
+
+    Args:
+        fit: the fitted law.
+    """
     try:
         config.from_dict(fit.law.tables(fit.values))
     except ConfigError:
@@ -24,7 +27,7 @@ def allowed(fit: Fit) -> bool:
     return True
 
 
-def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
+def write(fit: LawFit, data: Sequence[CouponSeries], file: Path) -> None:
     """Write the tables of the fitted law; comments tell the data that it was fitted to.
 
     Args:
@@ -50,7 +53,7 @@ def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
         "A coupon does not tell how compressible the material is: give material.nu or bulk_MPa.",
     ):
         document.add(tomlkit.comment(line))
-    values = [float(f"{value:.{POLICY.digits}g}") for value in fit.values]
+    values = [float(f"{value:.{fit.policy.digits}g}") for value in fit.values]
     for name, table in fit.law.tables(values).items():
         document.add(name, table)
     whole.write(file, tomlkit.dumps(document))

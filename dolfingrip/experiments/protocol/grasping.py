@@ -16,12 +16,17 @@ LIFTED = 6
 
 
 def lift_starts_s(gripper: Gripper) -> float:
-    """Time at which the lift begins."""
+    """Return the time (s) at which the lift begins."""
     return gripper.pressurise_s + gripper.settle_s
 
 
 def lift_mm(gripper: Gripper, time_s: float) -> float:
-    """Height by which the gripper has been lifted at a time."""
+    """Return the height (mm) by which the gripper has been lifted.
+
+    Args:
+        gripper: section with the lift's start, speed and height.
+        time_s: time.
+    """
     way = (time_s - lift_starts_s(gripper)) * gripper.lift_mm_per_s
     return min(max(way, 0.0), gripper.lift_mm)
 

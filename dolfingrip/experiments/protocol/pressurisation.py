@@ -21,7 +21,7 @@ FURTHER = 2.0
 
 
 def stops(config: Config) -> Sequence[Stop]:
-    """Stops of the protocol; without one, steps from rest to the maximum, and back if asked.
+    """Return the stops of the protocol, or steps from rest to the maximum and back.
 
     The value of a stop is a pressure (kPa). Under volume control it is the cavity's growth, as a
     part of its volume at rest.
@@ -96,10 +96,14 @@ def _growth_rate(config: Config) -> float:
 
 
 def by_pressure(config: Config) -> bool:
-    """Whether the control at the start is the pressure, not the cavity's volume."""
+    """Return whether the control at the start is the pressure, not the cavity's volume."""
     return config.experiment.control != "volume"
 
 
 def pressures_kPa(config: Config) -> Sequence[float]:
-    """Prescribed pressures in order; none under volume control."""
+    """Return the prescribed pressures (kPa) in order; none under volume control.
+
+    Args:
+        config: of the experiment.
+    """
     return [stop.value for stop in stops(config)] if by_pressure(config) else []

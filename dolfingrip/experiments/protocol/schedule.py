@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from dolfingrip.sections.protocol_file import waits
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Branch, Experiment, Protocol
+    from dolfingrip.sections.procedure import Branch, ExperimentSettings, Protocol
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ def steps(largest: float, step: float) -> list[float]:
     return values
 
 
-def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list[Stop]:
+def cycles(values: Sequence[float], rate: float, experiment: ExperimentSettings) -> list[Stop]:
     """Stops that go up through ``values`` from rest, and back if asked, in each cycle.
 
     Args:

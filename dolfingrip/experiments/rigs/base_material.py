@@ -14,7 +14,6 @@ from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.extensions.site import Site
 from dolfingrip.forms import bulk_modulus, mixed_bulk_modulus
 from dolfingrip.mechanics.model.dead_weight import DeadWeight
-from dolfingrip.sections.laws.law import MaterialLaw
 from dolfingrip.sections.material import Material
 from dolfingrip.sections.setup import Setup
 
@@ -56,21 +55,16 @@ class BaseMaterial:
 
     def of_shape(self, strain: Expr) -> Expr:
         """The part of the energy without :meth:`of_volume`."""
-        law = self._law
-        own = {key: self.constants[f"{self.table}.{key}"] for key in law.constants()}
-        return law.of_shape(strain, own)
+        own = {key: self.constants[f"{self.table}.{key}"] for key in self.material.constants()}
+        return self.material.of_shape(strain, own)
 
     def of_volume(self, strain: Expr) -> Expr:
         """The part that depends on the change of volume alone; it is stiff if ν is near 0.5."""
         return bulk_modulus.energy(strain, self._volumetric)
 
     @property
-    def _law(self) -> MaterialLaw:
-        return self.material.chosen
-
-    @property
     def _volumetric(self) -> Expr:
-        return self._law.volumetric(self.mu, self.lmbda)
+        return self.material.volumetric(self.mu, self.lmbda)
 
 
 def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | float]:
@@ -88,7 +82,7 @@ def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | flo
         f"{table}.mu_MPa": material.shear_MPa,
         f"{table}.lmbda_MPa": material.lmbda_MPa,
     }
-    for key, value in material.chosen.constants().items():
+    for key, value in material.constants().items():
         found[f"{table}.{key}"] = (
             np.array(value, dtype=float) if isinstance(value, tuple) else value
         )

@@ -7,7 +7,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.config import Config, ConfigError, Plate
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
@@ -16,6 +16,7 @@ from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.model import Control
 from dolfingrip.mechanics.model.moving_support import MovingSupport
+from dolfingrip.sections.fixture import PlateSettings
 
 SKIN = ("skin", "tip")
 """Regions of a finger that may touch something."""
@@ -24,7 +25,7 @@ FACING = "facing plate"
 """Region of a finger that the plate may touch."""
 
 
-def normal_of(plate: Plate) -> np.ndarray:
+def normal_of(plate: PlateSettings) -> np.ndarray:
     """(3,) normal of the tilted plate, towards the finger."""
     tilt = np.deg2rad(plate.tilt_deg)
     turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])

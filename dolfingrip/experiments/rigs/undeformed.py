@@ -178,6 +178,6 @@ def load_domain(config: Config, comm: MPI.Comm, made_for: Geometry | None = None
     domain = spread(comm, lambda: made(config, made_for))
     sideways = config.sideways()
     if domain.half and sideways is not None:
-        key, value = sideways
-        raise ConfigError(f"{key} = {value}: allowed: no y-part for a half finger")
+        value = config.shown(sideways)
+        raise ConfigError(f"{sideways} = {value}: allowed: no y-part for a half finger")
     return domain

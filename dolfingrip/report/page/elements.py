@@ -104,13 +104,12 @@ def strain_energy_mJ(config: Config, mesh: FieldMesh, displacement: Floats) -> f
     c = np.swapaxes(f, 1, 2) @ f
     isochoric = ratio[:, None, None] ** (-2 / 3) * c
     material = config.material
-    law = material.chosen
-    split = law.volumetric(1.0, 0.0) > 0  # a law of I₁ itself leaves λ alone to the volume
+    split = material.volumetric(1.0, 0.0) > 0  # a law of I₁ itself leaves λ alone to the volume
     shape = np.trace(isochoric, axis1=1, axis2=2) - 3
     if not split:
         shape = np.trace(c, axis1=1, axis2=2) - 3 - 2 * np.log(ratio)
-    found = law.energy(law.constants(), PointInvariants(shape, isochoric)).f
-    bulk = law.volumetric(material.shear_MPa, material.lmbda_MPa)
+    found = material.energy(material.constants(), PointInvariants(shape, isochoric)).f
+    bulk = material.volumetric(material.shear_MPa, material.lmbda_MPa)
     return float((volumes * (found + bulk / 2 * np.log(ratio) ** 2)).sum())
 
 

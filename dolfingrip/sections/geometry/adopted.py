@@ -9,7 +9,7 @@ from pydantic import Field
 from dolfingrip.sections.geometry.geometry import Geometry
 
 
-class Adopted(Geometry):
+class AdoptedGeometry(Geometry):
     """A part that `dolfingrip adopt` has turned into a mesh file; its outer size and its walls."""
 
     of_file: ClassVar = True
@@ -18,11 +18,6 @@ class Adopted(Geometry):
     width_mm: float = Field(20.0, gt=0, le=10_000, description="along y")
     depth_mm: float = Field(20.0, gt=0, le=10_000, description="back to front, along x")
     wall_mm: float = Field(2.0, gt=0, le=10_000, description="thinnest wall")
-
-    @property
-    def thinnest_mm(self) -> float:
-        """Thinnest wall."""
-        return self.wall_mm
 
     def movable(self, key: str) -> bool:
         """No dimension moves the file's mesh."""

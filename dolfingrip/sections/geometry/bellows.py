@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid, Interval
 from dolfingrip.sections.geometry.geometry import Gaps, Geometry
-from dolfingrip.sections.section import outside
+from dolfingrip.sections.section import Refusal
 
 
 class Bellows(Geometry):
@@ -18,6 +18,7 @@ class Bellows(Geometry):
     integration: ClassVar = "reduced"
     tetrahedra: ClassVar = True
     thin: ClassVar = True
+    number: ClassVar = "bellows"
 
     length_mm: float = Field(90.0, gt=0, le=1000, description="clamp to tip, along z")
     width_mm: float = Field(20.0, gt=0, le=500, description="along y")
@@ -52,15 +53,6 @@ class Bellows(Geometry):
     def channel_width(self) -> float:
         """Width of the air channel (mm), the chambers' where none is given."""
         return self.chamber_width_mm if self.channel_width_mm is None else self.channel_width_mm
-
-    @property
-    def thinnest_mm(self) -> float:
-        """Thickness that sizes at concave edges are taken from."""
-        return self.wall_mm
-
-    def count(self) -> tuple[str, int]:
-        """Key and value of the number that no mesh can be moved to another of."""
-        return "finger.bellows", self.bellows
 
     @classmethod
     def table(cls) -> str:
@@ -140,57 +132,22 @@ class Bellows(Geometry):
             "wall_mm": min(self.wall_mm, self.bellows_mm - 2 * self.wall_mm, self.chamber_width_mm),
         }
 
-    @model_validator(mode="after")
-    def _possible(self) -> Bellows:
-        if self.tip_mm >= self.length_mm:
-            raise outside(
-                "tip_mm",
-                self.tip_mm,
-                f"allowed: above 0 and below length_mm = {self.length_mm:g} mm",
-            )
-        if self.pitch_mm <= 0:
-            limit = self.length_mm - self.tip_mm
-            raise outside(
-                "base_block_mm",
-                self.base_block_mm,
-                f"leaves no room for bellows; allowed: above 0 and below {limit:g} mm",
-            )
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        yield from self.below("tip_mm", "length_mm")
+        room_mm = self.length_mm - self.tip_mm
+        yield from self.below("base_block_mm", room_mm, "leaves no room for bellows; ")
         if self.bellows_mm <= 0:
-            raise outside(
-                "gap_mm",
-                self.gap_mm,
-                f"leaves no bellows; allowed: above 0 and below the pitch, {self.pitch_mm:g} mm",
-            )
-        half = min(self.bellows_mm, self.width_mm, self.depth_mm) / 2
-        if self.wall_mm >= half:
-            raise outside(
-                "wall_mm",
-                self.wall_mm,
-                f"thicker than half a bellows; allowed: above 0 and below {half:g} mm",
-            )
-        room = self.depth_mm - self.base_layer_mm - 2 * self.wall_mm
-        if room <= 0:
-            limit = self.depth_mm - 2 * self.wall_mm
-            raise outside(
-                "base_layer_mm",
-                self.base_layer_mm,
-                "leaves no room for a bellows above the channel; "
-                f"allowed: above 0 and below {limit:g} mm",
-            )
-        highest = self.depth_mm - self.base_layer_mm - self.wall_mm
-        if self.channel_mm >= highest:
-            raise outside(
-                "channel_mm",
-                self.channel_mm,
-                f"cavity not closed; allowed: above 0 and below {highest:g} mm",
-            )
-        if self.channel_width > self.chamber_width_mm:
-            raise outside(
-                "channel_width_mm",
-                self.channel_width,
-                f"cavity not closed; allowed: above 0 and up to {self.chamber_width_mm:g} mm",
-            )
-        return self
+            words = f"above 0 and below the pitch, {self.pitch_mm:g} mm"
+            yield Refusal("gap_mm", f"leaves no bellows; allowed: {words}")
+        half_mm = min(self.bellows_mm, self.width_mm, self.depth_mm) / 2
+        yield from self.below("wall_mm", half_mm, "thicker than half a bellows; ")
+        why = "leaves no room for a bellows above the channel; "
+        yield from self.below("base_layer_mm", self.depth_mm - 2 * self.wall_mm, why)
+        highest_mm = self.depth_mm - self.base_layer_mm - self.wall_mm
+        yield from self.below("channel_mm", highest_mm, "cavity not closed; ")
+        if self.channel_width_mm is not None:
+            yield from self.up_to("channel_width_mm", self.chamber_width_mm, "cavity not closed; ")
 
 
 def _before(bellows_ends: list[float], gap_start_mm: float) -> str:

@@ -1,4 +1,4 @@
-"""Solids made of boxes: mesh generators make all fingers from them, except those of mesh files."""
+"""Solids made of boxes or cylinders, from which meshes are made."""
 
 from __future__ import annotations
 
@@ -86,3 +86,32 @@ class BoxSolid:
         yield from self.gaps
         for found in self.regions.values():
             yield from found
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder along z with its axis in the plane y = 0.
+
+    Attributes:
+        axis_mm: place x of the axis.
+        radius_mm: radius.
+        along_mm: extent along z.
+    """
+
+    axis_mm: float
+    radius_mm: float
+    along_mm: Interval
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderSolid:
+    """Blocks and cylinders, less the hollows inside.
+
+    Attributes:
+        blocks, cylinders: the solid, which overlap as they like.
+        cavities: for each cavity its cylinders, which overlap as they like.
+    """
+
+    blocks: Sequence[Box]
+    cylinders: Sequence[Cylinder]
+    cavities: Sequence[Sequence[Cylinder]]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid
-from dolfingrip.sections.geometry.geometry import Geometry
-from dolfingrip.sections.section import check_up_to, outside
+from dolfingrip.sections.geometry.geometry import Geometry, Length
+from dolfingrip.sections.section import Refusal
 
 
 class Cast(Geometry):
@@ -18,20 +19,20 @@ class Cast(Geometry):
     limiting: ClassVar = "film"
 
     chambers: int = Field(5, ge=1, le=60, description="number of chambers")
-    chamber_height_mm: float = Field(8.0, ge=THINNEST_MM, le=500, description="from the film, on x")
-    chamber_width_mm: float = Field(8.0, ge=THINNEST_MM, le=500, description="along y")
-    chamber_length_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="along z")
-    wall_mm: float = Field(7.0, ge=THINNEST_MM, le=500, description="roof, sides and ends")
+    chamber_height_mm: Length = Field(8.0, description="from the film, on x")
+    chamber_width_mm: Length = Field(8.0, description="along y")
+    chamber_length_mm: Length = Field(2.0, description="along z")
+    wall_mm: Length = Field(7.0, description="roof, sides and ends")
     spacing_mm: float | None = Field(
         None,
         ge=THINNEST_MM,
         le=500,
         description="wall between two chambers; default: as thick as the others",
     )
-    tunnel_height_mm: float = Field(
-        2.0, ge=THINNEST_MM, le=500, description="of the tunnel that joins the chambers, at film"
+    tunnel_height_mm: Length = Field(
+        2.0, description="of the tunnel that joins the chambers, at film"
     )
-    tunnel_width_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="of that tunnel")
+    tunnel_width_mm: Length = Field(2.0, description="of that tunnel")
     tube: bool = Field(True, description="the tunnel goes on through the clamped end's face")
     film_mm: float = Field(0.5, ge=THINNEST_MM, le=100, description="thickness of the film")
     cup_mm: float = Field(
@@ -64,12 +65,8 @@ class Cast(Geometry):
         """Thickness that sizes at concave edges are taken from."""
         return min(self.wall_mm, self.chamber_length_mm)
 
-    def count(self) -> tuple[str, int]:
-        """Key and value of the number that no mesh can be moved to another of."""
-        return "cast.chambers", self.chambers
-
     def movable(self, key: str) -> bool:
-        """Whether a mesh can follow a change of this dimension; without a cup it has no face."""
+        """Return whether a mesh can follow a dimension; without a cup that has no face."""
         return key != "cup_mm" or self.cup_mm > 0
 
     def solid(self) -> BoxSolid:
@@ -103,10 +100,9 @@ class Cast(Geometry):
             walls=([film, roof], [*chamber], [*starts, *ends]),
         )
 
-    @model_validator(mode="after")
-    def _possible(self) -> Cast:
-        check_up_to(self, "tunnel_height_mm", "chamber_height_mm", "mm")
-        check_up_to(self, "tunnel_width_mm", "chamber_width_mm", "mm")
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        yield from self.up_to("tunnel_height_mm", "chamber_height_mm")
+        yield from self.up_to("tunnel_width_mm", "chamber_width_mm")
         if 0 < self.cup_mm < THINNEST_MM:
-            raise outside("cup_mm", self.cup_mm, f"allowed: 0, or at least {THINNEST_MM} mm")
-        return self
+            yield Refusal("cup_mm", f"allowed: 0, or at least {THINNEST_MM} mm")

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from dolfingrip.sections.geometry.boxes import BoxSolid, Interval
-from dolfingrip.sections.geometry.cylinders import CylinderSolid
+from pydantic import Field
+
+from dolfingrip.sections.geometry.boxes import THINNEST_MM, BoxSolid, CylinderSolid, Interval
 from dolfingrip.sections.section import FINGERS, Entry, Role, Section
+
+Length = Annotated[float, Field(ge=THINNEST_MM, le=500)]
+"""Type of a dimension (mm)."""
 
 Integration = Literal["reduced", "full", "selective"]
 
@@ -45,11 +49,11 @@ class Geometry(Section):
         hexahedra: whether it can be meshed in hexahedra, as boxes can.
         of_file: whether its solid is a mesh file, which it must then have.
         thin: whether one element across a wall bears the pressure, so that no mesh is too coarse.
+        number: key of the number of its chambers.
         length_mm: clamp to tip, along z.
         width_mm: outer width along y.
         depth_mm: contact face to crown, along x.
         wall_mm: thickness of the walls around the chambers.
-        thinnest_mm: thickness that sizes at concave edges are taken from.
     """
 
     role: ClassVar = Role.BODY
@@ -62,6 +66,7 @@ class Geometry(Section):
     hexahedra: ClassVar[bool] = True
     of_file: ClassVar[bool] = False
     thin: ClassVar[bool] = False
+    number: ClassVar[str] = "chambers"
 
     if TYPE_CHECKING:  # each is a key of the table or a property
 
@@ -77,8 +82,10 @@ class Geometry(Section):
         @property
         def wall_mm(self) -> float: ...
 
-        @property
-        def thinnest_mm(self) -> float: ...
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        return self.wall_mm
 
     @classmethod
     def table(cls) -> str:
@@ -99,8 +106,8 @@ class Geometry(Section):
         return ("cavity",)
 
     def count(self) -> tuple[str, int]:
-        """Key and value of the number that no mesh can be moved to another of."""
-        raise NotImplementedError
+        """Return key and value of the number that no mesh can be moved to another of."""
+        return f"{self.table()}.{self.number}", int(getattr(self, self.number))
 
     def gaps(self) -> Gaps:
         """The clear spaces between neighbouring parts; none of a solid block."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid, Interval
-from dolfingrip.sections.geometry.geometry import Gaps, Geometry
-from dolfingrip.sections.section import outside
+from dolfingrip.sections.geometry.geometry import Gaps, Geometry, Length
+from dolfingrip.sections.section import Refusal
 
 
 class Pneunet(Geometry):
@@ -19,26 +20,24 @@ class Pneunet(Geometry):
     limiting: ClassVar = "paper"
 
     chambers: int = Field(8, ge=1, le=60, description="number of chambers")
-    chamber_length_mm: float = Field(6.0, ge=THINNEST_MM, le=500, description="inside, along z")
-    width_mm: float = Field(20.0, ge=THINNEST_MM, le=500, description="of the block, along y")
-    chamber_width_mm: float = Field(16.0, ge=THINNEST_MM, le=500, description="inside, along y")
-    chamber_height_mm: float = Field(
-        10.0, ge=THINNEST_MM, le=500, description="inside, along x, the tunnel's height included"
+    chamber_length_mm: Length = Field(6.0, description="inside, along z")
+    width_mm: Length = Field(20.0, description="of the block, along y")
+    chamber_width_mm: Length = Field(16.0, description="inside, along y")
+    chamber_height_mm: Length = Field(
+        10.0, description="inside, along x, the tunnel's height included"
     )
-    wall_mm: float = Field(1.5, ge=THINNEST_MM, le=500, description="walls across z")
-    roof_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="of chambers and tunnel")
-    gap_mm: float = Field(1.0, ge=THINNEST_MM, le=500, description="between the chambers' walls")
-    tunnel_height_mm: float = Field(
-        2.0, ge=THINNEST_MM, le=500, description="of the tunnel that joins the chambers, at base"
+    wall_mm: Length = Field(1.5, description="walls across z")
+    roof_mm: Length = Field(2.0, description="of chambers and tunnel")
+    gap_mm: Length = Field(1.0, description="between the chambers' walls")
+    tunnel_height_mm: Length = Field(
+        2.0, description="of the tunnel that joins the chambers, at base"
     )
-    tunnel_width_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="of that tunnel")
+    tunnel_width_mm: Length = Field(2.0, description="of that tunnel")
     tube: bool = Field(False, description="the tunnel goes on through the clamped end's face")
-    base_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="base below the paper")
+    base_mm: Length = Field(2.0, description="base below the paper")
     paper_mm: float = Field(0.2, ge=THINNEST_MM, le=100, description="thickness of the paper")
     cover_mm: float = Field(1.0, ge=0, le=500, description="base between paper and chambers")
-    clamp_block_mm: float = Field(
-        10.0, ge=THINNEST_MM, le=500, description="clamp to the first chamber's wall"
-    )
+    clamp_block_mm: Length = Field(10.0, description="clamp to the first chamber's wall")
     tip_mm: float = Field(2.0, ge=0, le=500, description="last chamber's wall to the tip's face")
 
     @property
@@ -66,10 +65,6 @@ class Pneunet(Geometry):
     def thinnest_mm(self) -> float:
         """Thickness that sizes at concave edges are taken from."""
         return min(self.wall_mm, self.gap_mm)
-
-    def count(self) -> tuple[str, int]:
-        """Key and value of the number that no mesh can be moved to another of."""
-        return "pneunet.chambers", self.chambers
 
     @property
     def valley_mm(self) -> float:
@@ -120,29 +115,15 @@ class Pneunet(Geometry):
             rest="body",
         )
 
-    @model_validator(mode="after")
-    def _possible(self) -> Pneunet:
-        widest = self.width_mm - 2 * THINNEST_MM
-        if self.chamber_width_mm > widest:
-            raise outside(
-                "chamber_width_mm",
-                self.chamber_width_mm,
-                f"wider than the block; allowed: above 0 and up to {widest:g} mm",
-            )
-        if self.tunnel_width_mm > self.chamber_width_mm:
-            raise outside(
-                "tunnel_width_mm",
-                self.tunnel_width_mm,
-                f"wider than the chambers; allowed: above 0 and up to {self.chamber_width_mm:g} mm",
-            )
-        highest = self.chamber_height_mm - THINNEST_MM
-        if self.tunnel_height_mm > highest:
-            raise outside(
-                "tunnel_height_mm",
-                self.tunnel_height_mm,
-                f"cavity not closed between chambers; allowed: above 0 and up to {highest:g} mm",
-            )
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        widest_mm = self.width_mm - 2 * THINNEST_MM
+        yield from self.up_to("chamber_width_mm", widest_mm, "wider than the block; ")
+        widest_mm = self.chamber_width_mm
+        yield from self.up_to("tunnel_width_mm", widest_mm, "wider than the chambers; ")
+        highest_mm = self.chamber_height_mm - THINNEST_MM
+        why = "cavity not closed between chambers; "
+        yield from self.up_to("tunnel_height_mm", highest_mm, why)
         for key in ("cover_mm", "tip_mm"):
             if 0 < getattr(self, key) < THINNEST_MM:
-                raise outside(key, getattr(self, key), f"allowed: 0, or at least {THINNEST_MM} mm")
-        return self
+                yield Refusal(key, f"allowed: 0, or at least {THINNEST_MM} mm")

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from dolfingrip.sections.geometry.boxes import THINNEST_MM, Interval
-from dolfingrip.sections.geometry.cylinders import Cylinder, CylinderSolid
-from dolfingrip.sections.geometry.geometry import Geometry
-from dolfingrip.sections.section import outside
+from dolfingrip.sections.geometry.boxes import Cylinder, CylinderSolid, Interval
+from dolfingrip.sections.geometry.geometry import Geometry, Length
+from dolfingrip.sections.section import Refusal
 
 
 class RoundBellows(Geometry):
@@ -23,19 +22,16 @@ class RoundBellows(Geometry):
 
     tetrahedra: ClassVar = True
     hexahedra: ClassVar = False
+    number: ClassVar = "convolutions"
 
     convolutions: int = Field(8, ge=1, le=60, description="of each bellows")
-    crown_radius_mm: float = Field(12.5, ge=THINNEST_MM, le=500, description="outside")
-    neck_radius_mm: float = Field(3.0, ge=THINNEST_MM, le=500, description="outside")
-    pitch_mm: float = Field(7.0, ge=THINNEST_MM, le=500, description="of the convolutions, along z")
-    gap_mm: float = Field(2.5, ge=THINNEST_MM, le=500, description="between convolutions, along z")
-    wall_mm: float = Field(0.8, ge=THINNEST_MM, le=500, description="all walls of the bellows")
-    apart_mm: float = Field(
-        2.0, ge=THINNEST_MM, le=500, description="clear distance of the two bellows' crowns"
-    )
-    block_mm: float = Field(
-        5.0, ge=THINNEST_MM, le=500, description="blocks at clamp and tip, along z"
-    )
+    crown_radius_mm: Length = Field(12.5, description="outside")
+    neck_radius_mm: Length = Field(3.0, description="outside")
+    pitch_mm: Length = Field(7.0, description="of the convolutions, along z")
+    gap_mm: Length = Field(2.5, description="between convolutions, along z")
+    wall_mm: Length = Field(0.8, description="all walls of the bellows")
+    apart_mm: Length = Field(2.0, description="clear distance of the two bellows' crowns")
+    block_mm: Length = Field(5.0, description="blocks at clamp and tip, along z")
 
     @property
     def length_mm(self) -> float:
@@ -56,10 +52,6 @@ class RoundBellows(Geometry):
     def thinnest_mm(self) -> float:
         """Thickness that sizes at concave edges are taken from."""
         return min(self.wall_mm, self.gap_mm)
-
-    def count(self) -> tuple[str, int]:
-        """Key and value of the number that no mesh can be moved to another of."""
-        return "round_bellows.convolutions", self.convolutions
 
     def movable(self, key: str) -> bool:
         """No mesh of round faces moves by planes."""
@@ -108,25 +100,9 @@ class RoundBellows(Geometry):
             "wall_mm": self.wall_mm,
         }
 
-    @model_validator(mode="after")
-    def _possible(self) -> RoundBellows:
-        least = self.gap_mm + 2 * self.wall_mm
-        if self.pitch_mm <= least:
-            raise outside(
-                "pitch_mm",
-                self.pitch_mm,
-                f"leaves no cavity in a convolution; allowed: above {least:g} mm",
-            )
-        if self.neck_radius_mm <= self.wall_mm:
-            raise outside(
-                "neck_radius_mm",
-                self.neck_radius_mm,
-                f"closes the necks; allowed: above wall_mm = {self.wall_mm:g} mm",
-            )
-        if self.crown_radius_mm <= self.neck_radius_mm:
-            raise outside(
-                "crown_radius_mm",
-                self.crown_radius_mm,
-                f"allowed: above neck_radius_mm = {self.neck_radius_mm:g} mm",
-            )
-        return self
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        least_mm = self.gap_mm + 2 * self.wall_mm
+        yield from self.above("pitch_mm", least_mm, "leaves no cavity in a convolution; ")
+        yield from self.above("neck_radius_mm", "wall_mm", "closes the necks; ")
+        yield from self.above("crown_radius_mm", "neck_radius_mm")

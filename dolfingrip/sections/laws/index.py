@@ -15,7 +15,7 @@ FILES: Final = (
 )
 
 LAWS: Final[Mapping[str, type[MaterialLaw]]] = {
-    law.law(): law
+    law.law_name(): law
     for law in (only_class(f"dolfingrip.sections.laws.{file}", MaterialLaw) for file in FILES)
 }
 """By ``material.law``; the first is the default."""

@@ -55,33 +55,30 @@ class Fittable:
 class MaterialLaw(Section):
     """The keys that a law has in ``[material]``, each with a default, and what follows from them.
 
+    The table of such a material also has the keys that all laws share; see
+    :mod:`dolfingrip.sections.material`.
+
     Attributes:
+        law: the law's name.
         moduli: keys of its moduli, which the energy is linear in.
         shear_name: how an error names its initial shear modulus.
         fits: what of it is fitted to coupons.
     """
 
+    law: str
     moduli: ClassVar[tuple[str, ...]]
     shear_name: ClassVar[str] = "the initial shear modulus"
     fits: ClassVar[tuple[Fittable, ...]] = ()
 
     @classmethod
-    def law(cls) -> str:
-        """Its name in the configuration, as of its file."""
+    def law_name(cls) -> str:
+        """Return the law's name in the configuration, which is its file's."""
         return cls.__module__.rpartition(".")[2].replace("_", "-")
 
     @property
     def shear_MPa(self) -> float:
         """Initial shear modulus."""
         raise NotImplementedError
-
-    def check(self) -> None:
-        """Raise :func:`~dolfingrip.sections.section.outside` where the keys are no material."""
-
-    def constants(self) -> dict[str, Any]:
-        """Numbers of the energy by key; lists for lists."""
-        found = {key: getattr(self, key) for key in type(self).model_fields}
-        return {key: value for key, value in found.items() if value is not None}
 
     @classmethod
     def energy(cls, c: Mapping[str, Any], invariants: Invariants) -> Jet:
@@ -91,7 +88,7 @@ class MaterialLaw(Section):
         fit's.
 
         Args:
-            c: :meth:`constants`.
+            c: numbers of the energy by key; lists for lists.
             invariants: of the isochoric stretches.
         """
         raise NotImplementedError

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Final
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Final
 
 from pydantic import Field
 
@@ -11,9 +11,7 @@ from dolfingrip.forms import ogden_terms
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
-from dolfingrip.sections.section import outside
-
-Terms = Annotated[tuple[float, ...], Field(strict=False)]
+from dolfingrip.sections.section import Numbers, Refusal
 
 ALPHA: Final = (0.05, 10.0)
 """Smallest and largest exponent, of either sign."""
@@ -31,21 +29,23 @@ SHARES: Final = (1.0, 0.05, 0.01)
 """Shares of the shear modulus that the terms have at a start."""
 
 
-def check_terms(mu_key: str, mu: Sequence[float], alpha_key: str, alpha: Sequence[float]) -> None:
-    """Refuse exponents that are not one for each modulus, or out of :data:`ALPHA`.
+def terms_refused(
+    mu_key: str, mu: Sequence[float], alpha_key: str, alpha: Sequence[float]
+) -> Iterator[Refusal]:
+    """Yield refusals of exponents that are not one for each modulus, or out of :data:`ALPHA`.
 
     Args:
         mu_key, alpha_key: keys that name them.
         mu, alpha: moduli and exponents.
     """
     if len(alpha) != len(mu):
-        raise outside(
-            alpha_key, list(alpha), f"allowed: as many numbers as {mu_key} has, {len(mu)}"
+        yield Refusal(
+            alpha_key, f"allowed: as many numbers as {mu_key} has, {len(mu)}", list(alpha)
         )
     low, high = ALPHA
     if not all(low <= abs(each) <= high for each in alpha):
-        raise outside(
-            alpha_key, list(alpha), f"allowed: each from {low:g} to {high:g}, or below 0 likewise"
+        yield Refusal(
+            alpha_key, f"allowed: each from {low:g} to {high:g}, or below 0 likewise", list(alpha)
         )
 
 
@@ -74,19 +74,19 @@ class Ogden(MaterialLaw):
     moduli: ClassVar = ("ogden_mu_MPa",)
     fits: ClassVar = tuple(_fit(terms) for terms in (1, 2, 3))
 
-    ogden_mu_MPa: Terms = Field((), description="ogden: shear moduli of the terms")
-    ogden_alpha: Terms = Field((), description="ogden: exponents of the stretches")
+    ogden_mu_MPa: Numbers = Field((), description="ogden: shear moduli of the terms")
+    ogden_alpha: Numbers = Field((), description="ogden: exponents of the stretches")
 
     @property
     def shear_MPa(self) -> float:
         """Initial shear modulus."""
         return sum(self.ogden_mu_MPa)
 
-    def check(self) -> None:
-        """One term at least, and an exponent for each."""
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield refusals of no terms, and of terms without an exponent of their own."""
         if not self.ogden_mu_MPa:
-            raise outside("ogden_mu_MPa", [], 'allowed: a list of numbers with law = "ogden"')
-        check_terms("ogden_mu_MPa", self.ogden_mu_MPa, "ogden_alpha", self.ogden_alpha)
+            yield Refusal("ogden_mu_MPa", 'allowed: a list of numbers with law = "ogden"')
+        yield from terms_refused("ogden_mu_MPa", self.ogden_mu_MPa, "ogden_alpha", self.ogden_alpha)
 
     @classmethod
     def energy(cls, c: Mapping[str, Any], invariants: Invariants) -> Jet:

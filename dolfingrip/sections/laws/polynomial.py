@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Final
 
 from pydantic import Field
@@ -10,7 +10,7 @@ from pydantic import Field
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet, series
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
-from dolfingrip.sections.section import outside
+from dolfingrip.sections.section import Refusal
 
 POWERS: Final = {"C10_MPa": (1, 0), "C01_MPa": (0, 1), "C20_MPa": (2, 0), "C11_MPa": (1, 1),
                  "C02_MPa": (0, 2), "C30_MPa": (3, 0)}  # fmt: skip
@@ -24,7 +24,7 @@ def _fit(name: str, title: str, *keys: str) -> Fittable:
     )
 
 
-class Polynomial(MaterialLaw):
+class InvariantPolynomial(MaterialLaw):
     """ψ = Σ C_ij (Ī₁ − 3)ⁱ (Ī₂ − 3)ʲ + K/2 (ln J)²; see :mod:`dolfingrip.forms.polynomial`.
 
     Biderman's polynomial (1958), which is fitted, has the first invariant to the third power and
@@ -50,10 +50,10 @@ class Polynomial(MaterialLaw):
         """Initial shear modulus."""
         return 2 * ((self.C10_MPa or 0.0) + (self.C01_MPa or 0.0))
 
-    def check(self) -> None:
-        """One factor at least."""
-        if not self.constants():
-            raise outside("C10_MPa", "none", 'allowed: a number with law = "polynomial"')
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield a refusal of a polynomial without factors."""
+        if all(getattr(self, key) is None for key in POWERS):
+            yield Refusal("C10_MPa", 'allowed: a number with law = "polynomial"')
 
     @classmethod
     def energy(cls, c: Mapping[str, Any], invariants: Invariants) -> Jet:
