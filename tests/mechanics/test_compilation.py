@@ -155,7 +155,7 @@ def test_a_failed_compile_is_the_machines(
     assert logging.root.handlers == handlers
     job = Job("volume", "support.compiling:volume", {})
     answer = compute(job)
-    assert (answer.status, answer.failure_class) == ("failed", MACHINE)
+    assert (answer.status, answer.failure_class) == ("broken", MACHINE)
     capfd.readouterr()
 
     monkeypatch.setattr(cli, "app", compiling.volume)
