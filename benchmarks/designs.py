@@ -27,7 +27,7 @@ from dolfingrip import config as configuration
 from dolfingrip.charts.theme import BLUE, INK, ORANGE, figure_theme
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
-from dolfingrip.design.gradient.evaluation import Simulations
+from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.quantity import FACING
 from dolfingrip.design.gradient.read import read
@@ -253,7 +253,7 @@ def gripper(out: Path, pool: Pool) -> list[dict[str, Any]]:
     }
     found: list[dict[str, Any]] = []
     for name, values in made.items():
-        answer = Simulations(problem, compute).at(values, gradients=False)
+        answer = DesignSimulations(problem, compute).at(values, gradients=False)
         for condition, by in zip(problem.conditions, answer.by_condition, strict=True):
             found.append(
                 {

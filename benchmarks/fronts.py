@@ -24,7 +24,7 @@ from scipy.stats import norm
 
 from dolfingrip.charts.theme import BLUE, GREEN, INK, ORANGE, figure_theme
 from dolfingrip.design.gradient import run
-from dolfingrip.design.gradient.evaluation import Simulations
+from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.front import FrontFinder
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
@@ -139,7 +139,7 @@ def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
     size = np.array([each.high for each in problem.variables]) - low
     reference = Reference(low, size)
     found = _by_gradients(
-        problem, longer.simulated, reference, Simulations(problem, run.computed_in(out, pool))
+        problem, longer.simulated, reference, DesignSimulations(problem, run.computed_in(out, pool))
     )
     for row in found:
         row["stops_here"] = row["simulations"] == len(stops.objective) + stops.failed
@@ -150,7 +150,7 @@ def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
 
 
 def _by_gradients(
-    problem: Problem, designs: Floats, reference: Reference, simulations: Simulations
+    problem: Problem, designs: Floats, reference: Reference, simulations: DesignSimulations
 ) -> list[dict[str, Any]]:
     def computed(values: Floats) -> tuple[Floats, Floats]:
         every = []
@@ -239,7 +239,7 @@ def _draw(found: list[dict[str, Any]], file: Path) -> None:
         area.set(ylabel="Hypervolume, error (%)")
         area.axhline(1.0, color=INK, lw=0.8, ls="--", label="goal")
         inside.axhline(0.9, color=INK, lw=0.8, ls="--", label="goal")
-        inside.set(ylabel="Held-out designs in their 90 % interval", ylim=(0, 1.05))
+        inside.set(ylabel="Constraint-out designs in their 90 % interval", ylim=(0, 1.05))
         for axes in (error, area, inside):
             axes.legend(fontsize=7)
         figure.savefig(file)

@@ -24,9 +24,10 @@ from dolfingrip import config as configuration
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import console
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import campaign, grasps
+from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.quantities.grasp import QUANTITIES
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import SchedulerGone
 from dolfingrip.jobs.store import NAME
@@ -66,7 +67,7 @@ def points() -> list[Inputs]:
 
 def plan(points: Sequence[Inputs], shared: Config) -> Plan:
     """The campaign of points that all vary the same keys."""
-    return Plan(shared, tuple(points[0]), tuple(points), grasps.QUANTITIES, grasps.OBJECTIVE)
+    return Plan(shared, tuple(points[0]), tuple(points), QUANTITIES)
 
 
 def compute(points: Sequence[Inputs], shared: Config, asked: argparse.Namespace) -> list[Row]:
@@ -105,7 +106,7 @@ def outcomes(points: Sequence[Inputs], shared: Config, out: Path) -> list[Row]:
                 "grasp": number,
                 **design.inputs,
                 "outcome": curve.get("outcome", f"{FAILED}{kept['failure_class']}"),
-                **{name: outputs.get(name) for name in grasps.QUANTITIES},
+                **{name: outputs.get(name) for name in QUANTITIES},
                 "sentence": curve.get("sentence", kept["failure"]),
                 "iterations": kept["iterations"],
                 "wall_s": kept["wall_s"],

@@ -12,8 +12,9 @@ import pytest
 from benchmarks import grasp_sweep
 from benchmarks.grasp_sweep import FOOD, PRESSURE
 from dolfingrip import config as configuration
-from dolfingrip.design.campaign import grasps
-from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.design.campaign import objective
+from dolfingrip.design.quantities import grasp
+from dolfingrip.design.quantities.quantity import Outcome
 from dolfingrip.jobs.job import Answer, JobFailure
 from dolfingrip.jobs.store import Store
 from dolfingrip.jobs.work import compute
@@ -62,4 +63,4 @@ def test_the_sweep_has_twenty_grasps_and_a_picture(tmp_path: Path) -> None:
 
 def test_a_grasp_runs_on_one_rank() -> None:
     with pytest.raises(configuration.ConfigError, match="--ranks 2: allowed: 1"):
-        grasps.simulate({}, grasps.QUANTITIES, 2)
+        objective.simulate({}, grasp.QUANTITIES, 2)

@@ -55,7 +55,7 @@ FRAGMENTS = {
     "friction": ("at least 0.0001 and up to 0.5",),
     "adopt": ("X,Y,Z", "mm", "above 0 and up to 1000 mm", "25.4 for inches"),
     "doe": ("grid|sobol|lhs", "KEY=LOW:HIGH[:COUNT]", "at least 1"),
-    "optimise": ("mm", "at least 0 and up to 1", "default: 3.0", "at least 4"),
+    "optimise": ("at least 0 and up to 1", "default: 1000", "at least 4"),
     "study": ("50, 100, 500, 1000", "0.01, 0.1, 0.5, 0.8"),
     "predict": ("kPa,kPa,…",),
     "morph": ("ξ1 ξ2", "required"),

@@ -16,11 +16,11 @@ from dolfingrip.design.campaign import trials
 def grasps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Invented ones in place of the solver's."""
 
-    class Invented(trials.Trials):
+    class Invented(trials.GraspTrials):
         def __init__(self, *given: object) -> None:
             super().__init__(*given, objective=invented_grasp.OBJECTIVE)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(trials, "Trials", Invented)
+    monkeypatch.setattr(trials, "GraspTrials", Invented)
 
 
 @pytest.mark.usefixtures("grasps")
@@ -64,11 +64,11 @@ def test_an_interrupted_search_says_how_to_go_on(
 ) -> None:
     """And the grasp that was interrupted is made anew, not kept as a failure."""
 
-    class Interrupted(trials.Trials):
+    class Interrupted(trials.GraspTrials):
         def __init__(self, *given: object) -> None:
             super().__init__(*given, objective=f"{__name__}:interrupted")  # type: ignore[arg-type]
 
-    monkeypatch.setattr(trials, "Trials", Interrupted)
+    monkeypatch.setattr(trials, "GraspTrials", Interrupted)
     assert run_command("pickup", "--out", str(tmp_path), "--preset", "coarse") == 130
     assert capfd.readouterr().err == (
         f"dolfingrip: interrupted: what was computed is kept in {tmp_path}; "

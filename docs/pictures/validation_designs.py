@@ -13,13 +13,14 @@ import matplotlib.pyplot as plt
 
 from dolfingrip import config
 from dolfingrip.charts import theme
-from dolfingrip.cli.loop_commands import PAPER
+from dolfingrip.design.optimum import study_file
 from dolfingrip.experiments import Result, run
 from dolfingrip.sections.tables import assignments
 
 HERE = Path(__file__).resolve().parent
 PICTURE = HERE.parent / "validation_designs.png"
 FINGER = HERE.parents[1] / "examples" / "paper_finger.toml"
+STUDY = FINGER.with_name("paper_study.toml")
 STYLES = (
     ("OD3.5", theme.BLUE, "o"),
     ("OD3", theme.GREEN, "^"),
@@ -28,13 +29,15 @@ STYLES = (
 )
 
 
-def designs() -> dict[str, tuple[float, float]]:
+def designs() -> dict[str, tuple[float, ...]]:
     """ξ1 and ξ2 by name."""
-    optima = {f"OD{limit:g}": (xi1, xi2) for limit, (xi1, xi2, _) in PAPER.items()}
+    published = study_file.read(STUDY).published
+    assert published is not None
+    optima = {f"OD{each.limit:g}": each.inputs for each in published.designs}
     return {"original": (0.0, 0.0), **optima}
 
 
-def blocked(xi: tuple[float, float]) -> Result:
+def blocked(xi: tuple[float, ...]) -> Result:
     """Blocked force of one design of the paper's finger."""
     overrides = ["experiment.step_kPa=12.5", f"morph.xi1={xi[0]}", f"morph.xi2={xi[1]}"]
     return run("blocked_force", config.load(FINGER, assignments(overrides)))

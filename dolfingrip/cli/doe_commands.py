@@ -19,7 +19,6 @@ from dolfingrip.cli.settings import DoeExportSettings, DoeSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, plan, space
 from dolfingrip.design.campaign import export as files
-from dolfingrip.design.campaign import objective as ours
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import chosen
@@ -45,15 +44,13 @@ def doe(asked: DoeSettings) -> None:
     keys = _keys(asked.gradients, asked.parameters, asked.objective, resolved)
     if asked.fields and asked.objective is not None:
         raise ConfigError("--fields: allowed: without --objective, whose results are its own")
-    quantities = asked.quantity or plan.QUANTITIES
+    objective = asked.objective or plan.OBJECTIVE
     wanted = plan.Plan(
         base=resolved,
         parameters=tuple(p.key for p in varied),
         points=tuple(space.points(varied, asked.points, asked.number, asked.seed)),
-        quantities=plan.quantities(
-            quantities, ours.QUANTITIES if asked.objective is None else quantities
-        ),
-        objective=asked.objective or plan.OBJECTIVE,
+        quantities=plan.quantities(asked.quantity or plan.QUANTITIES, objective),
+        objective=objective,
         gradients=keys,
         fields=asked.out / plan.FIELDS if asked.fields else None,
     )

@@ -1,4 +1,4 @@
-"""``dolfingrip reproduce``: the paper's design loop; and the small loop of the demo."""
+"""``dolfingrip reproduce``: the design loop of a study file; and the small loop of the demo."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import FORCE
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
 from dolfingrip.cli.console import (
     check_writable,
@@ -33,48 +32,49 @@ from dolfingrip.cli.settings import (
     TrainSettings,
 )
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.campaign import read
+from dolfingrip.design.optimum import study_file
+from dolfingrip.design.optimum.study_file import Published
 from dolfingrip.files import whole
 from dolfingrip.files.optimum import ChosenDesign, OptimumFile
 from dolfingrip.jobs.interrupts import Interrupted
 from dolfingrip.mechanics.model.domain import on_root
-
-PAPER = {
-    2.5: (0.236, -0.363, -7.7),
-    3.0: (0.306, -0.298, 12.9),
-    3.5: (0.374, -0.229, 23.5),
-}
-"""For each COG limit (mm): ξ1, ξ2, and the measured gain of force (%) (the paper's section IV)."""
-
-MEASURED_KPA = 250.0
-"""Pressure at which the paper compares forces; its designs were optimised at 300 kPa."""
-
-READ = {"experiment.step_kPa": 50.0}
-"""Settings with which the readings include this pressure."""
+from dolfingrip.report.design import label
+from dolfingrip.sections import tables
 
 
 def reproduce(asked: ReproduceSettings) -> None:
-    """Run doe, train, optimise and study as in the paper, and compare with it."""
+    """Run doe, train, optimise and study as a file says, and compare with published designs."""
     one_process("--workers, without mpirun")
+    study = study_file.read(asked.file)
+    limited, improved = study.front.objectives()
+    names = (limited.title, improved.title)
     check_writable(asked.out)
     doe, surrogate, optimum = asked.out / "doe", asked.out / "surrogate", asked.out / "optimum"
-    changes = {**READ, **asked.overrides}
     run_step(
         doe_commands.doe,
         DoeSettings(
-            out=doe, workers=asked.workers, parameter=asked.parameter,
-            config=asked.config, overrides=changes,
+            out=doe, workers=asked.workers, parameter=asked.parameter or study.parameters,
+            quantity=names, config=asked.config or study.config,
+            overrides={**tables.assignments(study.set, "set"), **asked.overrides},
         ),
     )  # fmt: skip
-    run_step(train_command.train, TrainSettings(source=doe, out=surrogate))
-    limits = tuple(PAPER)
+    run_step(train_command.train, TrainSettings(source=doe, out=surrogate, outputs=names))
+    front = study.front
     choice = OptimiseSettings(
-        surrogate=surrogate, out=optimum, workers=asked.workers, cog_max=limits
-    )
+        surrogate=surrogate, out=optimum, workers=asked.workers, against=front.against,
+        at_most=front.at_most, at_least=front.at_least, maximise=front.maximise,
+        minimise=front.minimise, also=() if study.published is None else (study.published.gain_of,),
+    )  # fmt: skip
     failed = run_step(optimise_command.optimise, choice)
-    console().print(comparison(optimum))
-    if asked.study:
-        tried = StudySettings(surrogate=surrogate, out=asked.out / "study", processes=asked.workers)
+    if study.published is not None:
+        console().print(comparison(OptimumFile.read(optimum), study.published))
+    if asked.study and study.hyperparameters is not None:
+        limit = (study.hyperparameters.limit,)
+        tried = StudySettings(
+            surrogate=surrogate, out=asked.out / "study", processes=asked.workers,
+            against=front.against, maximise=front.maximise, minimise=front.minimise,
+            at_most=() if front.at_least else limit, at_least=limit if front.at_least else (),
+        )  # fmt: skip
         failed |= run_step(study_command.study, tried)
     if failed:
         raise typer.Exit(1)
@@ -102,61 +102,36 @@ def run_step[S](command: Callable[[S], None], asked: S) -> bool:
     return False
 
 
-def comparison(optimum: Path) -> Table:
-    """A table of an optimisation's chosen designs and the paper's, a row for each COG limit."""
-    designs = OptimumFile.read(optimum).designs
-    forces = _forces_N(optimum / "fem")
-    original = _force(forces, "original", None, designs)
-    table = Table(title="Chosen designs and the paper's", box=SIMPLE_HEAD, padding=(0, 1))
-    gain = f"gain at\n{MEASURED_KPA:g} kPa, %"
-    for heading in ("COG ≤\nmm", "ξ₁", "paper", "ξ₂", "paper", gain, "paper,\nmeasured"):
-        table.add_column(heading, justify="right")
-    for one in designs:
-        if one.role != "chosen" or one.limit is None:
+def comparison(found: OptimumFile, published: Published) -> Table:
+    """Compare chosen designs with published ones, a row for each limit."""
+    limited, _ = found.objectives
+    roles = {(one.role, one.limit): one for one in found.designs}
+    original = _number(roles.get(("original", None)), published.gain_of)
+    table = Table(title="Chosen designs and published ones", box=SIMPLE_HEAD, padding=(0, 1))
+    inputs = [label(name) for name in (found.designs[0].inputs if found.designs else ())]
+    heading = f"{limited.title} {limited.sense}"
+    gain = f"gain of\n{published.gain_of}, %"
+    for each in (heading, *(part for name in inputs for part in (name, "published")), gain):
+        table.add_column(each, justify="right")
+    table.add_column("published,\nmeasured", justify="right")
+    for theirs in published.designs:
+        one = roles.get(("chosen", theirs.limit))
+        if one is None:
             continue
-        limit = one.limit
-        xi1, xi2 = one.inputs.values()
-        force = _force(forces, "chosen", limit, designs)
-        ours = "–" if math.isnan(force / original) else f"{100 * (force / original - 1):+z.1f}"
-        theirs = PAPER[limit]
+        ours = _number(one, published.gain_of) / original - 1
+        pairs = zip(one.inputs.values(), theirs.inputs, strict=True)
         table.add_row(
-            f"{limit:g}",
-            f"{xi1:z.3f}",
-            f"{theirs[0]:.3f}",
-            f"{xi2:z.3f}",
-            f"{theirs[1]:.3f}",
-            ours,
-            f"{theirs[2]:+.1f}",
+            f"{theirs.limit:g}",
+            *(text for own, other in pairs for text in (f"{own:z.3f}", f"{other:.3f}")),
+            "–" if math.isnan(ours) else f"{100 * ours:+z.1f}",
+            f"{theirs.gain_percent:+.1f}",
         )
     return table
 
 
-Forces = dict[tuple[float, ...], float]
-
-
-def _forces_N(campaign: Path) -> Forces:
-    """Blocked force (N) at the paper's pressure by inputs, for the designs that reached it."""
-
-    found = {}
-    for row in read(campaign).rows:
-        curve = row["curve"] or {}
-        pressures = curve.get("blocked_pressure_kPa")
-        if row["status"] != "done" or pressures is None:
-            continue
-        for pressure, force in zip(pressures, curve[FORCE.name], strict=True):
-            if math.isclose(pressure, MEASURED_KPA):
-                found[tuple(row["inputs"].values())] = force
-    return found
-
-
-def _force(
-    forces: Forces, role: str, limit: float | None, designs: Sequence[ChosenDesign]
-) -> float:
-    """Force (N) of the design with this role; NaN if it is not known."""
-    for one in designs:
-        if one.role == role and one.limit == limit:
-            return forces.get(tuple(one.inputs.values()), math.nan)
-    return math.nan
+def _number(design: ChosenDesign | None, name: str) -> float:
+    """A quantity of a design by finite elements; NaN where it is not known."""
+    return math.nan if design is None or design.fem is None else design.fem.get(name, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +143,12 @@ class LoopPolicy:
             figures.
         longest_step_kPa: the only reading is at the highest pressure, so long load steps cost
             least.
-        cog_max_mm: largest offset of the centre of gravity.
+        largest_offset_mm: of the centre of gravity.
     """
 
     size_mm: float = 10.0
     longest_step_kPa: float = 100.0
-    cog_max_mm: float = 3.0
+    largest_offset_mm: float = 3.0
 
 
 POLICY: Final = LoopPolicy()
@@ -221,7 +196,7 @@ def run_small_loop(
     run_step(train_command.train, TrainSettings(source=doe, out=surrogate))
     choice = OptimiseSettings(
         surrogate=surrogate, out=optimum, workers=workers, population=200, generations=60,
-        along=0, cog_max=(policy.cog_max_mm,),
+        along=0, at_most=(policy.largest_offset_mm,),
     )  # fmt: skip
     if run_step(optimise_command.optimise, choice):
         raise typer.Exit(1)

@@ -20,13 +20,13 @@ from dolfingrip.cli.console import (
     resumable,
 )
 from dolfingrip.cli.doe_commands import DEFAULTS
-from dolfingrip.cli.settings import OptimiseSettings
+from dolfingrip.cli.settings import OptimiseSettings, TradeOffSettings
 from dolfingrip.config import Change, Config
-from dolfingrip.design.optimum import files, optimum
-from dolfingrip.design.optimum.finite_elements import evaluator
-from dolfingrip.design.optimum.genetic import Settings
-from dolfingrip.design.optimum.resolve import Resolved
+from dolfingrip.design.optimum import optimum
+from dolfingrip.design.optimum.genetic import NSGA2Settings
+from dolfingrip.design.optimum.study_file import trade_off
 from dolfingrip.design.surrogate import surrogate as network
+from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import ChosenDesign, OptimumFile
 from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.jobs.cluster import Where
@@ -35,13 +35,14 @@ from dolfingrip.report.table import of_columns
 
 
 def optimise(asked: OptimiseSettings) -> None:
-    """Find the Pareto front by NSGA-II, choose by the COG limit, compute the choice again."""
+    """Find the Pareto front by NSGA-II, choose by a limit, compute the choice again."""
     one_process("--workers, without mpirun")
 
     model = network.load(asked.surrogate)
     campaign = model.facts.get("campaign") or {}
     base = _base(campaign, asked.config, asked.overrides) if asked.resolve else None
-    genetic = Settings(
+    objectives = objectives_of(asked, model.output_names)
+    genetic = NSGA2Settings(
         asked.population, asked.generations, asked.crossover, asked.mutation, asked.seed
     )
     check_writable(asked.out)
@@ -49,39 +50,62 @@ def optimise(asked: OptimiseSettings) -> None:
     with progress.shown(screen, "generations") as show:
         found = optimum.find(
             model,
-            sorted(set(asked.cog_max)),
+            objectives,
+            sorted({*asked.at_most, *asked.at_least}),
             genetic,
             lambda done: show(done, asked.generations),
-            along=asked.along,
         )
-    files.write_front(found, asked.out)
-    screen.say(
-        f"front: {len(found.front)} points, COG offset {found.front.cog_mm[0]:z.2f} to "
-        f"{found.front.cog_mm[-1]:z.2f} mm, force {found.front.force_N[0]:.2f} to "
-        f"{found.front.force_N[-1]:.2f} N"
+    optimum.write_front(found, asked.out)
+    ends = [found.front[0].surrogate, found.front[-1].surrogate]
+    reach = ", ".join(
+        f"{label(each.title)} {ends[0][each.title]:z.2f} to {ends[1][each.title]:z.2f}"
+        for each in objectives
     )
-    resolved: list[Resolved] = []
+    screen.say(f"front: {len(found.front)} points, {reach}")
     if base is not None:
         objective = {"objective": campaign["objective"]} if "objective" in campaign else {}
         shown = progress.jobs(screen, "designs", progress.FEW)
         with resumable(screen, asked.out / "fem"), shown as advance:
-            evaluate = evaluator(
+            evaluate = optimum.evaluator(
                 base,
-                model.output_names,
+                (*model.output_names, *asked.also),
                 asked.out / "fem",
                 Where(workers=asked.workers),
                 progress=advance,
                 **objective,
             )
-            resolved = optimum.compute(found, evaluate)
-    facts = files.write(found, resolved, asked.out)
+            found = optimum.resolve(found, asked.along, evaluate)
+    optimum.write(found, asked.out)
     learnt = SurrogateFile.read(asked.surrogate)
-    chart = surrogate_front(facts, learnt.failed_designs, learnt.designs(asked.surrogate))
+    chart = surrogate_front(found, learnt.failed_designs, learnt.designs(asked.surrogate))
     picture.write([chart], asked.out / "pareto.png", picture.Look(across=1, key="above"))
-    _print(facts, screen)
+    _print(found, screen)
     screen.say(f"results: {asked.out}")
-    if found.missed or any(one.failure for one in facts.designs):
+    if found.limits_below_the_front or any(one.failure for one in found.designs):
         raise typer.Exit(1)
+
+
+def objectives_of(
+    asked: TradeOffSettings, outputs: Sequence[str]
+) -> tuple[NamedObjective, NamedObjective]:
+    """Return the two objectives that a command asks for.
+
+    Args:
+        asked: settings of the command.
+        outputs: of the surrogate; the defaults are its first two.
+
+    Returns:
+        The limited objective, the improved one.
+
+    Raises:
+        ConfigError: one line, where there are not just two of them.
+    """
+    given = (asked.maximise, asked.minimise)
+    against = asked.against or next(each for each in outputs if each not in given)
+    maximise = asked.maximise
+    if not any(given):
+        maximise = next((each for each in outputs if each != against), None)
+    return trade_off(against, asked.at_most, asked.at_least, maximise, asked.minimise)
 
 
 def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Config:
@@ -93,10 +117,11 @@ def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Con
 
 
 def _print(facts: OptimumFile, screen: Screen) -> None:
+    first, second = facts.objectives
     for limit in facts.limits_below_the_front:
-        screen.print(f"no design of the front has a COG offset up to {limit:g} mm")
+        screen.print(f"no design of the front has {first.title} {first.sense} {limit:g}")
     if facts.designs:
-        screen.print(_table(facts.designs))
+        screen.print(_table(facts.designs, first, second))
     for one in facts.designs:
         if one.failure:
             screen.say(f"{one.role} design failed: {one.failure}", style="red")
@@ -107,11 +132,13 @@ def _print(facts: OptimumFile, screen: Screen) -> None:
         )
 
 
-def _table(designs: Sequence[ChosenDesign]) -> Table:
+def _table(
+    designs: Sequence[ChosenDesign], limited: NamedObjective, improved: NamedObjective
+) -> Table:
     """The chosen designs; by the surrogate, and by finite elements where they are checked."""
 
     first, roles = designs[0], "Design"
-    columns = {roles: [_role(one) for one in designs]}
+    columns = {roles: [_role(one, limited) for one in designs]}
     for name in first.inputs:
         columns[label(name)] = [f"{one.inputs[name]:z.3f}" for one in designs]
     for name in first.surrogate:
@@ -126,9 +153,14 @@ def _table(designs: Sequence[ChosenDesign]) -> Table:
         columns["Gain (%)"] = ["–" if gain is None else f"{100 * gain:+z.1f}" for gain in gains]
     table = of_columns(columns, "Designs", left=(roles,))
     if first.resolved:
-        table.caption = "by the surrogate; FEM: by finite elements; gain: force over the original's"
+        name = label(improved.title).partition(" (")[0].lower()
+        table.caption = (
+            f"by the surrogate; FEM: by finite elements; gain: {name} over the original's"
+        )
     return table
 
 
-def _role(design: ChosenDesign) -> str:
-    return design.role if design.limit is None else f"{design.role} ≤ {design.limit:g} mm"
+def _role(design: ChosenDesign, limited: NamedObjective) -> str:
+    if design.limit is None:
+        return design.role
+    return f"{design.role} {'≤' if limited.sign > 0 else '≥'} {design.limit:g} {limited.unit}"

@@ -21,10 +21,9 @@ from dolfingrip.cli.console import (
 )
 from dolfingrip.cli.settings import FrictionSettings, PickupSettings
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import calibration
-from dolfingrip.design.campaign.pickup import pickup_pressure
-from dolfingrip.design.campaign.policy import SEARCH
-from dolfingrip.design.campaign.trials import Trial, Trials
+from dolfingrip.design.campaign import pickup as searches
+from dolfingrip.design.campaign.policy import GraspSearch
+from dolfingrip.design.campaign.trials import GraspTrial, GraspTrials
 from dolfingrip.experiments.request import Request
 from dolfingrip.files import table
 
@@ -37,7 +36,9 @@ def pickup(asked: PickupSettings) -> None:
 
     screen = console()
     with _trials(base, asked.out, screen) as trials:
-        found = pickup_pressure(trials, asked.resolution, asked.start, asked.highest)
+        found = searches.pickup_pressure(
+            trials, asked.resolution, asked.start, GraspSearch(highest_kPa=asked.highest)
+        )
     _print(trials.made, screen)
     _write(trials.made, asked.out / "pickup.csv")
     if found.least_kPa is None:
@@ -58,9 +59,7 @@ def friction(asked: FrictionSettings) -> None:
 
     screen = console()
     with _trials(base, asked.out, screen) as trials:
-        found = calibration.friction(
-            trials, asked.pickup_pressure, asked.resolution, asked.tolerance
-        )
+        found = searches.friction(trials, asked.pickup_pressure, asked.resolution, asked.tolerance)
     _print(trials.made, screen)
     _write(trials.made, asked.out / "friction.csv")
     screen.say(
@@ -86,31 +85,31 @@ def _base(asked: PickupSettings | FrictionSettings, friction: float | None = Non
     }
     options = {key: value for key, value in given.items() if value is not None}
     changes = {**asked.overrides, **options}
-    loaded = configuration.load(asked.config, changes, {"gripper.lift_mm": SEARCH.lift_mm})
+    loaded = configuration.load(asked.config, changes, {"gripper.lift_mm": GraspSearch().lift_mm})
     Request.of("grasp", loaded)  # a bad key raises before anything is computed
     return loaded
 
 
 @contextmanager
-def _trials(base: Config, out: Path, screen: Screen) -> Iterator[Trials]:
+def _trials(base: Config, out: Path, screen: Screen) -> Iterator[GraspTrials]:
     """Grasps that print a line each."""
     check_writable(out)
 
     with resumable(screen, out), screen.status("grasping") as status:
 
-        def show(trial: Trial) -> None:
+        def show(trial: GraspTrial) -> None:
             known = "" if trial.computed else " (known)"
             screen.say(f"{_named(trial)}: {trial.outcome}{known}")
             status.update(f"grasping, after {_named(trial)}")
 
-        yield Trials(base, out, show)
+        yield GraspTrials(base, out, show)
 
 
-def _named(trial: Trial) -> str:
+def _named(trial: GraspTrial) -> str:
     return f"{trial.pressure_kPa:g} kPa, μ = {trial.friction:.4g}"
 
 
-def _print(trials: list[Trial], screen: Screen) -> None:
+def _print(trials: list[GraspTrial], screen: Screen) -> None:
     shown = Table("Pressure (kPa)", "μ", "Normal forces (N)", "Weight (N)", "", box=SIMPLE_HEAD)
     for each in sorted(trials, key=lambda trial: (trial.pressure_kPa, trial.friction)):
         shown.add_row(
@@ -123,6 +122,6 @@ def _print(trials: list[Trial], screen: Screen) -> None:
     screen.print(shown)
 
 
-def _write(trials: list[Trial], path: Path) -> None:
+def _write(trials: list[GraspTrial], path: Path) -> None:
     names = [field.name for field in fields(trials[0]) if field.name != "computed"]
     table.write(path, [{name: getattr(each, name) for name in names} for each in trials])

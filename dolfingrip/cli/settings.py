@@ -6,16 +6,18 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import MISSING, dataclass, make_dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_args, get_origin
+from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 
 from dolfingrip.cli.command import NOTHING, argument, option
-from dolfingrip.design.campaign.policy import SEARCH
+from dolfingrip.design.campaign.policy import GraspSearch
 from dolfingrip.experiments.description import Option
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 
 Point = tuple[float, float, float]
+
+SEARCH: Final = GraspSearch()
 
 
 def _assigned(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
@@ -411,7 +413,7 @@ class DoeSettings(ConfiguredSettings):
     )
     seed: int = option(0, "Of the samples.")
     quantity: tuple[str, ...] = option(
-        (), "Outputs; repeatable. Default: cog_offset_mm and force_N."
+        (), "Output, e.g. 'force_N at 250 kPa'; repeatable. Default: cog_offset_mm and force_N."
     )
     workers: int = option(1, "Local processes, or Slurm jobs.", least=1)
     scheduler: str | None = option(
@@ -446,18 +448,29 @@ class TrainSettings:
     source: Path = argument(MISSING, "Folder of a campaign, or .csv or .parquet.", "FROM")
     out: Path = _out(Path("out/surrogate"))
     inputs: tuple[str, ...] = option(
-        (), "Column; repeatable. Default: morph.xi1 and morph.xi2.", "--input", metavar="COLUMN"
+        (), "Column; repeatable. Default: what a campaign varies.", "--input", metavar="COLUMN"
     )
     outputs: tuple[str, ...] = option(
-        (), "Column; repeatable. Default: cog_offset_mm and force_N.", "--output", metavar="COLUMN"
+        (), "Column; repeatable. Default: a campaign's quantities.", "--output", metavar="COLUMN"
     )
     epochs: int = option(5000, "Passes over the training designs.", least=1)
     seed: int = option(0, "Of the split and the first weights.", least=0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class OptimiseSettings(ConfiguredSettings):
-    """Find the Pareto front by NSGA-II, choose by the COG limit, compute the choice again.
+class TradeOffSettings:
+    """The two outputs of a surrogate that are traded off."""
+
+    against: str | None = option(None, "Output that is limited; default: the first one.")
+    at_most: tuple[float, ...] = option((), "Its largest value, to choose by; repeatable.")
+    at_least: tuple[float, ...] = option((), "Or its least value; repeatable.")
+    maximise: str | None = option(None, "Output that is improved; default: the other one.")
+    minimise: str | None = option(None, "Or output of which less is better.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OptimiseSettings(ConfiguredSettings, TradeOffSettings):
+    """Find the Pareto front of two outputs by NSGA-II, choose by a limit, compute the choice again.
 
     Finite elements take the configuration of the campaign that the surrogate learnt from, unless
     --config names another; --set changes it. What they computed is kept in OUT/fem.
@@ -465,7 +478,7 @@ class OptimiseSettings(ConfiguredSettings):
 
     surrogate: Path = _surrogate(MISSING)
     out: Path = _out(Path("out/optimum"))
-    cog_max: tuple[float, ...] = option((3.0,), "Largest COG offset; repeatable.", measured_in="mm")
+    also: tuple[str, ...] = option((), "Further quantity by finite elements; repeatable.")
     population: int = option(1000, "Designs in a generation.", least=4)
     generations: int = option(200, "The random first one counts.", least=1)
     crossover: float = option(0.9, "Rate, per mating.", least=0, most=1)
@@ -477,12 +490,11 @@ class OptimiseSettings(ConfiguredSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StudySettings:
+class StudySettings(TradeOffSettings):
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
 
     surrogate: Path = _surrogate(MISSING)
     out: Path = _out(Path("out/study"))
-    cog_max: float = option(3.0, "Largest COG offset.", measured_in="mm")
     population: tuple[int, ...] = option((50, 100, 500, 1000), "Designs in a generation.", least=4)
     generations: tuple[int, ...] = option(
         (10, 50, 100, 200), "The random first one counts.", least=1
@@ -497,15 +509,17 @@ class StudySettings:
 
 @dataclass(frozen=True, kw_only=True)
 class ReproduceSettings(ConfiguredSettings):
-    """Run doe, train, optimise and study as in the paper, and compare with it.
+    """Run doe, train, optimise and study as a file says, and compare with published designs.
 
-    Each step writes into its own folder under OUT and resumes there.
+    examples/paper_study.toml has the paper's. Each step writes into its own folder under OUT and
+    resumes there.
     """
 
+    file: Path = argument(MISSING, "TOML: designs, the two quantities, published designs.", "FILE")
     out: Path = _out(Path("out/reproduce"))
     workers: int = _workers(1)
     parameter: tuple[str, ...] = option(
-        (), "Default: the paper's 208 designs.", metavar="KEY=LOW:HIGH:COUNT"
+        (), "Default: those of the file.", metavar="KEY=LOW:HIGH:COUNT"
     )
     study: bool = option(True, "With the study of hyperparameters.")
 

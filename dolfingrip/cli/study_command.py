@@ -13,7 +13,9 @@ from rich.table import Table
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import check_writable, console, one_process, resumable
+from dolfingrip.cli.optimise_command import objectives_of
 from dolfingrip.cli.settings import StudySettings
+from dolfingrip.config import ConfigError
 from dolfingrip.design.optimum import scatter
 from dolfingrip.design.optimum import study as work
 from dolfingrip.design.optimum.scatter import Combination
@@ -26,33 +28,40 @@ def study(asked: StudySettings) -> None:
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
     one_process("--processes, without mpirun")
 
-    plan = work.Plan(
+    model = network.load(asked.surrogate)
+    objectives = objectives_of(asked, model.output_names)
+    if len(asked.at_most + asked.at_least) != 1:
+        raise ConfigError("--at-most, --at-least: allowed: one of them, to choose designs by")
+    (limit,) = asked.at_most + asked.at_least
+    plan = work.HyperparameterStudy(
+        objectives,
+        limit,
         tuple(dict.fromkeys(asked.population)),
         tuple(dict.fromkeys(asked.generations)),
         tuple(dict.fromkeys(asked.crossover)),
         tuple(dict.fromkeys(asked.mutation)),
         asked.seeds,
-        asked.cog_max,
     )
     check_writable(asked.out)
-    names = network.load(asked.surrogate).input_names
+    names, improved = model.input_names, objectives[1].title
     screen = console()
     processes = asked.processes or len(os.sched_getaffinity(0))
     with resumable(screen, asked.out), progress.jobs(screen, "runs") as show:
         found = work.run(asked.surrogate, asked.out, plan, processes, show)
     combinations = scatter.combine(found.choices, len(names))
     best = scatter.best(combinations)
-    table.write(asked.out / "combinations.csv", scatter.rows(combinations, names))
-    table.write(asked.out / "best.csv", scatter.rows(best, names))
+    table.write(asked.out / "combinations.csv", scatter.rows(combinations, names, improved))
+    table.write(asked.out / "best.csv", scatter.rows(best, names, improved))
     screen.say(
         f"{len(combinations)} combinations of {asked.seeds} seeds, from {len(plan.runs())} runs of "
         f"NSGA-II ({found.cpu_s / 60:.1f} minutes of one core)"
     )
     if not best:
-        screen.print(f"no front of all seeds reaches a COG offset of {asked.cog_max:g} mm")
+        first = objectives[0]
+        screen.print(f"no front of all seeds has {first.title} {first.sense} {limit:g}")
         raise typer.Exit(1)
     _plot(best, names, asked.out)
-    screen.print(_table(best, names))
+    screen.print(_table(best, names, improved))
     screen.say(f"study: {asked.out}")
 
 
@@ -66,13 +75,13 @@ def _plot(best: list[Combination], names: tuple[str, ...], out: Path) -> None:
     picture.write(pictures.scatter(names, sd), out / "scatter.png", look)
 
 
-def _table(best: list[Combination], names: tuple[str, ...]) -> object:
+def _table(best: list[Combination], names: tuple[str, ...], improved: str) -> object:
 
     title = "Best rates, and their choice: mean ± standard deviation over the seeds"
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     short = [pictures.label(name) for name in names]
     rates = ("popu-\nlation", "gene-\nrations", "cross-\nover", "muta-\ntion")
-    for heading in (*rates, *short, "force (N)"):
+    for heading in (*rates, *short, pictures.label(improved)):
         table.add_column(heading, justify="right", no_wrap=True)
     for one in best:
         chosen = [f"{m:z.4f} ± {s:.4f}" for m, s in zip(one.mean, one.sd, strict=True)]
@@ -82,6 +91,6 @@ def _table(best: list[Combination], names: tuple[str, ...]) -> object:
             f"{one.crossover:g}",
             f"{one.mutation:g}",
             *chosen,
-            f"{one.mean_force_N:.4f}",
+            f"{one.mean_improved:.4f}",
         )
     return table

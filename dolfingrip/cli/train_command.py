@@ -13,7 +13,7 @@ from dolfingrip.cli.settings import TrainSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.design.surrogate import surrogate, training
 from dolfingrip.design.surrogate import table as designs
-from dolfingrip.design.surrogate.training import JUDGEMENT, Settings, Training
+from dolfingrip.design.surrogate.training import Training, TrainingPolicy, TrainingSettings
 from dolfingrip.files import table
 from dolfingrip.report import design as pictures
 
@@ -22,10 +22,13 @@ def train(asked: TrainSettings) -> None:
     """Train a neural network on the designs of a campaign."""
     one_process("one process")
 
-    data = designs.read(
-        asked.source, asked.inputs or designs.INPUTS, asked.outputs or designs.OUTPUTS
-    )
-    settings = training.Settings(epochs=asked.epochs, seed=asked.seed)
+    facts = designs.campaign(asked.source) or {}
+    inputs = asked.inputs or tuple(facts.get("parameters", ()))
+    outputs = asked.outputs or tuple(facts.get("quantities", ()))
+    if not inputs or not outputs:
+        raise ConfigError("--input, --output: allowed: names of columns with a table")
+    data = designs.read(asked.source, inputs, outputs)
+    settings = TrainingSettings(epochs=asked.epochs, seed=asked.seed)
     check_writable(asked.out)
     screen = console()
     screen.say(
@@ -36,22 +39,21 @@ def train(asked: TrainSettings) -> None:
         return
     with progress.shown(screen, "epochs") as show:
         result = training.train(data, settings, lambda done: show(done, asked.epochs))
-    result.surrogate.facts["campaign"] = designs.campaign(asked.source)
+    result.surrogate.facts["campaign"] = facts or None
     _write(result, data, asked.out)
-    facts = result.surrogate.facts
+    said = result.surrogate.facts
     for part in ("training", "test"):
-        mse = facts[f"{part}_mse"]
-        goal = training.JUDGEMENT.goal_mse
+        mse = said[f"{part}_mse"]
+        goal = TrainingPolicy().goal_mse
         verdict = "" if mse < goal else f", above the goal of {goal:g}"
-        errors = ", ".join(f"{name} {rms[part]:.3g}" for name, rms in facts["rms_error"].items())
+        errors = ", ".join(f"{name} {rms[part]:.3g}" for name, rms in said["rms_error"].items())
         screen.say(
-            f"{part}: {facts[f'{part}_designs']} designs, MSE {mse:.2e}{verdict}; "
-            f"RMS error {errors}"
+            f"{part}: {said[f'{part}_designs']} designs, MSE {mse:.2e}{verdict}; RMS error {errors}"
         )
     screen.say(f"surrogate: {asked.out}")
 
 
-def _trained(out: Path, data: designs.Table, settings: Settings) -> bool:
+def _trained(out: Path, data: designs.Table, settings: TrainingSettings) -> bool:
     """True where the folder holds this training's result; its description is written last."""
 
     try:
@@ -75,7 +77,7 @@ def _write(result: Training, data: designs.Table, out: Path) -> None:
     learnt = {
         "epoch": result.epoch, "training_mse": result.training_mse, "test_mse": result.test_mse,
     }  # fmt: skip
-    chart = pictures.learning_curve(learnt, JUDGEMENT.goal_mse)
+    chart = pictures.learning_curve(learnt, TrainingPolicy().goal_mse)
     picture.write([chart], out / "learning_curve.png")
     predicted = result.surrogate.predict(data.inputs)
     fits = pictures.fit(data.output_names, data.outputs, predicted, result.test)

@@ -32,6 +32,7 @@ class FrontDesign(Part):
     inputs: dict[str, float]
     surrogate: dict[str, float]
     fem: dict[str, float] | None = Field(None, description="null: not computed again, or failed")
+    failure: str = ""
 
 
 class SurrogateError(Part):

@@ -42,7 +42,22 @@ def label(name: str) -> str:
     Returns:
         A label of an axis; the name itself, which carries its unit, where nothing else is known.
     """
-    return LABELS.get(name, CHANNELS[name].label if name in CHANNELS else name)
+    name, at, place = name.partition(" at ")
+    found = LABELS.get(name, CHANNELS[name].label if name in CHANNELS else name)
+    words, bracket, rest = found.partition(" (")
+    return f"{words}{at}{place}{bracket}{rest}"
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a quantity, which may have a place.
+
+    Args:
+        name: as ``force_N at 250 kPa``.
+
+    Returns:
+        The unit that the name ends in; "" for a pure number.
+    """
+    return unit(name.partition(" at ")[0])
 
 
 def axis(objective: NamedObjective, ending: str = "") -> Axis:
@@ -55,8 +70,8 @@ def axis(objective: NamedObjective, ending: str = "") -> Axis:
     Returns:
         The axis with the objective's unit.
     """
-    words, bracket, rest = label(objective.name).partition(" (")
-    text = " ".join(filter(None, (words, objective.where, ending)))
+    words, bracket, rest = label(objective.title).partition(" (")
+    text = f"{words} {ending}".rstrip()
     return Axis(f"{text}{bracket}{rest}", objective.unit, words)
 
 
@@ -102,13 +117,14 @@ def fit(
     charts = []
     for name, x, y in zip(names, computed.T, predicted.T, strict=True):
         both = [min(x.min(), y.min()), max(x.max(), y.max())]
-        error = f"test, RMS error {np.sqrt(np.mean((y - x)[test] ** 2)):.2g} {unit(name)}".strip()
+        rms = np.sqrt(np.mean((y - x)[test] ** 2))
+        error = f"test, RMS error {rms:.2g} {unit_of(name)}".strip()
         text = label(name)
         charts.append(
             Chart(
                 f"{text}: the surrogate's fit",
-                Axis(f"{text}, finite elements", unit(name)),
-                Axis(f"{text}, surrogate", unit(name)),
+                Axis(f"{text}, finite elements", unit_of(name)),
+                Axis(f"{text}, surrogate", unit_of(name)),
                 [
                     Series("", both, both, colour="grey"),
                     Series("training", x[~test], y[~test], "points", colour="blue", marker="."),
@@ -136,7 +152,7 @@ def surrogate_front(
     first, second = optimum.objectives
 
     def place(values: Mapping[str, float]) -> tuple[float, float]:
-        return values[first.name], values[second.name]
+        return values[first.title], values[second.title]
 
     def solved(*roles: str) -> list[tuple[float, float]]:
         own = [each for each in optimum.designs if each.role in roles]

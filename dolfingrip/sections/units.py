@@ -25,6 +25,8 @@ UNITS = {
     "degC": "°C",
     "per_degC": "1/°C",
     "GB": "GB",
+    "g": "g",
+    "mJ": "mJ",
 }
 """Units by the ending of a key."""
 

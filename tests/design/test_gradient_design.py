@@ -22,13 +22,13 @@ from dolfingrip.cli.app import app
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import starts
 from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
-from dolfingrip.design.gradient.evaluation import Simulations
+from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.run import computed_in
-from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.gradient.trial import Trial
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.spool import Spool
@@ -83,7 +83,7 @@ def test_limits_that_no_design_keeps(tmp_path: Path) -> None:
     text = FORCE + '[[constraints]]\nof = "cog_offset_mm"\nat_most = -4.0\n' + TWO
     problem = read(written(tmp_path, text))
     with pytest.raises(NoStart, match=r"cog_offset_mm at most -4: .* at the nearest design"):
-        TrustRegionSQP(problem, Simulations(problem, Invented())).run()
+        TrustRegionSQP(problem, DesignSimulations(problem, Invented())).run()
 
 
 # -- the descent, on invented answers ------------------------------------------------------------
@@ -91,7 +91,7 @@ def test_limits_that_no_design_keeps(tmp_path: Path) -> None:
 
 def descended(file: Path, answer: Invented) -> tuple[Problem, list[Trial], Trial, str]:
     problem = read(file)
-    found = TrustRegionSQP(problem, Simulations(problem, answer)).run()
+    found = TrustRegionSQP(problem, DesignSimulations(problem, answer)).run()
     assert found.simulations == len(answer.asked)
     taken = [each.objective for each in found.trials if each.accepted]
     assert all(np.diff(taken) * -problem.sign > 0), "an accepted step did not improve"
@@ -133,7 +133,7 @@ def test_a_failed_solve_is_a_shorter_step(tmp_path: Path) -> None:
 def test_a_start_that_fails_is_told(tmp_path: Path) -> None:
     problem = read(written(tmp_path, FORCE + TWO))
     with pytest.raises(NoStart, match=r"^the start cannot be simulated: limit point: invented$"):
-        TrustRegionSQP(problem, Simulations(problem, Invented(lambda config: True))).run()
+        TrustRegionSQP(problem, DesignSimulations(problem, Invented(lambda config: True))).run()
 
 
 def test_the_worst_scenario_counts(tmp_path: Path) -> None:
@@ -181,7 +181,7 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
     """Mass, COG offset, walls, gaps and overhangs of a bent finger along a random direction."""
     text = FORCE + TWO + "[parameters.finger]\nwall_mm = [1.0, 2.0]\n[free_form]\nmost_mm = 0.4\n"
     problem = read(written(tmp_path, text))
-    shapes = Shapes(problem)
+    shapes = UnloadedShapes(problem)
     rng = np.random.default_rng(7)
     low = np.array([each.low for each in problem.variables])
     high = np.array([each.high for each in problem.variables])
@@ -205,7 +205,7 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
 def test_a_cell_that_becomes_a_sheet_is_worse(tmp_path: Path) -> None:
     """Its edges keep their directions, but one is 3 % as long: twice that counts."""
     text = FORCE + "[parameters.finger]\nwall_mm = [0.02, 2.0]\n"
-    shapes = Shapes(read(written(tmp_path, text)))
+    shapes = UnloadedShapes(read(written(tmp_path, text)))
     start = float(shapes.variables[0].start)
     assert shapes.at([0.7 * start]).value(CELL_QUALITY) == pytest.approx(1.0, abs=0.1)
     thin = shapes.at([0.03 * start])
@@ -230,7 +230,7 @@ def tube(folder: Path, text: str) -> Problem:
 def test_a_rippled_tube(tmp_path: Path) -> None:
     """Waves of the roof, a straight back, ends that stay, outer faces within their bounds."""
     problem = tube(tmp_path, TUBE)
-    shape = Shapes(problem).at([each.start for each in problem.variables])
+    shape = UnloadedShapes(problem).at([each.start for each in problem.variables])
     points = shape.mesh.points
     roof = points[np.isclose(points[:, 1], 0) & (points[:, 0] > 15)]
     inner = roof[(roof[:, 2] > 6) & (roof[:, 2] < 74)]
@@ -244,7 +244,7 @@ def test_a_rippled_tube(tmp_path: Path) -> None:
     ends = {(each.low, each.high) for each in problem.variables}
     assert ends == {(-7.0, 7.0), (-7.0, 4.0)}
     every = np.where([each.high == 4.0 for each in problem.variables], 4.0, 0.0)
-    grown = Shapes(problem).at(every).mesh.points
+    grown = UnloadedShapes(problem).at(every).mesh.points
     assert (grown[:, 0].max(), grown[:, 1].max()) == pytest.approx((20.0, 12.0), abs=1e-9)
     assert shape.value("least_gap_mm") == np.inf  # a tube has no gaps
     # limits look at cells that are divided in two along each axis, at their eight corners and the
@@ -289,7 +289,7 @@ def test_a_killed_run_goes_on(tmp_path: Path) -> None:
 
     def solved(folder: Path, pool: Here) -> Trial:
         compute = computed_in(folder, pool)  # type: ignore[arg-type]
-        return TrustRegionSQP(problem, Simulations(problem, compute)).run().best
+        return TrustRegionSQP(problem, DesignSimulations(problem, compute)).run().best
 
     with pytest.raises(KeyboardInterrupt):
         solved(tmp_path / "jobs", Here(killed_after=2))
@@ -303,7 +303,11 @@ def test_a_killed_run_goes_on(tmp_path: Path) -> None:
 
 def problem_start(problem: Problem) -> float:
     """COG offset of the start (mm)."""
-    return Shapes(problem).at([each.start for each in problem.variables]).value("cog_offset_mm")
+    return (
+        UnloadedShapes(problem)
+        .at([each.start for each in problem.variables])
+        .value("cog_offset_mm")
+    )
 
 
 def test_command(tmp_path: Path) -> None:

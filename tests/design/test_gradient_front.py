@@ -10,7 +10,7 @@ from support.invented import FORCE, TWO, Invented, written
 
 from dolfingrip.design.gradient.front import FrontFinder
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.surrogate.process import GradientProcess
 
 
@@ -47,7 +47,7 @@ def test_a_front_of_few_simulations(tmp_path: Path) -> None:
     found = FrontFinder(problem, problem.front, answer).run()
     assert len(answer.asked) <= 20
     assert found.unsure[-1] < problem.front.unsure
-    shapes = Shapes(problem)
+    shapes = UnloadedShapes(problem)
     for limit, mean, values in list(zip(found.limit, found.mean, found.values, strict=True))[::8]:
         shape = shapes.at(values)
         assert shape.value("cog_offset_mm") <= limit + 1e-9

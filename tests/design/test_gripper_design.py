@@ -13,11 +13,11 @@ import pytest
 from support.example import EXAMPLES
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign import grasps
 from dolfingrip.design.gradient import run, starts
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.search import SearchPolicy
+from dolfingrip.design.quantities import grasp
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.files.design import DesignFile
 
@@ -54,7 +54,7 @@ def margins(requests: Sequence[Request]) -> list[Answer]:
             continue
         food = {"cube": 1.0 + a, "sausage-short": 1.0 - a}[config.food.kind]
         # fingers that press with the food's weight, and bear it so many times
-        rows = {**dict.fromkeys(grasps.READ, 0.0), "normal_A_N": 1.0, "table_N": 1.0}
+        rows = {**dict.fromkeys(grasp.READ, 0.0), "normal_A_N": 1.0, "table_N": 1.0}
         rows |= {"normal_B_N": 0.0, "normal_C_N": 0.0, "table_z_mm": 0.0}
         rows |= {"contact_pressure_kPa": 0.0, "force_closure": food - b**2}
         columns = {name: np.array([value]) for name, value in rows.items()}

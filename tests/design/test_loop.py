@@ -16,9 +16,13 @@ from dolfingrip.cli.settings import OptimiseSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, space
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.optimum import study_file
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.interrupts import Interrupted
+
+STUDY = Path(__file__).resolve().parents[2] / "examples" / "paper_study.toml"
+INPUTS = ("--input", "morph.xi1", "--input", "morph.xi2")
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +74,7 @@ def test_optimising_computes_again_and_resumes(
     log = tmp_path / "started"
     monkeypatch.setenv("DOLFINGRIP_TEST_LOG", str(log))
     command = ("optimise", surrogate, "--out", tmp_path, "--population", 40, "--generations", 15)
-    result = _call(*command, "--cog-max", 2.0, "--cog-max", 2.2)
+    result = _call(*command, "--at-most", 2.0, "--at-most", 2.2)
     assert result.exit_code == 0
     assert "surrogate on 10 points along the front, force_N: RMS error" in result.stdout
     facts = OptimumFile.read(tmp_path)
@@ -88,16 +92,16 @@ def test_optimising_computes_again_and_resumes(
         assert len(list(csv.DictReader(stream))) == len(facts.front)
     started = log.read_text(encoding="utf-8")
     assert len(started.splitlines()) <= len(facts.designs) + 10
-    _call(*command, "--cog-max", 2.0, "--cog-max", 2.2)
+    _call(*command, "--at-most", 2.0, "--at-most", 2.2)
     assert log.read_text(encoding="utf-8") == started  # nothing is computed twice
     assert OptimumFile.read(tmp_path) == facts
 
 
 def test_without_finite_elements_nothing_is_computed(surrogate: Path, tmp_path: Path) -> None:
     options = ("--population", 20, "--generations", 5, "--no-resolve")
-    result = _call("optimise", surrogate, "--out", tmp_path, *options, "--cog-max", -9)
+    result = _call("optimise", surrogate, "--out", tmp_path, *options, "--at-most", -9)
     assert result.exit_code == 1
-    assert "no design of the front has a COG offset up to -9 mm" in result.stdout
+    assert "no design of the front has cog_offset_mm at most -9" in result.stdout
     assert {file.name for file in tmp_path.iterdir()} == {
         "front.csv", "optimum.json", "pareto.png",
     }  # fmt: skip
@@ -107,7 +111,7 @@ def test_without_finite_elements_nothing_is_computed(surrogate: Path, tmp_path: 
 def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
     options = ("--population", 20, "--generations", 3, "--generations", 6, "--crossover", 0.9)
     options = (*options, "--mutation", 0.5, "--mutation", 0.1, "--seeds", 2, "--processes", 1)
-    result = _call("study", surrogate, "--out", tmp_path, *options, "--cog-max", 2.5)
+    result = _call("study", surrogate, "--out", tmp_path, *options, "--at-most", 2.5)
     assert result.exit_code == 0
     assert "4 combinations of 2 seeds, from 4 runs of NSGA-II" in result.stdout
     with (tmp_path / "combinations.csv").open(encoding="utf-8") as stream:
@@ -121,18 +125,27 @@ def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("threads")
 def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -> None:
-    options = ("--population", 40, "--generations", 15, "--cog-max", 2.5, "--cog-max", 3)
+    options = ("--population", 40, "--generations", 15, "--at-most", 2.5, "--at-most", 3)
     _call("optimise", surrogate, "--out", tmp_path, *options)
-    table = loop_commands.comparison(tmp_path)
+    published = study_file.read(STUDY).published
+    assert published is not None
+    table = loop_commands.comparison(OptimumFile.read(tmp_path), published)
     columns = [list(column.cells) for column in table.columns]
     assert columns[0] == ["2.5", "3"]
     assert columns[2] == ["0.236", "0.306"]
     assert columns[-2] == ["–", "–"]  # the analytic objective has no force at 250 kPa
     assert columns[-1] == ["-7.7", "+12.9"]
+    told = OptimumFile.read(tmp_path)
+    known = [
+        each.model_copy(update={"fem": {"force_N at 250 kPa": force}})
+        for each, force in zip(told.designs, (2.0, 3.0, 2.5), strict=False)
+    ]
+    table = loop_commands.comparison(told.model_copy(update={"designs": tuple(known)}), published)
+    assert list(table.columns[-2].cells) == ["-20.0", "+20.0"]
     for limit_mm, failed in ((9.0, False), (-9.0, True)):
         small = OptimiseSettings(
             surrogate=surrogate, out=tmp_path / "none", population=20, generations=3,
-            resolve=False, cog_max=(limit_mm,),
+            resolve=False, at_most=(limit_mm,),
         )  # fmt: skip
         assert loop_commands.run_step(optimise_command.optimise, small) is failed
 
@@ -141,8 +154,12 @@ def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
     table = stand_in.write_csv(tmp_path / "designs.csv")
     out = tmp_path / "out"
     for arguments, complaint in (
-        (("train", tmp_path / "no"), r"no: unknown kind of table; allowed: "),
-        (("train", table, "--output", "mass_g"), "no column mass_g"),
+        (
+            ("train", tmp_path / "no", *INPUTS, "--output", "force_N"),
+            r"no: unknown kind of table; allowed: ",
+        ),
+        (("train", table, *INPUTS, "--output", "mass_g"), "no column mass_g"),
+        (("train", table), "--input, --output: allowed: names of columns"),
         (("optimise", tmp_path), "No such file or directory; allowed: a surrogate"),
         (("study", tmp_path), "No such file or directory; allowed: a surrogate"),
     ):

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import shutil
+from pathlib import Path
 from typing import Any
 
 import pytest
 from support.small import short
 
 from dolfingrip import experiments
-from dolfingrip.cli.loop_commands import PAPER
-from dolfingrip.config import from_dict, load
+from dolfingrip.config import ConfigError, from_dict, load
 from dolfingrip.design.campaign import plan
-from dolfingrip.design.campaign.evaluate import Outcome
-from dolfingrip.experiments.derivatives.gradients import cog_offset_mm
+from dolfingrip.design.optimum import study_file
+from dolfingrip.design.optimum.study_file import PublishedDesign
+from dolfingrip.design.quantities.index import parse
+from dolfingrip.design.quantities.quantity import Outcome
+from dolfingrip.experiments.derivatives.gradients import cog_offset_mm, mass_g
 from dolfingrip.jobs.job import Answer
 from dolfingrip.jobs.work import compute
 from dolfingrip.meshes.generate import finger_mesh
@@ -22,6 +25,9 @@ from dolfingrip.parameter import find
 from dolfingrip.sections.tables import assignments
 
 QUANTITIES = ("cog_offset_mm", "force_N")
+STUDY = study_file.read(Path(__file__).resolve().parents[2] / "examples" / "paper_study.toml")
+assert STUDY.published is not None
+PAPER = STUDY.published
 
 
 def asked(
@@ -45,13 +51,13 @@ def outcome_of(answer: Answer) -> Outcome:
     return Outcome(**answer.result)
 
 
-@pytest.mark.parametrize("limit_mm", PAPER)
-def test_the_reference_finger_s_optima_have_the_paper_s_offsets(limit_mm: float) -> None:
+@pytest.mark.parametrize("design", PAPER.designs, ids=lambda each: f"{each.limit:g}")
+def test_the_reference_finger_s_optima_have_the_paper_s_offsets(design: PublishedDesign) -> None:
     """On any mesh, as the centroid of boxes is exact; 0.01 mm moves an optimum by 0.003 in ξ."""
-    xi1, xi2, _ = PAPER[limit_mm]
+    xi1, xi2 = design.inputs
     config = load(None, assignments(["mesh.size_mm=10", "morph.d_mm=9.5"]))
     found, _ = cog_offset_mm(config.changed(morph={"xi1": xi1, "xi2": xi2}))
-    assert found == pytest.approx(limit_mm, abs=0.015)
+    assert found == pytest.approx(design.limit, abs=0.015)
 
 
 def test_a_design_s_force_is_that_at_the_highest_pressure() -> None:
@@ -116,6 +122,63 @@ def test_derivatives_that_are_asked_for() -> None:
         assert outcome.gradients["cog_offset_mm"][key] == pytest.approx(slope, abs=1e-6)
     assert outcome.gradients["cog_offset_mm"]["finger.wall_mm"] > 0.1
     assert outcome.gradients["cog_offset_mm"][label] == 0.0
+
+
+def test_readings_at_places_and_the_mass() -> None:
+    """They are the experiment's there, whatever the stops are; the mass is that of the solid."""
+    names = ("mass_g", "force_N at 20 kPa", "force_N at 10, 20 kPa", "force_N")
+    keys = ("finger.wall_mm", "material.density_kg_m3")
+    config, answer = asked(quantities=names, gradients=keys[:1], xi1=0.1)
+    outcome = outcome_of(answer)
+    resolved = from_dict(config)
+    stops = resolved.changed(experiment={"step_kPa": 10})
+    result = experiments.run("blocked_force", stops, gradients=keys[:1])
+    force = dict(zip(result.column("pressure_kPa"), result.column("force_N"), strict=True))
+    assert outcome.outputs["force_N at 20 kPa"] == pytest.approx(force[20.0], rel=1e-6)
+    mean = (force[10.0] + force[20.0]) / 2
+    assert outcome.outputs["force_N at 10, 20 kPa"] == pytest.approx(mean, rel=1e-6)
+    assert outcome.outputs["force_N"] == pytest.approx(force[50.0], rel=1e-6)
+    expected = {
+        row["row"]: row["derivative"] for row in result.sensitivities if row["column"] == "force_N"
+    }
+    assert outcome.gradients is not None
+    slope = outcome.gradients["force_N at 20 kPa"]["finger.wall_mm"]
+    assert slope == pytest.approx(expected[2], rel=1e-4)
+    mass, slopes = mass_g(resolved, find(resolved, list(keys)))
+    assert outcome.outputs["mass_g"] == mass
+    for parameter in find(resolved, list(keys)):
+        difference = parameter.derivative(resolved, lambda changed: mass_g(changed, ())[0])
+        assert slopes[parameter.key] == pytest.approx(difference, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("force", "allowed: cog_offset_mm, mass_g"),
+        ("mass_g at 3 N", "of the unloaded shape; allowed: without a place"),
+        ("force_N at 250 mm", "allowed: a place as in force_N at 250 kPa"),
+        ("force_N at kPa", "allowed: a place as in force_N at 250 kPa"),
+        ("force_N at 3 N", "allowed: another place"),
+        ("margin at 100 kPa", "of a grasp"),
+        ("angle_deg at 100 kPa in cycle", "allowed: in blocked_force, bending, push"),
+        ("force_N in bending", "blocked_force"),
+        ("pressure_kPa", "0 places"),
+    ],
+)
+def test_a_wrong_quantity_gets_one_line(text: str, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        parse(text)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["force_N", "mass_g", "pickup_margin", "angle_deg at 100 kPa", "pressure_kPa at 3 N",
+     "force_N at 30 deg", "angle_deg at 100, 200.5 kPa in blocked_force"],
+)  # fmt: skip
+def test_the_text_of_a_quantity_is_read_again(text: str) -> None:
+    assert str(parse(text)) == text
 
 
 def test_bellows_are_told_apart_on_a_morphed_finger() -> None:

@@ -42,7 +42,7 @@ def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None
     by_role = {one.role: one for one in designs}
     assert set(by_role) == {"chosen", "original", "polished"}
     chosen, original = by_role["chosen"], by_role["original"]
-    assert chosen.surrogate["cog_offset_mm"] <= small_loop.POLICY.cog_max_mm
+    assert chosen.surrogate["cog_offset_mm"] <= small_loop.POLICY.largest_offset_mm
     # the original is a design of the campaign, too
     computed = next(row for row in rows.values() if not any(row["inputs"].values()))
     assert original.fem is not None
@@ -54,7 +54,7 @@ def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None
     assert read(tmp_path / "doe").by_key() == rows
 
     # a choice that cannot be made is no success
-    policy = small_loop.LoopPolicy(cog_max_mm=-50.0)
+    policy = small_loop.LoopPolicy(largest_offset_mm=-50.0)
     with pytest.raises(typer.Exit) as ended:
         small_loop.run_small_loop(SETTINGS, tmp_path, DESIGNS, policy)
     assert ended.value.exit_code == 1

@@ -13,25 +13,32 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+from support.stand_in import OBJECTIVES
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.optimum import scatter, study, trial
-from dolfingrip.design.optimum.genetic import Settings
-from dolfingrip.design.optimum.pareto import fronts, objectives
-from dolfingrip.design.optimum.study import Choice, Plan
+from dolfingrip.design.optimum import scatter, study
+from dolfingrip.design.optimum.genetic import NSGA2Settings
+from dolfingrip.design.optimum.pareto import TradeOff, fronts
+from dolfingrip.design.optimum.study import HyperparameterStudy, StudyChoice
 from dolfingrip.design.surrogate import surrogate
 from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.jobs.run import Standing
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import NAME, Store
 
-SMALL = Plan(
-    populations=(20, 40), generations=(5, 10), crossovers=(0.9,), mutations=(0.1, 0.5), seeds=2
+PAPER = HyperparameterStudy(OBJECTIVES, 3.0)
+SMALL = replace(
+    PAPER,
+    populations=(20, 40),
+    generations=(5, 10),
+    crossovers=(0.9,),
+    mutations=(0.1, 0.5),
+    seeds=2,
 )
 
 
 def test_table_1() -> None:
-    plan = Plan()
+    plan = PAPER
     runs = plan.runs()
     # 64 × 10 runs hold the 256 × 10 trials, four numbers of generations in each
     assert len(set(runs)) == len(runs) == 640
@@ -40,29 +47,30 @@ def test_table_1() -> None:
 
 def test_a_trial_is_the_front_it_says(surrogate_folder: Path) -> None:
     job = {
-        "surrogate": str(surrogate_folder), "cog_max_mm": 3.0, "generations": [5, 10],
+        "surrogate": str(surrogate_folder), "limit": 3.0,
+        "objectives": [each.model_dump() for each in OBJECTIVES], "generations": [5, 10],
         "population": 30, "crossover": 0.6, "mutation": 0.1, "seed": 4,
     }  # fmt: skip
-    short, long = trial.run(**job)["choices"]
+    short, long = study.trial(**job)["choices"]
     model = surrogate.load(surrogate_folder)
-    found = fronts(
-        objectives(model), model.inputs.low, model.inputs.high, Settings(30, 5, 0.6, 0.1, 4)
-    )[5]
+    found = fronts(TradeOff.of(model, OBJECTIVES), NSGA2Settings(30, 5, 0.6, 0.1, 4))[5]
     place = found.choose(3.0)
     assert place is not None
     assert short["design"] == found.designs[place].tolist()
-    assert short["force_N"] == found.force_N[place]
+    assert short["values"] == found.values[place].tolist()
     assert (short["generations"], long["generations"]) == (5, 10)
-    nothing = trial.run(**{**job, "cog_max_mm": -5.0})["choices"][0]
+    nothing = study.trial(**{**job, "limit": -5.0})["choices"][0]
     assert nothing["design"] is None
-    assert nothing["force_N"] is None
+    assert nothing["values"] is None
 
 
 STUDY = """
 import sys
 from pathlib import Path
 from dolfingrip.design.optimum import study
-plan = study.Plan((20, 40), (5, 10), (0.9,), (0.1, 0.5), 2)
+from dolfingrip.design.quantities.quantity import objective
+pair = (objective("cog_offset_mm", "at most"), objective("force_N", "maximise"))
+plan = study.HyperparameterStudy(pair, 3.0, (20, 40), (5, 10), (0.9,), (0.1, 0.5), 2)
 show = lambda standing: print(standing.done, flush=True)
 study.run(Path(sys.argv[1]), Path(sys.argv[2]), plan, 1, show)
 """
@@ -105,19 +113,19 @@ def test_a_killed_study_is_resumed(surrogate_folder: Path, tmp_path: Path) -> No
     assert {key: after[key] for key in kept} == kept  # none was done again: times would differ
     assert len(resumed) == 16
     for choice in resumed:  # as if it had run in one go
-        alone = trial.run(
-            str(surrogate_folder), SMALL.cog_max_mm, SMALL.generations, choice.population,
-            choice.crossover, choice.mutation, choice.seed,
+        alone = study.trial(
+            str(surrogate_folder), [each.model_dump() for each in OBJECTIVES], 3.0,
+            SMALL.generations, choice.population, choice.crossover, choice.mutation, choice.seed,
         )["choices"][SMALL.generations.index(choice.generations)]  # fmt: skip
         assert choice.design == tuple(alone["design"])
 
 
 @pytest.mark.usefixtures("threads")
 def test_a_wider_plan_keeps_what_there_is(surrogate_folder: Path, tmp_path: Path) -> None:
-    tiny = Plan((20,), (3, 4), (0.9,), (0.5,), 1)
+    tiny = HyperparameterStudy(OBJECTIVES, 3.0, (20,), (3, 4), (0.9,), (0.5,), 1)
     study.run(surrogate_folder, tmp_path, tiny, 1)
     first = Seen()
-    wider = Plan((20,), (3, 4), (0.9, 0.8), (0.5,), 1)
+    wider = HyperparameterStudy(OBJECTIVES, 3.0, (20,), (3, 4), (0.9, 0.8), (0.5,), 1)
     found = study.run(surrogate_folder, tmp_path, wider, 1, first)
     assert first == [1, 2]
     assert [(choice.generations, choice.crossover) for choice in found.choices] == [
@@ -139,10 +147,10 @@ def test_a_wider_plan_keeps_what_there_is(surrogate_folder: Path, tmp_path: Path
 
 @pytest.mark.usefixtures("threads")
 def test_another_limit_is_another_study(surrogate_folder: Path, tmp_path: Path) -> None:
-    tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
+    tiny = HyperparameterStudy(OBJECTIVES, 3.0, (20,), (3,), (0.9,), (0.5,), 1)
     study.run(surrogate_folder, tmp_path, tiny, 1)
-    with pytest.raises(ConfigError, match=r"cog_max_mm was 3\.0, now 3\.5; allowed: the same"):
-        study.run(surrogate_folder, tmp_path, Plan((20,), (3,), (0.9,), (0.5,), 1, 3.5), 1)
+    with pytest.raises(ConfigError, match=r"limit was 3\.0, now 3\.5; allowed: the same"):
+        study.run(surrogate_folder, tmp_path, replace(tiny, limit=3.5), 1)
     other = tmp_path / "other"
     other.mkdir()
     (other / NAME).write_text("text, and long enough not to be taken for an empty file")
@@ -157,7 +165,7 @@ def test_a_dead_worker_is_told(
     request: pytest.FixtureRequest,
 ) -> None:
     """And the next call tries again what it was doing."""
-    tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
+    tiny = HyperparameterStudy(OBJECTIVES, 3.0, (20,), (3,), (0.9,), (0.5,), 1)
     monkeypatch.setattr(study, "FUNCTION", "support.analytic:dies")
     with pytest.raises(Unfinished, match="1 of 1 runs failed: every worker that computed it died"):
         study.run(surrogate_folder, tmp_path, tiny, 1)
@@ -166,9 +174,9 @@ def test_a_dead_worker_is_told(
     assert len(study.run(surrogate_folder, tmp_path, tiny, 1).choices) == 1
 
 
-def _choices(crossover: float, designs: list[tuple[float, float] | None]) -> list[Choice]:
+def _choices(crossover: float, designs: list[tuple[float, float] | None]) -> list[StudyChoice]:
     return [
-        Choice(50, 10, crossover, 0.5, seed, 50, design, 2.9, 6.0 + seed)
+        StudyChoice(50, 10, crossover, 0.5, seed, 50, design, (2.9, 6.0 + seed))
         for seed, design in enumerate(designs)
     ]
 
@@ -181,9 +189,10 @@ def test_mean_deviation_and_best_rates() -> None:
     first = combined[0]
     np.testing.assert_allclose(first.mean, [0.2, -0.4])
     np.testing.assert_allclose(first.sd, [0.1, 0.2])  # of a sample: n − 1
-    assert first.mean_force_N == 7.0
+    assert first.mean_improved == 7.0
     assert [(one.seeds, one.chose) for one in combined] == [(3, 3), (3, 2), (3, 3)]
     assert [one.crossover for one in scatter.best(combined)] == [0.9]
-    row = scatter.rows([first], ["morph.xi1", "morph.xi2"])[0]
+    row = scatter.rows([first], ["morph.xi1", "morph.xi2"], "force_N")[0]
     assert row["morph.xi2_sd"] == pytest.approx(0.2)
+    assert row["mean_force_N"] == 7.0
     assert scatter.best(scatter.combine(_choices(0.9, [None, None]))) == []

@@ -16,9 +16,10 @@ from support import stand_in
 from dolfingrip.config import ConfigError
 from dolfingrip.design.surrogate import surrogate, table
 from dolfingrip.design.surrogate.surrogate import OutsideRange, load
-from dolfingrip.design.surrogate.training import Settings, Training, split, train
+from dolfingrip.design.surrogate.training import Training, TrainingSettings, split, train
 
-BRIEF = Settings(epochs=20)
+INPUTS, OUTPUTS = ("morph.xi1", "morph.xi2"), ("cog_offset_mm", "force_N")
+BRIEF = TrainingSettings(epochs=20)
 
 
 def test_the_papers_network_reaches_the_papers_error(training: Training) -> None:
@@ -49,7 +50,7 @@ def test_a_seed_repeats_and_leaves_the_callers_random_numbers() -> None:
     first = train(stand_in.table(), BRIEF).surrogate
     assert torch.rand(1) == expected
     assert first.sha256() == train(stand_in.table(), BRIEF).surrogate.sha256()
-    other = Settings(epochs=20, seed=1)
+    other = TrainingSettings(epochs=20, seed=1)
     assert first.sha256() != train(stand_in.table(), other).surrogate.sha256()
 
 
@@ -140,14 +141,14 @@ def test_what_is_no_surrogate_is_refused_in_one_line(
 
 def test_failed_designs_are_dropped_and_counted(tmp_path: Path) -> None:
     file = stand_in.write_csv(tmp_path / "designs.csv", failed=5)
-    found = table.read(file)
+    found = table.read(file, INPUTS, OUTPUTS)
     assert (len(found), found.failed, found.incomplete) == (203, 5, 0)
     assert found.outputs.max() < 20  # the failed ones' 999 N are not among them
     lines = file.read_text().splitlines()
     cut = lines[-1].split(",")
     cut[3] = ""
     file.write_text("\n".join([*lines[:-1], ",".join(cut)]))
-    found = table.read(file)
+    found = table.read(file, INPUTS, OUTPUTS)
     assert (len(found), found.failed, found.incomplete) == (202, 5, 1)
 
 
@@ -157,20 +158,23 @@ def test_parquet_and_csv_are_the_same_table(tmp_path: Path) -> None:
 
     file = stand_in.write_csv(tmp_path / "designs.csv", failed=2)
     pyarrow.parquet.write_table(pyarrow.csv.read_csv(file), tmp_path / "designs.parquet")
-    assert table.read(file).sha256() == table.read(tmp_path / "designs.parquet").sha256()
+    assert (
+        table.read(file, INPUTS, OUTPUTS).sha256()
+        == table.read(tmp_path / "designs.parquet", INPUTS, OUTPUTS).sha256()
+    )
 
 
 def test_bad_tables_are_refused_in_one_line(tmp_path: Path) -> None:
     file = stand_in.write_csv(tmp_path / "designs.csv")
     with pytest.raises(ConfigError, match=r"no column mass_g; allowed: morph\.xi1, morph\.xi2, "):
-        table.read(file, outputs=["mass_g"])
+        table.read(file, INPUTS, ["mass_g"])
     with pytest.raises(ConfigError, match="column status holds text; allowed: numbers"):
-        table.read(file, outputs=["status"])
+        table.read(file, INPUTS, ["status"])
     with pytest.raises(ConfigError, match=r"no\.csv: No such file"):
-        table.read(tmp_path / "no.csv")
+        table.read(tmp_path / "no.csv", INPUTS, OUTPUTS)
     with pytest.raises(ConfigError, match=r"allowed: .*\.csv"):
-        table.read(tmp_path / "designs.xlsx")
-    few = table.read(file)
+        table.read(tmp_path / "designs.xlsx", INPUTS, OUTPUTS)
+    few = table.read(file, INPUTS, OUTPUTS)
     small = table.Table(few.input_names, few.output_names, few.inputs[:3], few.outputs[:3])
     with pytest.raises(ConfigError, match="3 computed designs; allowed: at least 10"):
         train(small)
@@ -180,7 +184,7 @@ def test_outputs_are_normalised_by_the_training_designs_alone() -> None:
     """Where the greatest force is held out, the range ends below it."""
     data = stand_in.table()
     seed = next(s for s in range(99) if split(len(data), 0.2, s)[data.outputs[:, 1].argmax()])
-    found = train(data, Settings(epochs=1, seed=seed))
+    found = train(data, TrainingSettings(epochs=1, seed=seed))
     known = data.outputs[~found.test]
     np.testing.assert_array_equal(found.surrogate.outputs.low, known.min(axis=0))
     np.testing.assert_array_equal(found.surrogate.outputs.high, known.max(axis=0))

@@ -10,9 +10,9 @@ import pytest
 from support.invented_grasp import OBJECTIVE, least_kPa, lifts
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import calibration, pickup
-from dolfingrip.design.campaign.threshold import Threshold, least
-from dolfingrip.design.campaign.trials import Trials
+from dolfingrip.design.campaign import pickup
+from dolfingrip.design.campaign.pickup import Threshold, least
+from dolfingrip.design.campaign.trials import GraspTrials
 
 SEED = 7
 
@@ -43,7 +43,7 @@ def test_least_at_random() -> None:
 @pytest.mark.parametrize("start", [60.0, 150.0, 300.0])
 def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
     base = Config().changed(food={"friction": mu})
-    trials = Trials(base, tmp_path, objective=OBJECTIVE)
+    trials = GraspTrials(base, tmp_path, objective=OBJECTIVE)
     found = pickup.pickup_pressure(trials, 5.0, start)
     exact = least_kPa(mu)
     if exact > 300:
@@ -62,8 +62,8 @@ def test_calibration_recovers_friction(mu: float, tolerance: float, tmp_path: Pa
     """Both ends to the step: with the low one the pressure lifts, with one step less it does not;
     with the high one the next lower pressure does not lift, with one step more it does."""
     measured = 5 * np.ceil(least_kPa(mu) / 5)
-    trials = Trials(Config(), tmp_path, objective=OBJECTIVE)
-    found = calibration.friction(trials, measured, 5.0, tolerance)
+    trials = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
+    found = pickup.friction(trials, measured, 5.0, tolerance)
     assert lifts(found.low, measured)
     assert not lifts(found.low - tolerance, measured)
     assert not lifts(found.high, measured - 5.0)
@@ -74,19 +74,19 @@ def test_calibration_recovers_friction(mu: float, tolerance: float, tmp_path: Pa
 
 def test_a_search_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     """What is in the spool is not computed again; a torn file is none."""
-    first = Trials(Config(), tmp_path, objective=OBJECTIVE)
+    first = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
     found = pickup.pickup_pressure(first, 5.0, 100.0)
     assert all(trial.computed for trial in first.made)
     spooled = sorted((tmp_path / "spool").glob("*.json"))
     assert len(spooled) == len(first.made)
     json.loads(spooled[0].read_text())
     spooled[0].write_text("{")
-    again = Trials(Config(), tmp_path, objective=OBJECTIVE)
+    again = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
     assert pickup.pickup_pressure(again, 5.0, 100.0) == found
     assert sum(trial.computed for trial in again.made) == 1
 
 
 def test_no_friction_will_do(tmp_path: Path) -> None:
-    trials = Trials(Config(), tmp_path, objective=OBJECTIVE)
+    trials = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
     with pytest.raises(ConfigError, match="no friction up to 2 picks the food up"):
-        calibration.friction(trials, 20.0, 5.0, 0.05)
+        pickup.friction(trials, 20.0, 5.0, 0.05)

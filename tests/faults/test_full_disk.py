@@ -18,7 +18,7 @@ from dolfingrip import config
 from dolfingrip.cli import app as cli
 from dolfingrip.design.campaign import campaign, trials
 from dolfingrip.design.surrogate.surrogate import load
-from dolfingrip.design.surrogate.training import Settings, train
+from dolfingrip.design.surrogate.training import TrainingSettings, train
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.explore import server
 from dolfingrip.explore.guard import Handover
@@ -41,6 +41,10 @@ COUPON = EXAMPLES / "coupons" / "ecoflex30_uniaxial.csv"
 
 Refuse = Callable[..., str]
 """Runs a command; its one line."""
+
+NAMES = ("--input", "morph.xi1", "--input", "morph.xi2", "--output", "cog_offset_mm", "--output",
+         "force_N")  # fmt: skip
+PAPER = Path(__file__).resolve().parents[2] / "examples" / "paper_study.toml"
 
 
 @pytest.fixture
@@ -137,7 +141,7 @@ def test_the_demo(disk: Disk, refuse: Refuse) -> None:
 def surrogate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of one that has hardly learnt."""
     folder = tmp_path_factory.mktemp("surrogate")
-    train(stand_in.table(), Settings(epochs=20)).surrogate.save(folder)
+    train(stand_in.table(), TrainingSettings(epochs=20)).surrogate.save(folder)
     return folder
 
 
@@ -148,7 +152,7 @@ def table(tmp_path: Path) -> Path:
 
 @pytest.mark.usefixtures("surrogate")  # torch writes files when it is used first
 def test_train(table: Path, disk: Disk, refuse: Refuse) -> None:
-    asked = ("train", table, "--out", disk.folder, "--epochs", 20)
+    asked = ("train", table, *NAMES, "--out", disk.folder, "--epochs", 20)
     refuse(*asked, names="learning_curve.csv")
 
 
@@ -169,7 +173,7 @@ def test_optimise(surrogate: Path, disk: Disk, refuse: Refuse) -> None:
 
 
 def test_study(surrogate: Path, disk: Disk, refuse: Refuse) -> None:
-    small = ("--population", 20, "--generations", 3, "--seeds", 2, "--processes", 1)
+    small = ("--population", 20, "--generations", 3, "--seeds", 2, "--processes", 1, "--at-most", 3)
     asked = ("study", surrogate, "--out", disk.folder, *small)
     refuse(*asked, names="campaign.sqlite", changed=True)
 
@@ -210,7 +214,7 @@ def _full(file: Path, disk: Disk) -> Callable[..., None]:
 
 def test_report(table: Path, disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
     trained = tmp_path / "surrogate"
-    asked = ["train", str(table), "--out", str(trained), "--epochs", "20"]
+    asked = ["train", str(table), *NAMES, "--out", str(trained), "--epochs", "20"]
     assert CliRunner().invoke(cli.app, asked).exit_code == 0
     (disk.folder / "r.html").write_bytes(b"another page")
     refuse("report", trained, "--out", disk.folder / "r.html", names="r.html", left=4096)
@@ -240,11 +244,11 @@ def test_adopt(tmp_path: Path, disk: Disk, refuse: Refuse) -> None:
 def test_pickup(disk: Disk, refuse: Refuse, monkeypatch: pytest.MonkeyPatch) -> None:
     """With invented grasps, whose answers are spooled one by one."""
 
-    class Invented(trials.Trials):
+    class Invented(trials.GraspTrials):
         def __init__(self, *given: object) -> None:
             super().__init__(*given, objective=invented_grasp.OBJECTIVE)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(trials, "Trials", Invented)
+    monkeypatch.setattr(trials, "GraspTrials", Invented)
     monkeypatch.setattr(Spool, "write", _full(disk.folder / "spool" / "answer.json", disk))
     asked = ("pickup", "--friction", "0.38", "--preset", "coarse", "--out", disk.folder)
     refuse(*asked, names="spool/answer.json", left=ROOM, changed=True)
@@ -276,7 +280,7 @@ def test_predict(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
 
 
 def test_reproduce(disk: Disk, refuse: Refuse) -> None:
-    refuse("reproduce", "--out", disk.folder, names="doe/campaign.sqlite", changed=True)
+    refuse("reproduce", PAPER, "--out", disk.folder, names="doe/campaign.sqlite", changed=True)
 
 
 def test_plan_experiment(disk: Disk, refuse: Refuse) -> None:

@@ -28,7 +28,7 @@ RUN = RunFile(
 )
 
 DESIGN = DesignFile(
-    of="maximise force_N at pressure_kPa = 250",
+    of="maximise force_N at 250 kPa",
     objective=3.0,
     start=2.5,
     gain=0.2,

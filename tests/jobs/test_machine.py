@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 from dolfingrip.cli.app import app
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
-from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.quantities.quantity import Outcome
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import job as requested
 from dolfingrip.jobs import pool as pools

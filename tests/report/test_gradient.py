@@ -8,7 +8,7 @@ from pathlib import Path
 from dolfingrip.report.page import build, sources
 
 CONTENT = {
-    "of": "maximise force_N at pressure_kPa = 250", "objective": 3.0, "start": 2.5, "gain": 0.2,
+    "of": "maximise force_N at 250 kPa", "objective": 3.0, "start": 2.5, "gain": 0.2,
     "constraints": [
         {"of": "cog_offset_mm", "sense": "at most", "limit": 3.0, "value": 2.9, "kept": True},
         {"of": "mass_g", "sense": "at most", "limit": 20.0, "value": 20.6, "kept": False},

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.design.quantities.quantity import Outcome
 from dolfingrip.jobs.job import JobFailure
 
 PATH = "support.analytic:objective"

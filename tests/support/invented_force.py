@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.design.quantities.quantity import Outcome
 from dolfingrip.jobs.job import JobFailure
 
 PATH = "support.invented_force:objective"

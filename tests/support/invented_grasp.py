@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.design.quantities.quantity import Outcome
 
 WEIGHT_N, PER_KPA, DENSITY_KG_M3 = 0.37, 0.0065, 1000.0
 

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dolfingrip.design.optimum.pareto import TradeOff
+from dolfingrip.design.quantities.quantity import objective
 from dolfingrip.design.surrogate.table import Matrix, Table
 
 LOW, HIGH = np.array([-0.2, -0.5]), np.array([1.0, 1.0])
@@ -31,6 +33,13 @@ def best(cog_mm: float) -> Matrix:
     rest = cog_mm - OFFSET_MM + SLOPE_MM[1] * BEST_DIFFERENCE
     xi1 = rest / SLOPE_MM.sum()
     return np.array([xi1, xi1 - BEST_DIFFERENCE])
+
+
+OBJECTIVES = (objective("cog_offset_mm", "at most"), objective("force_N", "maximise"))
+"""The offset is limited, the force is raised."""
+
+TRADE_OFF = TradeOff(outputs, LOW, HIGH, (1.0, -1.0))
+"""Both objectives within the bounds."""
 
 
 def designs(count: int = 208) -> Matrix:

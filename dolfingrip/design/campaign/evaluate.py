@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from math import isfinite
-from typing import Any, Final
+from typing import Final
 
+from dolfingrip.design.quantities.quantity import Outcome
 from dolfingrip.jobs.job import Data, JobFailure
 from dolfingrip.jobs.work import found
 
 FUNCTION: Final = "dolfingrip.design.campaign.evaluate:evaluate"
 """Import path of :func:`evaluate`."""
-
-
-@dataclass(slots=True)
-class Outcome:
-    """What an objective function returns.
-
-    Attributes:
-        outputs: number by quantity, the unit in its name.
-        gradients: by output its derivatives, by key of the parameter; None where not computed.
-        curve: the readings, by column.
-        iterations: of Newton's method.
-        versions: of the software that computed it, by package.
-    """
-
-    outputs: dict[str, float]
-    gradients: dict[str, dict[str, float]] | None = None
-    curve: dict[str, Any] | None = None
-    iterations: int | None = None
-    versions: dict[str, str] = field(default_factory=dict)
 
 
 Objective = Callable[..., Outcome]
@@ -61,7 +43,7 @@ def evaluate(
             none.
 
     Returns:
-        The fields of an :class:`Outcome`.
+        The fields of an :class:`~dolfingrip.design.quantities.quantity.Outcome`.
 
     Raises:
         JobFailure: where there is no result.

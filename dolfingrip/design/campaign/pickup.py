@@ -1,15 +1,16 @@
-"""The least pressure that picks food up, by grasps."""
+"""The least pressure that picks food up, and the friction that it tells of, by grasps."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from dolfingrip.design.campaign.policy import SEARCH
-from dolfingrip.design.campaign.threshold import least
-from dolfingrip.design.campaign.trials import Trial, Trials
+from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign.policy import GraspSearch
+from dolfingrip.design.campaign.trials import GraspTrial, GraspTrials
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +27,12 @@ class Pickup:
 
 
 def pickup_pressure(
-    trials: Trials,
+    trials: GraspTrials,
     resolution_kPa: float,
     start_kPa: float,
-    highest_kPa: float = SEARCH.highest_kPa,
+    policy: GraspSearch = GraspSearch(),
 ) -> Pickup:
-    """The least multiple of ``resolution_kPa`` at which the food is picked up.
+    """Find the least multiple of ``resolution_kPa`` at which the food is picked up.
 
     Each grasp tells how hard the fingers press. Where friction bears the weight, W = μ ΣN at the
     pressure that is sought; so the next grasp is there, by the normal forces of those before it.
@@ -41,18 +42,21 @@ def pickup_pressure(
         trials: grasps; the friction is that of their configuration.
         resolution_kPa: distance of pressures.
         start_kPa: pressure of the first grasp.
-        highest_kPa: none above is tried.
+        policy: of the search; none above its highest pressure is tried.
+
+    Returns:
+        That pressure, and the highest one below that was tried.
     """
     friction = trials.base.food.friction
-    highest = int(highest_kPa / resolution_kPa + 1e-9)
+    highest = int(policy.highest_kPa / resolution_kPa + 1e-9)
 
-    def trial(place: int) -> Trial:
+    def trial(place: int) -> GraspTrial:
         return trials.at(place * resolution_kPa, friction)
 
     place = min(max(round(start_kPa / resolution_kPa), 1), highest)
-    made: dict[int, Trial] = {}
+    made: dict[int, GraspTrial] = {}
     fails, succeeds = 0, highest + 1
-    for _ in range(SEARCH.estimates):
+    for _ in range(policy.estimates):
         made[place] = trial(place)
         if made[place].picked_up:
             succeeds = min(succeeds, place)
@@ -68,7 +72,7 @@ def pickup_pressure(
     return Pickup(*(None if place is None else place * resolution_kPa for place in found))
 
 
-def _bearing(made: Mapping[int, Trial], friction: float) -> int:
+def _bearing(made: Mapping[int, GraspTrial], friction: float) -> int:
     """The place at which μ ΣN is the weight: ΣN straight between grasps, and beyond the last."""
     places = [0, *sorted(made)]
     normals = np.maximum.accumulate([0.0, *(made[place].normal_N for place in places[1:])])
@@ -78,3 +82,160 @@ def _bearing(made: Mapping[int, Trial], friction: float) -> int:
     if normals[-1] <= 0:
         return 2 * places[-1]
     return round(min(places[-1] * wanted / normals[-1], 2 * places[-1]))
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionFound:
+    """The friction with which a pressure is the least that picks up.
+
+    Attributes:
+        low: least coefficient on the grid that picks up at that pressure.
+        high: the largest that does not at the next lower one; between the two the least pressure
+            that picks up is the measured one.
+    """
+
+    low: float
+    high: float
+
+    @property
+    def friction(self) -> float:
+        """The middle of the interval."""
+        return (self.low + self.high) / 2
+
+
+def friction(
+    trials: GraspTrials,
+    pickup_kPa: float,
+    resolution_kPa: float,
+    tolerance: float,
+    policy: GraspSearch = GraspSearch(),
+) -> FrictionFound:
+    """Find the friction for which ``pickup_kPa`` is the least pressure that picks up.
+
+    μ*(p) is the least friction with which pressure p picks up; it falls as p grows. A pick-up
+    pressure that was found in steps of the resolution r says that μ*(p) ≤ μ < μ*(p − r). Both are
+    searched for from μ = W/ΣN on, with ΣN of one grasp.
+
+    Args:
+        trials: grasps.
+        pickup_kPa: p.
+        resolution_kPa: r.
+        tolerance: of μ*.
+        policy: of the search.
+
+    Returns:
+        The interval that the friction lies in.
+
+    Raises:
+        ConfigError: one line, where no friction does.
+    """
+    first = trials.at(pickup_kPa, trials.base.food.friction)
+    at_pressure = _least_friction(trials, pickup_kPa, first, tolerance, policy)
+    below = trials.at(pickup_kPa - resolution_kPa, at_pressure)
+    at_lower = _least_friction(
+        trials,
+        pickup_kPa - resolution_kPa,
+        below,
+        tolerance,
+        policy,
+        round(at_pressure / tolerance),
+    )
+    return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure))
+
+
+def _least_friction(
+    trials: GraspTrials,
+    pressure_kPa: float,
+    known: GraspTrial,
+    tolerance: float,
+    policy: GraspSearch,
+    low: int = 1,
+) -> float:
+    """μ* at a pressure, on a grid of ``tolerance``.
+
+    Args:
+        trials: grasps.
+        pressure_kPa: the pressure.
+        known: a grasp there.
+        tolerance: distance of places.
+        policy: of the search.
+        low: place that no answer is below, as of a higher pressure.
+    """
+    start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
+    found = least(
+        lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
+        round(start / tolerance), low, round(policy.largest_friction / tolerance),
+    )  # fmt: skip
+    if found.succeeds is None:
+        raise ConfigError(
+            f"--pickup-pressure {pressure_kPa:g}: no friction up to {policy.largest_friction:g} "
+            "picks the food up there; allowed: a higher pressure, or another pose"
+        )
+    return found.succeeds * tolerance
+
+
+# -- the least place of a grid -------------------------------------------------------------------
+
+
+class Threshold(NamedTuple):
+    """Two neighbours on the grid, or a range's end.
+
+    Attributes:
+        fails: largest place that failed below; None where the lowest one allowed succeeds.
+        succeeds: that least place; None where the highest one allowed fails.
+    """
+
+    fails: int | None
+    succeeds: int | None
+
+
+def least(passes: Callable[[int], bool], start: int, low: int, high: int) -> Threshold:
+    """Find the least place of a grid at which a costly trial succeeds, from ``start`` on.
+
+    Strides double until a success and a failure lie on either side; halving them leaves neighbours.
+    So a start that is near costs two trials. Where success does not rise with the place, it is the
+    boundary nearest to the start in the direction of the first trial.
+
+    Args:
+        passes: a trial at a place.
+        start: of the search, moved to between ``low`` and ``high``.
+        low: least place.
+        high: largest place.
+
+    Returns:
+        That place, and the largest that failed below.
+    """
+    place = min(max(start, low), high)
+    if passes(place):
+        fails, succeeds = _downwards(passes, place, low)
+    else:
+        fails, succeeds = _upwards(passes, place, high)
+    while fails is not None and succeeds is not None and succeeds - fails > 1:
+        middle = (fails + succeeds) // 2
+        if passes(middle):
+            succeeds = middle
+        else:
+            fails = middle
+    return Threshold(fails, succeeds)
+
+
+def _downwards(passes: Callable[[int], bool], place: int, low: int) -> Threshold:
+    """From a success."""
+    stride = 1
+    while place > low:
+        lower = max(place - stride, low)
+        if not passes(lower):
+            return Threshold(lower, place)
+        place, stride = lower, 2 * stride
+    return Threshold(None, place)
+
+
+def _upwards(passes: Callable[[int], bool], place: int, high: int) -> Threshold:
+    """From a failure."""
+    stride = 1
+    while place < high:
+        higher = min(place + stride, high)
+        if passes(higher):
+            return Threshold(place, higher)
+        place, stride = higher, 2 * stride
+    return Threshold(place, None)

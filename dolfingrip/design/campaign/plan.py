@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.channels import FORCE
-from dolfingrip.config import Config, ConfigError, felt
+from dolfingrip.config import Config, felt
 from dolfingrip.design.campaign.evaluate import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.quantities.index import parse
 from dolfingrip.jobs.job import Job, content_key
 from dolfingrip.sections import tables
 
@@ -25,7 +26,7 @@ OBJECTIVE = "dolfingrip.design.campaign.objective:simulate"
 """Import path of what computes a design."""
 
 QUANTITIES = ("cog_offset_mm", FORCE.name)
-"""The paper's objectives."""
+"""Quantities that a campaign has unless others are asked for: the paper's objectives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +118,13 @@ class Plan:
         ]
 
     def shared(self, before: dict[str, Any] | None) -> dict[str, Any]:
-        """What all designs of a campaign share, once these are added to it.
+        """Return what all designs of a campaign share, once these are added to it.
+
+        Args:
+            before: what they shared before; None: the campaign begins.
+
+        Returns:
+            The facts, with the parameters of both.
 
         Raises:
             ValueError: where the campaign was begun with other settings.
@@ -127,16 +134,19 @@ class Plan:
             return facts
         for difference in differences(before, facts):
             raise ValueError(difference)
-        return merged(before, facts)
+        parameters = dict.fromkeys([*before["parameters"], *facts["parameters"]])
+        return {**facts, "parameters": list(parameters)}
 
     def facts(self) -> dict[str, Any]:
-        """What all designs share, to be compared with :func:`differences`."""
+        """Return what all designs share, to be compared with :func:`differences`."""
         return {
             "schema": SCHEMA,
             "objective": self.objective,
             "quantities": sorted(self.quantities),
             "parameters": list(self.parameters),
-            "gradients": _told(self.gradients),
+            "gradients": "not asked for"
+            if self.gradients is None
+            else ", ".join(self.gradients) or "by all parameters",
             "base": self.base.model_dump(mode="json"),
         }
 
@@ -158,25 +168,18 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
 
 
-def _told(gradients: tuple[str, ...] | None) -> str:
-    """What derivatives were asked for, in words."""
-    if gradients is None:
-        return "not asked for"
-    return ", ".join(gradients) or "by all parameters"
+def quantities(asked: Sequence[str], objective: str = OBJECTIVE) -> tuple[str, ...]:
+    """Return the quantities that are asked for, each once.
 
+    Args:
+        asked: their texts, such as ``force_N at 250 kPa``.
+        objective: import path of what computes them.
 
-def merged(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """The facts of a campaign to which a plan is added."""
-    return {**now, "parameters": list(dict.fromkeys([*before["parameters"], *now["parameters"]]))}
-
-
-def quantities(asked: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
-    """The quantities asked for, each once.
+    Returns:
+        Texts in their usual form; those of another objective as they are.
 
     Raises:
         ConfigError: one line, where one is unknown.
     """
-    for name in asked:
-        if name not in known:
-            raise ConfigError(f"--quantity {name}: allowed: {', '.join(known)}")
-    return tuple(dict.fromkeys(asked))
+    known = objective == OBJECTIVE
+    return tuple(dict.fromkeys(str(parse(text)) if known else text for text in asked))

@@ -22,6 +22,3 @@ class GraspSearch:
     largest_pressure_kPa: float = 1000.0
     largest_friction: float = 2.0
     estimates: int = 4
-
-
-SEARCH = GraspSearch()

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import grasps
-from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.campaign.plan import OBJECTIVE, Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.jobs.job import REFUSED, Answer
 from dolfingrip.jobs.pool import Unfinished
@@ -26,7 +25,7 @@ WANTED: Final = ("picked_up", "normal_N", "weight_N", "outcome_s", "margin")
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class GraspTrial:
     """One grasp of a search.
 
     Attributes:
@@ -50,7 +49,7 @@ class Trial:
     wall_s: float
 
 
-class Trials:
+class GraspTrials:
     """Grasps of one gripper and food by pressure and friction, each computed once.
 
     Args:
@@ -64,21 +63,21 @@ class Trials:
         self,
         base: Config,
         out: Path,
-        progress: Callable[[Trial], None] = lambda trial: None,
-        objective: str = grasps.OBJECTIVE,
+        progress: Callable[[GraspTrial], None] = lambda trial: None,
+        objective: str = OBJECTIVE,
     ) -> None:
         self.base = base
-        self._known: dict[str, Trial] = {}
+        self._known: dict[str, GraspTrial] = {}
         self._spool = Spool((out / "spool").absolute())
         self._progress = progress
         self._objective = objective
 
     @property
-    def made(self) -> list[Trial]:
+    def made(self) -> list[GraspTrial]:
         """All trials so far, each once, in order."""
         return list(self._known.values())
 
-    def at(self, pressure_kPa: float, friction: float) -> Trial:
+    def at(self, pressure_kPa: float, friction: float) -> GraspTrial:
         """Return the grasp at a pressure and with a coefficient of friction.
 
         Args:
@@ -116,11 +115,11 @@ class Trials:
         return trial
 
 
-def _trial(pressure_kPa: float, friction: float, answer: Answer, *, computed: bool) -> Trial:
+def _trial(pressure_kPa: float, friction: float, answer: Answer, *, computed: bool) -> GraspTrial:
     result: dict[str, Any] = answer.result or {"outputs": {}, "curve": {}}
     outputs = result["outputs"]
     outcome = result["curve"].get("outcome") or f"failure: {answer.failure_class}"
-    return Trial(
+    return GraspTrial(
         pressure_kPa,
         friction,
         outputs.get("picked_up") == 1.0,

@@ -9,19 +9,18 @@ solve that fails, or a step that does not improve, makes the next step shorter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.gradient.evaluation import Floats, Simulated, Simulations
-from dolfingrip.design.gradient.learning import bfgs_update, bundle, predicted_limits
-from dolfingrip.design.gradient.policy import POLICY
+from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations, Floats
+from dolfingrip.design.gradient.policy import DescentPolicy
 from dolfingrip.design.gradient.problem import Constraint, Problem
-from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.gradient.shape_limits import ShapeLimits, size_of
 from dolfingrip.design.gradient.subproblem import ObjectiveModel, Rows, best_step
-from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.design.gradient.trial import Descent, Say, Trial, silent
 
 
 class NoStart(ConfigError):
@@ -35,18 +34,19 @@ class TrustRegionSQP:
         problem: to be solved.
         simulations: of its designs.
         say: called with each design that was simulated.
+        policy: how steps are chosen and judged.
     """
 
     def __init__(
         self,
         problem: Problem,
-        simulations: Simulations,
-        say: Callable[[Trial, Sequence[tuple[Constraint, float]]], None] = lambda trial, limits: (
-            None
-        ),
+        simulations: DesignSimulations,
+        say: Say = silent,
+        policy: DescentPolicy = DescentPolicy(),
     ) -> None:
         self._problem, self._simulations, self._say = problem, simulations, say
-        self._shapes = Shapes(problem)
+        self._policy = policy
+        self._shapes = UnloadedShapes(problem)
         self._low = np.array([each.low for each in problem.variables])
         self._range = np.array([each.high for each in problem.variables]) - self._low
         self._spent, self._seconds = 0, 0.0
@@ -84,23 +84,23 @@ class TrustRegionSQP:
         trials, n = [here], len(starts)
         radius = problem.method.radius
         bend: Floats = np.zeros(len(here.above))
-        curvature, fresh = np.eye(n) * POLICY.enough * abs(here.signed).max(), True
+        curvature, fresh = np.eye(n) * self._policy.enough * abs(here.signed).max(), True
         ending = "the largest number of simulations is reached"
         cost = self._spent
         while self._spent + cost <= problem.method.simulations:
             worst = int(here.signed.argmax())
             model = ObjectiveModel(here.signed, here.signed_slopes, curvature)
-            rows = bundle(here, trials, bend)
+            rows = bundle(here, trials, bend, self._policy.bundle)
             found = self._step(here, model, rows, radius)
             if found is None:
-                radius *= POLICY.failed
-                if radius < POLICY.least_radius:
+                radius *= self._policy.failed
+                if radius < self._policy.least_radius:
                     ending = "no shorter step keeps the limits of the shape"
                     break
                 continue
             step, expected = found
-            kept = here.excess <= POLICY.broken
-            if kept and expected < POLICY.enough * abs(float(here.signed.max())):
+            kept = here.excess <= self._policy.broken
+            if kept and expected < self._policy.enough * abs(float(here.signed.max())):
                 ending = "no step promises more"
                 break
             trial = self._simulated(self._rounded(here.scaled + step))
@@ -108,25 +108,25 @@ class TrustRegionSQP:
             trials.append(trial)
             if trial.failure:
                 self._tell(trial)
-                radius = POLICY.failed * float(np.abs(step).max())
+                radius = self._policy.failed * float(np.abs(step).max())
             else:
                 step = trial.scaled - here.scaled
                 off = trial.above - predicted_limits(
-                    bundle(here, trials[:-1], 0.0 * bend), step, len(bend)
+                    bundle(here, trials[:-1], 0.0 * bend, self._policy.bundle), step, len(bend)
                 )
                 bend = np.where(off > 0, 2 * off / float(step @ step), 0.5 * bend)
                 turn = trial.signed_slopes[worst] - here.signed_slopes[worst]
                 curvature, fresh = bfgs_update(curvature, step, turn, fresh=fresh), False
                 gain = float(here.signed.max() - trial.signed.max())
                 if kept:
-                    trial.accepted = trial.excess <= POLICY.broken and gain > 0
+                    trial.accepted = trial.excess <= self._policy.broken and gain > 0
                 else:
                     trial.accepted = trial.excess < here.excess
                 self._tell(trial)
                 radius = self._next_radius(trial, step, gain, expected, kept=kept)
                 if trial.accepted:
                     here = trial
-            if radius < POLICY.least_radius:
+            if radius < self._policy.least_radius:
                 ending = "no shorter step improves"
                 break
         return Descent(trials, here, ending, self._limits(), self._spent, self._seconds)
@@ -137,12 +137,12 @@ class TrustRegionSQP:
         """The radius after a step that was simulated."""
         reach = float(np.abs(step).max())
         if not trial.accepted:
-            return POLICY.rejected * reach
-        ratio = gain / expected if kept and expected > 0 else POLICY.good
-        if ratio < POLICY.poor:
+            return self._policy.rejected * reach
+        ratio = gain / expected if kept and expected > 0 else self._policy.good
+        if ratio < self._policy.poor:
             return 0.5 * reach
-        if ratio >= POLICY.good and reach > 0.9 * trial.radius:
-            return min(2 * trial.radius, POLICY.largest_radius)
+        if ratio >= self._policy.good and reach > 0.9 * trial.radius:
+            return min(2 * trial.radius, self._policy.largest_radius)
         return trial.radius
 
     def _tell(self, trial: Trial) -> None:
@@ -154,10 +154,10 @@ class TrustRegionSQP:
     # -- designs ---------------------------------------------------------------------------------
 
     def _rounded(self, scaled: Floats) -> Floats:
-        return np.asarray(np.round(np.clip(scaled, 0.0, 1.0), POLICY.digits), dtype=float)
+        return np.asarray(np.round(np.clip(scaled, 0.0, 1.0), self._policy.digits), dtype=float)
 
     def _values(self, scaled: Floats) -> Floats:
-        values = np.round(self._low + scaled * self._range, POLICY.digits - 2)
+        values = np.round(self._low + scaled * self._range, self._policy.digits - 2)
         return np.asarray(values + 0.0)  # no minus zero
 
     def _simulated(self, scaled: Floats) -> Trial:
@@ -171,7 +171,7 @@ class TrustRegionSQP:
             self._fill(trial, found)
         return trial
 
-    def _fill(self, trial: Trial, found: Simulated) -> None:
+    def _fill(self, trial: Trial, found: DesignNumbers) -> None:
         """Objective and limits of a simulated design, scaled."""
         problem, shape = self._problem, trial.shape
         if problem.objective.experiment is None:
@@ -216,27 +216,27 @@ class TrustRegionSQP:
             np.maximum(-radius, -here.scaled),
             np.minimum(radius, 1.0 - here.scaled),
         )
-        held = ShapeLimits(self._limits(), self._range)
+        held = ShapeLimits(self._limits(), self._range, self._policy)
         step: Floats = np.zeros(len(here.scaled))
         held.at(here.shape, step)
         n, last = len(step), step
         nearest = not len(simulated.values)
-        most = POLICY.aimed if nearest else POLICY.corrections
-        for number in range(most + nearest * POLICY.nearest):
+        most = self._policy.aimed if nearest else self._policy.corrections
+        for number in range(most + nearest * self._policy.nearest):
             aimed = number < most
             aim = (
                 model
                 if aimed
-                else ObjectiveModel(np.ones(1), -POLICY.shorter * step[None], np.eye(n))
+                else ObjectiveModel(np.ones(1), -self._policy.shorter * step[None], np.eye(n))
             )
-            step, _ = best_step(aim, simulated, held.rows, box, POLICY.penalty)
+            step, _ = best_step(aim, simulated, held.rows, box, self._policy.penalty)
             step = self._rounded(here.scaled + step) - here.scaled
             try:
                 shape = self._shapes.at(self._values(here.scaled + step))
                 whole = True
                 while held.folds(shape):
                     # slopes lead nowhere there; they are taken on the way from the last shape
-                    far = np.abs(step - last).max() > POLICY.least_radius
+                    far = np.abs(step - last).max() > self._policy.least_radius
                     whole, step = (
                         False,
                         self._rounded(here.scaled + (last + far * step) / (1 + far)),
@@ -247,9 +247,9 @@ class TrustRegionSQP:
                 worst = held.worst(shape)
             except ConfigError:
                 return None
-            if whole and worst <= POLICY.kept:
+            if whole and worst <= self._policy.kept:
                 expected = model.at(np.zeros(n)) - model.at(step)
-                enough = aimed or expected > POLICY.enough * abs(float(model.values.max()))
+                enough = aimed or expected > self._policy.enough * abs(float(model.values.max()))
                 return (step, expected) if enough else None
             held.at(shape, step)
         return None
@@ -262,14 +262,14 @@ class TrustRegionSQP:
         """
         here = self._rounded(scaled)
         step: Floats = np.zeros(len(scaled))
-        held = ShapeLimits(self._limits(), self._range)
+        held = ShapeLimits(self._limits(), self._range, self._policy)
         n = len(here)
         near = ObjectiveModel(np.ones(1), np.zeros((1, n)), np.eye(n))
         worst = np.inf
-        for _ in range(3 * POLICY.corrections):
+        for _ in range(3 * self._policy.corrections):
             shape = self._shapes.at(self._values(here + step))
             worst = held.worst(shape)
-            if worst <= POLICY.kept:
+            if worst <= self._policy.kept:
                 return self._rounded(here + step)
             held.at(shape, step)
             step, _ = best_step(near, held.rows, Rows.none(n), (-here, 1.0 - here), 1e3)
@@ -279,3 +279,40 @@ class TrustRegionSQP:
             f"constraints: {limit}: {value:.4g} at the nearest design; allowed: limits that a "
             "design within the parameters' ranges can keep"
         )
+
+
+def bundle(here: Trial, trials: Sequence[Trial], bend: Floats, last: int) -> Rows:
+    """Return limits of simulated quantities, linear at a design and at the last ones around it.
+
+    A largest stretch is where two places take turns the largest of several functions. What it was
+    at other designs tells of those; none of them may exclude the design itself.
+    """
+    rows = Rows(here.above, here.above_slopes, bend)
+    around = [each for each in trials if each is not here and not each.failure]
+    for other in around[-last:]:
+        values = other.above + other.above_slopes @ (here.scaled - other.scaled)
+        rows = rows.with_rows(Rows(np.minimum(values, here.above), other.above_slopes, bend))
+    return rows
+
+
+def predicted_limits(rows: Rows, step: Floats, limits: int) -> Floats:
+    """Predict each of the limits after a step by a bundle of rows, shape (limits,)."""
+    if not limits:
+        return np.empty(0)
+    every = (rows.values + rows.slopes @ step).reshape(-1, limits)
+    return np.asarray(every.max(axis=0))
+
+
+def bfgs_update(curvature: Floats, step: Floats, turn: Floats, *, fresh: bool) -> Floats:
+    """Update the curvature after a step over which the gradient turned, by damped BFGS."""
+    along = float(step @ turn)
+    if fresh and along > 0:
+        curvature = np.asarray(np.eye(len(step)) * along / float(step @ step), dtype=float)
+    bent = curvature @ step
+    size = float(step @ bent)
+    if along < 0.2 * size:
+        share = 0.8 * size / (size - along)
+        turn = share * turn + (1 - share) * bent
+        along = float(step @ turn)
+    found = curvature - np.outer(bent, bent) / size + np.outer(turn, turn) / along
+    return np.asarray((found + found.T) / 2)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
-from dolfingrip.design.campaign import grasps
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import GRASP, Quantity
-from dolfingrip.experiments.request import Answer, Place, Request
+from dolfingrip.design.quantities.grasp import GRASP, outputs_of
+from dolfingrip.design.quantities.quantity import Quantity
+from dolfingrip.design.quantities.readings import at_places, read
+from dolfingrip.experiments.request import Answer, Request
 
 Floats = NDArray[np.float64]
 
@@ -22,12 +22,12 @@ Compute = Callable[[Sequence[Request]], list[Answer]]
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class NumberWithSlopes:
     """A quantity of a design with its derivatives by the variables.
 
     Attributes:
         value: in the quantity's unit.
-        slopes: shape (variables,).
+        slopes: shape (variables,); (0,) without derivatives.
     """
 
     value: float
@@ -35,8 +35,8 @@ class Measured:
 
 
 @dataclass(slots=True)
-class Simulated:
-    """What the simulations of a design found.
+class DesignNumbers:
+    """The numbers of a design by its simulations.
 
     Attributes:
         by_condition: for each condition the quantities of experiments.
@@ -45,13 +45,13 @@ class Simulated:
         failure: class and sentence of the first one that failed; "" if none did.
     """
 
-    by_condition: list[dict[Quantity, Measured]] = field(default_factory=list)
+    by_condition: list[dict[Quantity, NumberWithSlopes]] = field(default_factory=list)
     simulations: int = 0
     seconds: float = 0.0
     failure: str = ""
 
 
-class Simulations:
+class DesignSimulations:
     """Simulates the designs of a problem.
 
     Args:
@@ -78,7 +78,7 @@ class Simulations:
         gradients: bool = True,
         only: Sequence[int] | None = None,
         finer: Callable[[Config], Config] | None = None,
-    ) -> Simulated:
+    ) -> DesignNumbers:
         """Simulate a design under all conditions.
 
         Args:
@@ -104,10 +104,10 @@ class Simulations:
                 if experiment == GRASP:
                     requests.append(Request.of(experiment, config))
                 else:
-                    requests.append(_at_places(experiment, config, made_for, asked, keys))
+                    requests.append(at_places(experiment, asked, config, keys, made_for=made_for))
                 owners.append((number, asked))
         answers = self._compute(requests)
-        found = Simulated(
+        found = DesignNumbers(
             [{} for _ in self._problem.conditions],
             len(requests),
             sum(each.wall_s or 0.0 for each in answers),
@@ -117,37 +117,10 @@ class Simulations:
                 found.failure = found.failure or f"{answer.failure_class}: {answer.failure}"
                 continue
             for one in asked:
-                if one.experiment == GRASP:
-                    margin = grasps.outputs_of(answer)[grasps.PICKUP]
-                    measured = Measured(margin, np.empty(0))  # which has no slopes
+                if one.experiment == GRASP:  # which has no slopes
+                    value, slopes = outputs_of(answer)[one.name], dict[str, float]()
                 else:
-                    measured = self._mean(one, request.places, answer, gradients)
-                found.by_condition[number][one] = measured
+                    value, slopes = read(one, request, answer)
+                by_variable = np.array([slopes.get(each, np.nan) for each in keys or ()])
+                found.by_condition[number][one] = NumberWithSlopes(value, by_variable)
         return found
-
-    def _mean(
-        self, one: Quantity, places: Sequence[Place], answer: Answer, gradients: bool
-    ) -> Measured:
-        at = [places.index(Place(one.where, value)) for value in one.values]
-        value = float(np.mean(answer.columns[one.name][at]))
-        slopes = np.zeros(len(self._problem.variables))
-        if gradients:
-            keys = [each.key for each in self._problem.variables]
-            slopes = np.array([np.mean(answer.slopes[one.name, key][at]) for key in keys])
-        return Measured(value, slopes)
-
-
-def _at_places(
-    experiment: str,
-    config: Config,
-    made_for: Config,
-    asked: Sequence[Quantity],
-    keys: Sequence[str] | None,
-) -> Request:
-    """Ask for the quantities of an experiment at their places."""
-    places = tuple(dict.fromkeys(Place(q.where, value) for q in asked for value in q.values))
-    columns = tuple(dict.fromkeys(each.name for each in asked))
-    highest = max((v for column, v in places if column == PRESSURE.name), default=0.0)
-    if highest > config.experiment.max_pressure_kPa:
-        config = config.changed(experiment={"max_pressure_kPa": highest})
-    return Request.of(experiment, config, keys, columns=columns, places=places, made_for=made_for)

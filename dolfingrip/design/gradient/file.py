@@ -7,13 +7,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from dolfingrip.channels import ANGLE, FORCE, PRESSURE
-from dolfingrip.design.gradient.quantity import Experiment, Quantity, quantity
+from dolfingrip.design.gradient.quantity import quantity
+from dolfingrip.design.quantities.quantity import UNITS, Quantity
 from dolfingrip.sections.section import Section
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
 At = float | Numbers | None
-PLACES = {"at_pressure_kPa": PRESSURE.name, "at_force_N": FORCE.name, "at_angle_deg": ANGLE.name}
+Experiment = Literal["bending", "blocked_force", "push", "grasp"]
 
 
 class Placed(Section):
@@ -25,24 +25,25 @@ class Placed(Section):
     experiment: Experiment | None = Field(None, description="that is run instead of the usual one")
 
     def quantity(self, option: str, name: str) -> Quantity:
-        """The quantity of this name at this place."""
-        places = {}
-        for key, column in PLACES.items():
-            value = getattr(self, key)
-            if value is not None:
-                places[column] = value if isinstance(value, tuple) else (value,)
+        """Return the quantity of this name at this place."""
+        given = {column: getattr(self, f"at_{column}") for column in UNITS.values()}
+        places = {
+            column: value if isinstance(value, tuple) else (value,)
+            for column, value in given.items()
+            if value is not None
+        }
         return quantity(option, name, places, self.experiment)
 
 
 class Objective(Placed):
-    """What is improved."""
+    """The quantity that is improved."""
 
     maximise: str | None = Field(None, description="name of a quantity")
     minimise: str | None = Field(None, description="name of a quantity")
 
 
 class Limit(Placed):
-    """What is held."""
+    """A quantity that is limited."""
 
     of: str = Field(description="name of a quantity")
     at_most: float | Literal["start"] | None = Field(None, description="in the name's unit")
@@ -86,7 +87,7 @@ class Method(Section):
     )
 
 
-class Front(Section):
+class FrontTable(Section):
     """A front instead of one design: the best objective for each limit of a number of the shape."""
 
     against: Literal["cog_offset_mm", "mass_g"] = Field(description="that is limited")
@@ -108,4 +109,4 @@ class File(Section):
     free_form: FreeFormTable | None = None
     scenarios: tuple[Scenario, ...] = Field((), strict=False, description="that it must stand")
     method: Method = Method()
-    front: Front | None = None
+    front: FrontTable | None = None

@@ -15,10 +15,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.gradient.evaluation import Compute, Floats, Simulations
-from dolfingrip.design.gradient.file import Front as Asked
+from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations, Floats
+from dolfingrip.design.gradient.file import FrontTable
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.surrogate.process import GradientProcess
 
 CANDIDATES, LEVELS, SEED, FIRST = 2048, 40, 1, 4
@@ -28,7 +28,7 @@ DRAWS, SHARE = 400, 0.9
 
 
 @dataclass(slots=True)
-class Front:
+class UncertainFront:
     """A front with its uncertainty.
 
     Attributes:
@@ -72,16 +72,19 @@ class FrontFinder:
     def __init__(
         self,
         problem: Problem,
-        asked: Asked,
+        asked: FrontTable,
         compute: Compute,
         say: Callable[[int, float, bool], None] = lambda done, unsure, failed: None,
     ) -> None:
         self._problem, self._asked, self._say = problem, asked, say
-        self._simulations, self._shapes = Simulations(problem, compute), Shapes(problem)
+        self._simulations, self._shapes = (
+            DesignSimulations(problem, compute),
+            UnloadedShapes(problem),
+        )
         self._low = np.array([each.low for each in problem.variables])
         self._range = np.array([each.high for each in problem.variables]) - self._low
 
-    def run(self) -> Front:
+    def run(self) -> UncertainFront:
         """Simulate until the front is sure enough, or the simulations are spent."""
         candidates = self._candidates()
         against = np.array([self._against(each) for each in candidates])
@@ -147,7 +150,7 @@ class FrontFinder:
             raise ConfigError("front: no two designs could be simulated")
         best, mean, deviation = front
         lowest, highest = self._places(process, candidates, against, limits, front)
-        return Front(
+        return UncertainFront(
             self._asked.against,
             limits,
             np.array([self._values(candidates[i]) for i in best]),

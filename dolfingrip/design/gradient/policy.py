@@ -18,7 +18,7 @@ class DescentPolicy:
             below which it halves.
         enough: expected gain, as a part of the objective, below which a descent ends.
         broken: part of a limit's size by which a simulated limit may be exceeded.
-        kept: the same for limits of the unloaded shape.
+        kept: part of its size by which a limit of the unloaded shape may be.
         corrections: largest number of times that limits of the shape are linearised anew for one
             step.
         aimed, nearest: the same where no simulated limit is held, and further ones in which the
@@ -55,6 +55,3 @@ class DescentPolicy:
     bundle: int = 8
     penalty: float = 20.0
     digits: int = 12
-
-
-POLICY = DescentPolicy()

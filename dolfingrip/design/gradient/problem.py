@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dolfingrip.config import Config, changed
-from dolfingrip.design.gradient.file import Front, Method
-from dolfingrip.design.gradient.quantity import Quantity
+from dolfingrip.design.gradient.file import FrontTable, Method
+from dolfingrip.design.quantities.quantity import Quantity
 from dolfingrip.parameter import Parameter, find
 
 
@@ -31,7 +31,7 @@ class Variable:
 
     @property
     def key(self) -> str:
-        """Of the configuration."""
+        """Key of the configuration."""
         return self.parameter.key
 
     def scaled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -89,7 +89,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """What is improved, what is held, and what may change.
+    """A design problem: an objective, limits, and what may change.
 
     Attributes:
         sign: 1 where the objective is minimised, −1 where it is maximised.
@@ -107,7 +107,7 @@ class Problem:
     variables: tuple[Variable, ...]
     conditions: tuple[Condition, ...]
     method: Method
-    front: Front | None = None
+    front: FrontTable | None = None
 
     @property
     def nominal(self) -> Condition:

@@ -9,9 +9,10 @@ from typing import Any
 from dolfingrip import config as configuration
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.design.gradient import free_form
-from dolfingrip.design.gradient.file import File, Front, Limit, Objective, Scenario
+from dolfingrip.design.gradient.file import File, FrontTable, Limit, Objective, Scenario
 from dolfingrip.design.gradient.problem import Condition, Constraint, Problem, Variable
-from dolfingrip.design.gradient.quantity import FACING, GRASP, OF_MANY
+from dolfingrip.design.gradient.quantity import FACING, OF_MANY, OVERHANG
+from dolfingrip.design.quantities.grasp import GRASP
 from dolfingrip.parameter import Entry, Parameter, find, named
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import checked
@@ -57,7 +58,7 @@ def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
     return Problem(sign, objective, limits, variables, tuple(conditions), asked.method, asked.front)
 
 
-def _check_front(front: Front, limits: Sequence[Constraint]) -> None:
+def _check_front(front: FrontTable, limits: Sequence[Constraint]) -> None:
     if not front.low < front.high:
         raise ConfigError(f"front.low = {front.low:g}: allowed: below high = {front.high:g}")
     for limit in limits:
@@ -115,7 +116,7 @@ def _limits(asked: Sequence[Limit]) -> list[Constraint]:
             raise ConfigError(f"constraints.of = {limit.of}: allowed: with at_most or at_least")
         if of.name in FACING and limit.at_most is not None:
             raise ConfigError(f"constraints.of = {of.name}: allowed: at_least")
-        if of.name == "overhang_deg" and limit.at_least is not None:
+        if of.name == OVERHANG and limit.at_least is not None:
             raise ConfigError("constraints.of = overhang_deg: allowed: at_most")
         for sign, value in ((1.0, limit.at_most), (-1.0, limit.at_least)):
             if value is not None:

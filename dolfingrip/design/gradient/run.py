@@ -8,10 +8,11 @@ from typing import Any, Final
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.design.gradient.evaluation import Compute, Simulations
-from dolfingrip.design.gradient.front import Front
+from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations
+from dolfingrip.design.gradient.front import UncertainFront
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.design.quantities.quantity import objective
 from dolfingrip.experiments.simulate import simulate
 from dolfingrip.files import table, whole
 from dolfingrip.files.design import (
@@ -22,9 +23,7 @@ from dolfingrip.files.design import (
     RefinedDesign,
 )
 from dolfingrip.files.front import FrontFile, FrontLevel, SimulatedDesign
-from dolfingrip.files.objective import NamedObjective
 from dolfingrip.jobs.pool import Pool
-from dolfingrip.sections.units import unit
 
 FOLDER: Final = "simulations"
 """Folder in ``--out`` that holds what was computed."""
@@ -70,7 +69,7 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
             mesh={"size_mm": sizes[0] / REFINED, "edge_size_mm": sizes[1] / REFINED}
         )
 
-    simulations = Simulations(problem, compute)
+    simulations = DesignSimulations(problem, compute)
     values: list[float] = []
     limits: dict[str, list[float]] = {}
     count, failure = 0, ""
@@ -189,7 +188,7 @@ def write(told: DesignFile, found: Descent, out: Path) -> None:
     whole.write(out / "design.toml", configuration.dumps(found.best.shape.config))
 
 
-def front_facts(problem: Problem, found: Front, wall_s: float) -> FrontFile:
+def front_facts(problem: Problem, found: UncertainFront, wall_s: float) -> FrontFile:
     """Make the ``front.json`` of a problem.
 
     Args:
@@ -201,16 +200,10 @@ def front_facts(problem: Problem, found: Front, wall_s: float) -> FrontFile:
         The content of the file.
     """
     keys = [each.key for each in problem.variables]
-    objective = problem.objective
     return FrontFile(
         objectives=(
-            NamedObjective(name=found.name, unit=unit(found.name), sense="at most"),
-            NamedObjective(
-                name=objective.name,
-                unit=unit(objective.name),
-                sense="minimise" if problem.sign > 0 else "maximise",
-                where=str(objective).removeprefix(objective.name).strip(),
-            ),
+            objective(found.name, "at most"),
+            objective(str(problem.objective), "minimise" if problem.sign > 0 else "maximise"),
         ),
         ranges={each.key: (each.low, each.high) for each in problem.variables},
         levels=tuple(

@@ -7,7 +7,7 @@ design is where the worst one is expected to improve most on the best design so 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +15,10 @@ from scipy.stats import qmc
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.descent import NoStart
-from dolfingrip.design.gradient.evaluation import Floats, Simulated, Simulations
+from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations, Floats
 from dolfingrip.design.gradient.problem import Constraint, Problem
-from dolfingrip.design.gradient.shape import Shapes
-from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.design.gradient.shape import UnloadedShapes
+from dolfingrip.design.gradient.trial import Descent, Say, Trial, silent
 from dolfingrip.design.surrogate.process import GradientProcess
 from dolfingrip.experiments.rigs.grasped import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
@@ -48,10 +48,7 @@ class SearchPolicy:
     seed: int = 1
 
 
-POLICY = SearchPolicy()
-
-
-class Searcher:
+class BayesianSearch:
     """Looks for the best design of a problem whose objective has no gradient.
 
     Args:
@@ -64,15 +61,13 @@ class Searcher:
     def __init__(
         self,
         problem: Problem,
-        simulations: Simulations,
-        say: Callable[[Trial, Sequence[tuple[Constraint, float]]], None] = lambda trial, limits: (
-            None
-        ),
-        policy: SearchPolicy = POLICY,
+        simulations: DesignSimulations,
+        say: Say = silent,
+        policy: SearchPolicy = SearchPolicy(),
     ) -> None:
         self._problem, self._simulations, self._say = problem, simulations, say
         self._policy = policy
-        self._shapes = Shapes(problem)
+        self._shapes = UnloadedShapes(problem)
         self._foods = [grasped(each.base.food) for each in problem.conditions]
         self._low = np.array([each.low for each in problem.variables])
         self._range = np.array([each.high for each in problem.variables]) - self._low
@@ -125,7 +120,7 @@ class Searcher:
         assert best is not None
         return Descent(trials, best, ending, self._limits, spent, seconds)
 
-    def _simulated(self, trial: Trial, best: Trial | None) -> Simulated:
+    def _simulated(self, trial: Trial, best: Trial | None) -> DesignNumbers:
         """Simulate a design, the best one's worst condition first, while it may be better.
 
         What was not simulated is NaN.
@@ -134,7 +129,7 @@ class Searcher:
         trial.signed = np.full(number, np.nan)
         order = range(number) if best is None else np.argsort(-best.signed, kind="stable")
         bar = np.inf if best is None else float(best.signed.max())
-        whole = Simulated()
+        whole = DesignNumbers()
         for each in [list(order)] if best is None else [[int(i)] for i in order]:
             found = self._simulations.at(trial.values, gradients=False, only=each)
             whole.simulations += found.simulations
@@ -155,7 +150,7 @@ class Searcher:
         return np.asarray(np.round(self._low + scaled * self._range, 6) + 0.0)
 
     def _kept(self, scaled: Floats) -> bool:
-        """Whether there is such a finger, within the limits, and such a gripper for each food."""
+        """Tell whether there is such a finger within the limits, and a gripper for each food."""
         values = self._values(scaled)
         try:
             shape = self._shapes.at(values)

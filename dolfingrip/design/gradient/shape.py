@@ -11,7 +11,9 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING
+from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING, OVERHANG
+from dolfingrip.design.quantities.shape import COG, MASS
+from dolfingrip.experiments.derivatives.gradients import G_PER_MM3
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import placed, straight
 from dolfingrip.meshes.cells import FACET_CORNERS
@@ -20,9 +22,6 @@ from dolfingrip.meshes.measures import moment_gradients, moments
 from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 from dolfingrip.meshes.walls import Facing, facing
 from dolfingrip.parameter import Entry
-
-G_PER_MM3 = 1e-6
-"""Grams of a cubic millimetre of 1 kg/m³."""
 
 BESIDE: Final = {
     4: np.array([[0, 1, 2, 3]]),
@@ -69,7 +68,7 @@ FINER: Final = 2
 between the nodes of the mesh must keep limits, too."""
 
 
-class Shapes:
+class UnloadedShapes:
     """The unloaded shapes of a problem's designs, all on the mesh of its start.
 
     Args:
@@ -103,16 +102,16 @@ class Shapes:
         self.printed: Ints = np.concatenate(facets)[:, :corners]
         self.shaped = [v.parameter for v in self.variables if v.parameter.entry is Entry.SHAPE]
 
-    def at(self, values: Sequence[float] | Floats) -> Shape:
+    def at(self, values: Sequence[float] | Floats) -> UnloadedShape:
         """The shape of a design.
 
         Raises:
             ConfigError: one line, where there is no such finger.
         """
-        return Shape(self, self._condition.config(self.variables, list(map(float, values))))
+        return UnloadedShape(self, self._condition.config(self.variables, list(map(float, values))))
 
 
-class Shape:
+class UnloadedShape:
     """One unloaded shape.
 
     Args:
@@ -120,7 +119,7 @@ class Shape:
         config: of the design.
     """
 
-    def __init__(self, shapes: Shapes, config: Config) -> None:
+    def __init__(self, shapes: UnloadedShapes, config: Config) -> None:
         self._all, self.config = shapes, config
         self._adapted = config.adapted()
         self._straight = self._on_planes(shapes.mesh.points)
@@ -159,12 +158,12 @@ class Shape:
     def value(self, name: str) -> float:
         """Mass (g), COG offset (mm), or the extreme of :meth:`rows`."""
         volume, moment = self._moments
-        if name == "mass_g":
+        if name == MASS:
             return volume * self._copies * self.config.material.density_kg_m3 * G_PER_MM3
-        if name == "cog_offset_mm":
+        if name == COG:
             return float(moment[0] / volume) - self.config.cog.x_ref_mm
         rows = self.rows(name)
-        if name == "overhang_deg":
+        if name == OVERHANG:
             return float(rows.max(initial=0.0))
         return float(rows.min(initial=np.inf))
 
@@ -176,7 +175,7 @@ class Shape:
         """Derivatives of mass or COG offset by the variables."""
         volume, moment = self._moments
         by_volume, by_moment = moment_gradients(self.mesh)
-        if name == "mass_g":
+        if name == MASS:
             field = by_volume * self._copies * self.config.material.density_kg_m3 * G_PER_MM3
         else:
             field = (by_moment[0] - moment[0] / volume * by_volume) / volume
@@ -190,7 +189,7 @@ class Shape:
         Shape (rows,). Qualities are scaled Jacobians at corners by those at the start, and twice
         the lengths of edges by those at the start.
         """
-        if name == "overhang_deg":
+        if name == OVERHANG:
             return self._overhang()
         if name == CELL_QUALITY:
             return _measured(self._finer) / self._all.measured
@@ -203,7 +202,7 @@ class Shape:
         """Derivatives (variables, chosen) of some of them."""
         if not len(chosen):
             return np.empty((len(self._all.variables), 0))
-        if name == "overhang_deg":
+        if name == OVERHANG:
             return self._overhang_slopes(chosen)
         if name == CELL_QUALITY:
             return self._quality_slopes(chosen)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
-from dolfingrip.design.gradient.evaluation import Compute, Simulations
-from dolfingrip.design.gradient.problem import Constraint, Problem
-from dolfingrip.design.gradient.quantity import GRASP
-from dolfingrip.design.gradient.search import POLICY, Searcher, SearchPolicy
-from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.search import BayesianSearch, SearchPolicy
+from dolfingrip.design.gradient.trial import Descent, Say, Trial, silent
+from dolfingrip.design.quantities.grasp import GRASP
 
 SEED: Final = 33
 """Of the random starts, so that a run that goes on begins at the same places."""
@@ -86,8 +85,8 @@ def begins(problem: Problem) -> list[np.ndarray | None]:
 def solve(
     problem: Problem,
     compute: Compute,
-    say: Callable[[Trial, Sequence[tuple[Constraint, float]]], None],
-    search: SearchPolicy = POLICY,
+    say: Say = silent,
+    search: SearchPolicy = SearchPolicy(),
 ) -> Starts:
     """Find the best design from each start by a :class:`.TrustRegionSQP`, of a grasp by a search.
 
@@ -103,15 +102,16 @@ def solve(
     Raises:
         NoStart: one line, where the problem's own start has no design.
     """
+    simulations = DesignSimulations(problem, compute)
     if problem.objective.experiment == GRASP:
-        return Starts([Searcher(problem, Simulations(problem, compute), say, search).run()], [""])
-    descender = TrustRegionSQP(problem, Simulations(problem, compute), say)
-    found = Starts([descender.run()], [""])
+        return Starts([BayesianSearch(problem, simulations, say, search).run()], [""])
+    solver = TrustRegionSQP(problem, simulations, say)
+    every = Starts([solver.run()], [""])
     for begin in begins(problem)[1:]:
         try:
-            found.descents.append(descender.run(begin))
-            found.failures.append("")
+            every.descents.append(solver.run(begin))
+            every.failures.append("")
         except NoStart as error:
-            found.descents.append(None)
-            found.failures.append(str(error))
-    return found
+            every.descents.append(None)
+            every.failures.append(str(error))
+    return every

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from dolfingrip.design.gradient.evaluation import Floats
 from dolfingrip.design.gradient.problem import Constraint
-from dolfingrip.design.gradient.shape import Shape
+from dolfingrip.design.gradient.shape import UnloadedShape
 
 
 @dataclass(slots=True)
@@ -36,7 +37,7 @@ class Trial:
 
     scaled: Floats
     values: Floats
-    shape: Shape
+    shape: UnloadedShape
     simulations: int
     objective: float = float("nan")
     excess: float = 0.0
@@ -53,7 +54,7 @@ class Trial:
 
 @dataclass(slots=True)
 class Descent:
-    """What a descent found.
+    """The way that a descent took.
 
     Attributes:
         trials: every design that was simulated, in order; the first is the start.
@@ -75,3 +76,11 @@ class Descent:
     def start(self) -> Trial:
         """The design at which it began."""
         return self.trials[0]
+
+
+Say = Callable[[Trial, Sequence[tuple[Constraint, float]]], None]
+"""Called with each design that was simulated, and the limits with their values."""
+
+
+def silent(trial: Trial, limits: Sequence[tuple[Constraint, float]]) -> None:
+    """Say nothing of a design."""

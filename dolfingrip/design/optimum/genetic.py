@@ -19,7 +19,7 @@ from pymoo.operators.selection.tournament import TournamentSelection
 
 
 @dataclass(frozen=True)
-class Settings:
+class NSGA2Settings:
     """NSGA-II's numbers: population and generations are the paper's.
 
     The paper does not name the rates it found best, nor any distribution index; the rates are
@@ -83,7 +83,7 @@ def tournament(pop: Any, pairs: npt.NDArray[np.int_], algorithm: Any, **_: Any) 
     return np.where(wins, first, second)[:, None]
 
 
-def nsga2(settings: Settings) -> NSGA2:
+def nsga2(settings: NSGA2Settings) -> NSGA2:
     """NSGA-II with the paper's crossover and mutation rates.
 
     pymoo has two probabilities for each operator: ``prob`` that a mating (or individual) is

@@ -1,74 +1,282 @@
-"""An optimisation: the front of a surrogate, and what is chosen along it."""
+"""An optimisation: the front of a surrogate, choices along it, and finite elements there."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import platform
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from dolfingrip.design.optimum import pareto, resolve
-from dolfingrip.design.optimum.genetic import Settings
-from dolfingrip.design.optimum.pareto import Front
-from dolfingrip.design.optimum.resolve import Evaluate, Resolved, SelectedDesign
+import numpy as np
+
+import dolfingrip
+from dolfingrip.config import Config
+from dolfingrip.design.campaign import campaign
+from dolfingrip.design.campaign.plan import OBJECTIVE, Plan, quantities
+from dolfingrip.design.optimum import pareto
+from dolfingrip.design.optimum.genetic import NSGA2Settings
+from dolfingrip.design.optimum.pareto import Matrix, TradeOff, Vector
 from dolfingrip.design.surrogate.surrogate import Surrogate
+from dolfingrip.files import table
+from dolfingrip.files.objective import NamedObjective
+from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile, SurrogateError
+from dolfingrip.files.surrogate import PREFIX
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.run import Progress, silent
+
+Outputs = dict[str, float]
 
 
-@dataclass(frozen=True)
-class Optimum:
-    """A front and the choices along it.
+class Recomputed(NamedTuple):
+    """A design by finite elements.
 
     Attributes:
-        front: of the surrogate.
-        candidates: what is worth computing again: choices first, points along the front last.
-        missed: COG limits (mm) below the whole front.
+        outputs: by name; None where they failed.
+        failure: why, in one sentence; "" where they did not.
     """
 
-    surrogate: Surrogate
-    settings: Settings
-    front: Front
-    candidates: list[SelectedDesign]
-    missed: list[float]
+    outputs: Outputs | None
+    failure: str = ""
+
+
+Evaluate = Callable[[Sequence[dict[str, float]]], list[Recomputed]]
+"""From designs (inputs by name) to what finite elements give for each."""
 
 
 def find(
     surrogate: Surrogate,
-    limits_mm: Sequence[float],
-    settings: Settings,
+    objectives: tuple[NamedObjective, NamedObjective],
+    limits: Sequence[float],
+    settings: NSGA2Settings,
     progress: Callable[[int], None] | None = None,
-    *,
-    along: int = 10,
-) -> Optimum:
+) -> OptimumFile:
     """Find the front within the surrogate's range, and choose on it.
 
     Args:
-        limits_mm: COG limits to choose by.
+        surrogate: with both objectives among its outputs.
+        objectives: the limited one, the improved one.
+        limits: of the first objective, to choose by.
+        settings: of NSGA-II.
         progress: called with the generations done.
-        along: number of points along the front to compute again.
+
+    Returns:
+        The front, and the designs that are worth computing again.
 
     Raises:
         ConfigError: one line, where the surrogate lacks an objective.
     """
-    predict, low, high = pareto.objectives(surrogate), surrogate.inputs.low, surrogate.inputs.high
-    front = pareto.fronts(predict, low, high, settings, progress=progress)[settings.generations]
+    asked = TradeOff.of(surrogate, objectives)
+    front = pareto.fronts(asked, settings, progress=progress)[settings.generations]
+
+    def selected(design: Vector, role: str, limit: float | None = None) -> ChosenDesign:
+        ((inputs, outputs),) = _named(surrogate, design[None, :])
+        return ChosenDesign(role=role, limit=limit, inputs=inputs, surrogate=outputs)
+
     chosen, polished, missed = [], [], []
-    for limit in limits_mm:
+    for limit in limits:
         place = front.choose(limit)
         if place is None:
             missed.append(limit)
             continue
-        start = front.designs[place]
-        chosen.append(resolve.selected(surrogate, start, "chosen", limit))
-        better = pareto.polish(predict, low, high, start, limit)
+        chosen.append(selected(front.designs[place], "chosen", limit))
+        better = pareto.polish(asked, front.designs[place], limit)
         if better is not None:
-            polished.append(resolve.selected(surrogate, better[0], "polished", limit))
-    candidates = [
-        *chosen,
-        *resolve.original(surrogate),
-        *polished,
-        *resolve.along(surrogate, front, along),
+            polished.append(selected(better[0], "polished", limit))
+    zero = np.zeros(len(surrogate.input_names))  # which a morph leaves as it is
+    inside = (asked.low <= zero).all() and (zero <= asked.high).all()
+    morphs = all(name.startswith("morph.") for name in surrogate.input_names)
+    original = [selected(zero, "original")] if inside and morphs else []
+    return OptimumFile(
+        objectives=objectives,
+        settings=asdict(settings),
+        surrogate_sha256=surrogate.sha256(),
+        front=tuple(
+            FrontDesign(inputs=inputs, surrogate=outputs)
+            for inputs, outputs in _named(surrogate, front.designs)
+        ),
+        limits_below_the_front=tuple(missed),
+        designs=(*chosen, *original, *polished),
+        versions={
+            "dolfingrip": dolfingrip.__version__,
+            "python": platform.python_version(),
+            **{name: metadata.version(name) for name in ("numpy", "pymoo", "moocore", "torch")},
+        },
+    )
+
+
+def _named(surrogate: Surrogate, designs: Matrix) -> list[tuple[dict[str, float], Outputs]]:
+    """Inputs and the surrogate's outputs of designs, by name."""
+    return [
+        (
+            dict(zip(surrogate.input_names, map(float, inputs), strict=True)),
+            dict(zip(surrogate.output_names, map(float, outputs), strict=True)),
+        )
+        for inputs, outputs in zip(designs, surrogate.predict(designs, warn=False), strict=True)
     ]
-    return Optimum(surrogate, settings, front, candidates, missed)
 
 
-def compute(optimum: Optimum, evaluate: Evaluate) -> list[Resolved]:
-    """The candidates by finite elements."""
-    return resolve.resolve(optimum.candidates, evaluate)
+def evaluator(
+    base: Config,
+    outputs: Sequence[str],
+    out: Path,
+    where: Where,
+    *,
+    objective: str = OBJECTIVE,
+    progress: Progress = silent,
+) -> Evaluate:
+    """Compute designs by a campaign; what it already holds is not computed again.
+
+    Args:
+        base: configuration that the inputs are put into.
+        outputs: quantities wanted.
+        out: folder of the campaign.
+        where: workers.
+        objective: import path of what computes a design.
+        progress: called with each answer stored.
+
+    Returns:
+        A function from designs to what finite elements give for them.
+
+    Raises:
+        ConfigError: one line, where a quantity cannot be computed.
+    """
+    wanted = quantities(outputs, objective)
+
+    def plan(*designs: dict[str, float]) -> Plan:
+        return Plan(base, tuple(designs[0]), tuple(map(dict, designs)), wanted, objective)
+
+    def evaluate(designs: Sequence[dict[str, float]]) -> list[Recomputed]:
+        campaign.run(plan(*designs), out, where, progress=progress)
+        rows = campaign.read(out).by_key()
+        return [_recomputed(rows[plan(design).designs()[0].key]) for design in designs]
+
+    return evaluate
+
+
+def _recomputed(row: Mapping[str, Any]) -> Recomputed:
+    if row["status"] != "done":
+        return Recomputed(None, row["failure"] or "not computed")
+    return Recomputed({name: float(value) for name, value in row["outputs"].items()})
+
+
+def resolve(found: OptimumFile, along: int, evaluate: Evaluate) -> OptimumFile:
+    """Compute the chosen designs and points along the front by finite elements.
+
+    Args:
+        found: front and choices.
+        along: number of points along the front, evenly far apart.
+        evaluate: computes designs, each once whatever it is wanted for.
+
+    Returns:
+        The same with what finite elements gave, and with the surrogate's error along the front.
+    """
+    values = np.array([[each.surrogate[o.title] for o in found.objectives] for each in found.front])
+    places = {int(i) for i in pareto.spread(values, along)} if along else set()
+    inputs = [each.inputs for each in found.designs]
+    inputs += [found.front[i].inputs for i in sorted(places)]
+    distinct = list({tuple(each.items()): each for each in inputs}.values())
+    known = {
+        tuple(design.items()): each
+        for design, each in zip(distinct, evaluate(distinct), strict=True)
+    }
+    front = tuple(
+        each.model_copy(update=_update(known[tuple(each.inputs.items())])) if i in places else each
+        for i, each in enumerate(found.front)
+    )
+    designs = [
+        each.model_copy(update={**_update(known[tuple(each.inputs.items())]), "resolved": True})
+        for each in found.designs
+    ]
+    first, second = found.objectives
+    references = [_output(each, second) for each in designs if each.role == "original"]
+    for place, each in enumerate(designs):
+        limited, improved = _output(each, first), _output(each, second)
+        update: dict[str, Any] = {}
+        if each.limit is not None and limited is not None:
+            update["within_limit"] = first.sign * limited <= first.sign * each.limit
+        if references and references[0] and improved is not None:
+            update["gain"] = improved / references[0] - 1
+        designs[place] = each.model_copy(update=update)
+    errors = {name: _error(front, name) for name in (front[0].surrogate if front else ())}
+    return found.model_copy(
+        update={
+            "front": front,
+            "designs": tuple(designs),
+            "surrogate_error_on_front": {name: e for name, e in errors.items() if e is not None},
+        }
+    )
+
+
+def _update(computed: Recomputed) -> dict[str, Any]:
+    return {"fem": computed.outputs, "failure": computed.failure}
+
+
+def _output(design: ChosenDesign, of: NamedObjective) -> float | None:
+    return None if design.fem is None else design.fem.get(of.title)
+
+
+def _error(front: Sequence[FrontDesign], name: str) -> SurrogateError | None:
+    """The surrogate's error of one output where finite elements could compute it."""
+    pairs = [(e.surrogate[name], e.fem[name]) for e in front if e.fem is not None]
+    if not pairs:
+        return None
+    predicted, computed = np.array(pairs).T
+    miss = predicted - computed
+    rms = float(np.sqrt(np.mean(miss**2)))
+    return SurrogateError(
+        designs=len(pairs),
+        rms=rms,
+        largest=float(np.abs(miss).max()),
+        relative=rms / float(np.abs(computed).mean()),
+    )
+
+
+def write_front(found: OptimumFile, out: Path) -> None:
+    """Write ``front.csv``: the designs of the front and the surrogate's outputs.
+
+    Args:
+        found: whose front it is.
+        out: folder.
+
+    Raises:
+        WriteError: one line.
+    """
+    table.write(
+        out / "front.csv", [{**e.inputs, **_prefixed(PREFIX, e.surrogate)} for e in found.front]
+    )
+
+
+def write(found: OptimumFile, out: Path) -> None:
+    """Write ``optimum.json`` and, where designs were computed again, ``resolved.csv``.
+
+    Args:
+        found: front and choices.
+        out: folder.
+
+    Raises:
+        WriteError: one line.
+    """
+    again: list[ChosenDesign | FrontDesign] = [each for each in found.designs if each.resolved]
+    again += [each for each in found.front if each.fem is not None or each.failure]
+    rows: list[dict[str, Any]] = [
+        {
+            "role": getattr(each, "role", "front"),
+            "limit": getattr(each, "limit", None),
+            **each.inputs,
+            **_prefixed(PREFIX, each.surrogate),
+            **_prefixed("fem.", each.fem or {}),
+            "status": "failed" if each.fem is None else "done",
+            "failure": each.failure or None,
+        }
+        for each in again
+    ]
+    if rows:
+        full = max(rows, key=len)  # a failed design lacks numbers
+        table.write(out / "resolved.csv", rows, list(full))
+    found.write(out)
+
+
+def _prefixed(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    return {prefix + name: value for name, value in values.items()}

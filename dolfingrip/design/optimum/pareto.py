@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,87 +11,141 @@ from pymoo.core.problem import Problem
 from pymoo.termination import get_termination
 from scipy import optimize
 
-from dolfingrip.channels import FORCE
-from dolfingrip.design.optimum.genetic import Settings, nsga2
+from dolfingrip.design.optimum.genetic import NSGA2Settings, nsga2
 from dolfingrip.design.surrogate.surrogate import Surrogate
+from dolfingrip.files.objective import NamedObjective
 
 Matrix = npt.NDArray[np.float64]
 Vector = npt.NDArray[np.float64]
 Predict = Callable[[Matrix], Matrix]
-"""Designs, shape (n, inputs), to objectives, shape (n, 2): offset to keep low, force to raise."""
+"""From designs, shape (n, inputs), to both objectives, shape (n, 2)."""
 
-COG = "cog_offset_mm"
-"""COG offset of the undeformed finger, which is kept low as the blocked force is raised."""
+SLACK = 1e-6
+"""Amount by which a polished design may exceed its limit, in the unit of the objective."""
 
 
 @dataclass(frozen=True)
-class Front:
-    """Designs none of which is better than another in both objectives, by rising COG offset.
+class TradeOff:
+    """Two objectives of a design that are traded off; the first is limited, the second improved.
+
+    Attributes:
+        predict: from designs to objectives.
+        low, high: shape (inputs,), bounds of the designs.
+        signs: 1 for an objective of which less is better, −1 where more is.
+    """
+
+    predict: Predict
+    low: Vector
+    high: Vector
+    signs: tuple[float, float]
+
+    @classmethod
+    def of(cls, surrogate: Surrogate, objectives: Sequence[NamedObjective]) -> TradeOff:
+        """Trade two outputs of a surrogate off, within the range that it learnt from.
+
+        Args:
+            surrogate: with both outputs.
+            objectives: the limited one, the improved one.
+
+        Returns:
+            The trade-off.
+
+        Raises:
+            ConfigError: one line, where the surrogate lacks one of them.
+        """
+        columns = [surrogate.output(each.title) for each in objectives]
+        first, second = (each.sign for each in objectives)
+        # no warning: an optimiser stays within the bounds it is given, which are checked once
+        return cls(
+            lambda designs: surrogate.predict(designs, warn=False)[:, columns],
+            surrogate.inputs.low,
+            surrogate.inputs.high,
+            (first, second),
+        )
+
+    def front(self, designs: Matrix, values: Matrix) -> ParetoFront:
+        """Sort points that do not dominate one another by the first objective.
+
+        Args:
+            designs: shape (n, inputs).
+            values: shape (n, 2), of the objectives.
+
+        Returns:
+            The front.
+        """
+        order = np.lexsort((values[:, 1], values[:, 0]))
+        return ParetoFront(designs[order], values[order], self.signs)
+
+
+@dataclass(frozen=True)
+class ParetoFront:
+    """Designs none of which is better than another in both objectives, by the rising first one.
 
     Attributes:
         designs: shape (points, inputs).
-        cog_mm: shape (points,), the objective that is kept low.
-        force_N: shape (points,), the objective that is raised.
+        values: shape (points, 2), of the objectives.
+        signs: of the :class:`TradeOff`.
     """
 
     designs: Matrix
-    cog_mm: Vector
-    force_N: Vector
+    values: Matrix
+    signs: tuple[float, float]
 
     def __len__(self) -> int:
         return len(self.designs)
 
-    def choose(self, cog_max_mm: float) -> int | None:
-        """The point of greatest force with a COG offset up to the limit; None where none has.
+    def choose(self, limit: float) -> int | None:
+        """Return the best point by the second objective that keeps a limit of the first one.
 
         On a front that is the last point within the limit.
-        """
-        within = np.flatnonzero(self.cog_mm <= cog_max_mm)
-        return int(within[self.force_N[within].argmax()]) if within.size else None
 
-    def spread(self, count: int) -> npt.NDArray[np.int_]:
-        """Points evenly far apart along the front, both ends among them; at most ``count``.
+        Args:
+            limit: in the unit of the first objective.
 
-        Distance is measured with each objective divided by its range over the front.
+        Returns:
+            Row of the point; None if no point keeps the limit.
         """
-        both = np.column_stack([self.cog_mm, self.force_N])
-        width = np.ptp(both, axis=0)
-        steps = np.diff(both / np.where(width > 0, width, 1.0), axis=0)
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
-        wanted = np.linspace(0.0, along[-1], count)
-        return np.unique(np.abs(along[:, None] - wanted).argmin(axis=0))
+        first, second = (self.values * self.signs).T
+        within = np.flatnonzero(first <= self.signs[0] * limit)
+        return int(within[second[within].argmin()]) if within.size else None
+
+
+def spread(values: Matrix, count: int) -> npt.NDArray[np.int_]:
+    """Return points evenly far apart along a front, both ends among them.
+
+    Distance is measured with each objective divided by its range over the front.
+
+    Args:
+        values: shape (points, 2), of the objectives, in the order along the front.
+        count: largest number of points.
+
+    Returns:
+        Their rows.
+    """
+    width = np.ptp(values, axis=0)
+    steps = np.diff(values / np.where(width > 0, width, 1.0), axis=0)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
+    wanted = np.linspace(0.0, along[-1], count)
+    return np.unique(np.abs(along[:, None] - wanted).argmin(axis=0))
 
 
 class _Designs(Problem):
-    """Two objectives of a surrogate as pymoo minimises them, a whole population at a time."""
+    """A trade-off as pymoo minimises it, a whole population at a time."""
 
-    def __init__(self, predict: Predict, low: Vector, high: Vector) -> None:
-        super().__init__(n_var=len(low), n_obj=2, xl=low, xu=high)
-        self.predict = predict
+    def __init__(self, asked: TradeOff) -> None:
+        super().__init__(n_var=len(asked.low), n_obj=2, xl=asked.low, xu=asked.high)
+        self.asked = asked
 
     def _evaluate(self, x: Matrix, out: dict[str, Matrix], *_: object, **__: object) -> None:
-        out["F"] = self.predict(x) * (1.0, -1.0)
-
-
-def objectives(surrogate: Surrogate, cog: str = COG, force: str = FORCE.name) -> Predict:
-    """The two outputs that are traded off against each other, the first kept low.
-
-    Raises:
-        ConfigError: one line, where the surrogate lacks one of them.
-    """
-    columns = [surrogate.output(cog), surrogate.output(force)]
-    # no warning: an optimiser stays within the bounds it is given, which are checked once
-    return lambda designs: surrogate.predict(designs, warn=False)[:, columns]
+        out["F"] = self.asked.predict(x) * self.asked.signs
 
 
 def fronts(
-    predict: Predict,
-    low: Vector,
-    high: Vector,
-    settings: Settings,
+    asked: TradeOff,
+    settings: NSGA2Settings,
     at: Iterable[int] = (),
     progress: Callable[[int], None] | None = None,
-) -> dict[int, Front]:
+) -> dict[int, ParetoFront]:
     """Run NSGA-II once and keep its front after some generations.
 
     What NSGA-II has after generation g does not depend on how many are to follow: its random
@@ -99,8 +153,7 @@ def fronts(
     holds, number for number, the shorter runs of the same seed and rates (tested).
 
     Args:
-        predict: from designs to the two objectives.
-        low, high: bounds of the designs, shape (inputs,).
+        asked: objectives and bounds.
         settings: the last of ``at`` may not exceed its generations.
         at: generations, the random first one counted as 1; only the last where empty.
         progress: called with the number of generations done.
@@ -111,7 +164,7 @@ def fronts(
     wanted = set(at) or {settings.generations}
     algorithm = nsga2(settings)
     algorithm.setup(
-        _Designs(predict, low, high),
+        _Designs(asked),
         # one more than needed: the run is stepped here, and pymoo's own end does nothing for it
         termination=get_termination("n_gen", settings.generations + 1),
     )
@@ -120,46 +173,40 @@ def fronts(
         algorithm.next()
         if generation in wanted:
             designs, values = algorithm.opt.get("X", "F")
-            found[generation] = front(designs, values * (1.0, -1.0))
+            found[generation] = asked.front(designs, values * asked.signs)
         if progress is not None:
             progress(generation)
     return found
 
 
-def front(designs: Matrix, objectives: Matrix) -> Front:
-    """Sort points that do not dominate one another, shapes (n, inputs) and (n, 2)."""
-    order = np.lexsort((objectives[:, 1], objectives[:, 0]))
-    return Front(designs[order], objectives[order, 0], objectives[order, 1])
-
-
-def polish(
-    predict: Predict, low: Vector, high: Vector, start: Vector, cog_max_mm: float
-) -> tuple[Vector, float, float] | None:
-    """The design of greatest force at a COG limit, by a gradient method from a point of the front.
+def polish(asked: TradeOff, start: Vector, limit: float) -> tuple[Vector, Vector] | None:
+    """Find the best design at a limit by a gradient method from a point of the front.
 
     NSGA-II chooses among the points it has, so its choice stops a little short of the limit; this
     shows by how much. It is reported in addition to that choice and does not replace it.
 
     Args:
+        asked: objectives and bounds.
         start: shape (inputs,).
+        limit: of the first objective, in its unit.
 
     Returns:
-        The design, its COG offset (mm) and force (N); None where SLSQP finds nothing better.
+        The design, and its objectives, shape (2,); None where SLSQP finds nothing better.
     """
 
-    def objective(column: int) -> Callable[[Vector], float]:
-        return lambda x: float(predict(x[None, :])[0, column])
+    def signed(x: Vector, column: int) -> float:
+        return asked.signs[column] * float(asked.predict(x[None, :])[0, column])
 
-    cog, force = objective(0), objective(1)
+    most = asked.signs[0] * limit
     result = optimize.minimize(
-        lambda x: -force(x),
+        lambda x: signed(x, 1),
         start,
         method="SLSQP",
-        bounds=list(zip(low, high, strict=True)),
-        constraints={"type": "ineq", "fun": lambda x: cog_max_mm - cog(x)},
+        bounds=list(zip(asked.low, asked.high, strict=True)),
+        constraints={"type": "ineq", "fun": lambda x: most - signed(x, 0)},
         options={"ftol": 1e-10},
     )
-    x = np.clip(result.x, low, high)
-    if not result.success or cog(x) > cog_max_mm + 1e-6 or force(x) < force(start):
+    x = np.clip(result.x, asked.low, asked.high)
+    if not result.success or signed(x, 0) > most + SLACK or signed(x, 1) > signed(start, 1):
         return None
-    return x, cog(x), force(x)
+    return x, asked.predict(x[None, :])[0]

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dolfingrip.design.optimum.study import Choice
+from dolfingrip.design.optimum.study import StudyChoice
 
 
 class Combination(NamedTuple):
     """Mean and scatter over the seeds of what one combination of hyperparameters chose.
 
     ``mean`` and ``sd`` have shape (inputs,); the deviation is that of a sample (n − 1). Seeds whose
-    front had no point within the COG limit count in ``seeds`` and not in ``chose``.
+    front had no point within the limit count in ``seeds`` and not in ``chose``.
     """
 
     population: int
@@ -27,36 +27,50 @@ class Combination(NamedTuple):
     chose: int
     mean: npt.NDArray[np.float64]
     sd: npt.NDArray[np.float64]
-    mean_force_N: float
+    mean_improved: float
 
 
-def combine(choices: Iterable[Choice], inputs: int = 2) -> list[Combination]:
-    """Mean and standard deviation over the seeds of each combination, of that many inputs."""
-    groups: dict[tuple[int, int, float, float], list[Choice]] = defaultdict(list)
+def combine(choices: Iterable[StudyChoice], inputs: int = 2) -> list[Combination]:
+    """Return mean and standard deviation over the seeds of each combination.
+
+    Args:
+        choices: of all runs.
+        inputs: number of inputs of a design.
+
+    Returns:
+        The combinations, in the order of their first choice.
+    """
+    groups: dict[tuple[int, int, float, float], list[StudyChoice]] = defaultdict(list)
     for choice in choices:
         groups[choice[:4]].append(choice)
     return [_combined(key, group, inputs) for key, group in groups.items()]
 
 
 def _combined(
-    key: tuple[int, int, float, float], group: Sequence[Choice], inputs: int
+    key: tuple[int, int, float, float], group: Sequence[StudyChoice], inputs: int
 ) -> Combination:
     designs = np.array([choice.design for choice in group if choice.design is not None])
-    forces = [choice.force_N for choice in group if choice.force_N is not None]
+    improved = [choice.values[1] for choice in group if choice.values is not None]
     mean = sd = np.full(inputs, np.nan)
     if len(designs) > 0:
         mean = designs.mean(axis=0)
     if len(designs) > 1:
         sd = designs.std(axis=0, ddof=1)
-    force = float(np.mean(forces)) if forces else float("nan")
-    return Combination(*key, len(group), len(designs), mean, sd, force)
+    average = float(np.mean(improved)) if improved else float("nan")
+    return Combination(*key, len(group), len(designs), mean, sd, average)
 
 
 def best(combinations: Iterable[Combination]) -> list[Combination]:
-    """The rates of least scatter for each population and number of generations.
+    """Return the rates of least scatter for each population and number of generations.
 
-    As in the paper, of the first input (ξ1) alone. Combinations where some seed chose nothing do
-    not take part: their scatter is that of the seeds that happened to succeed.
+    It is the scatter of the first input (ξ1) alone, as in the paper. Combinations where some seed
+    chose nothing do not take part: their scatter is that of the seeds that happened to succeed.
+
+    Args:
+        combinations: that are compared.
+
+    Returns:
+        One for each population and number of generations.
     """
     groups: dict[tuple[int, int], list[Combination]] = defaultdict(list)
     for combination in combinations:
@@ -65,12 +79,23 @@ def best(combinations: Iterable[Combination]) -> list[Combination]:
     return [min(group, key=lambda one: one.sd[0]) for _, group in sorted(groups.items())]
 
 
-def rows(combinations: Iterable[Combination], inputs: Sequence[str]) -> list[dict[str, object]]:
-    """Combinations as rows of a table, a column for each input's mean and deviation."""
+def rows(
+    combinations: Iterable[Combination], inputs: Sequence[str], improved: str
+) -> list[dict[str, object]]:
+    """Write combinations as rows of a table, a column for each input's mean and deviation.
+
+    Args:
+        combinations: to be written.
+        inputs: names of the inputs.
+        improved: title of the improved objective.
+
+    Returns:
+        The rows.
+    """
     table = []
     for one in combinations:
         row: dict[str, object] = dict(list(one._asdict().items())[:6])
         for name, mean, sd in zip(inputs, one.mean, one.sd, strict=True):
             row[f"{name}_mean"], row[f"{name}_sd"] = float(mean), float(sd)
-        table.append({**row, "mean_force_N": one.mean_force_N})
+        table.append({**row, f"mean_{improved}": one.mean_improved})
     return table

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from dolfingrip.design.optimum.pareto import objectives
-from dolfingrip.design.optimum.trial import FUNCTION
-from dolfingrip.design.surrogate import surrogate
+from dolfingrip.design.optimum.genetic import NSGA2Settings
+from dolfingrip.design.optimum.pareto import TradeOff, fronts
+from dolfingrip.design.surrogate import surrogate as network
+from dolfingrip.files.objective import NamedObjective
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.job import Data, Job, content_key
 from dolfingrip.jobs.pool import Pool, Unfinished
 from dolfingrip.jobs.run import Progress, silent
 from dolfingrip.jobs.store import NAME, Store, same
+
+FUNCTION: Final = "dolfingrip.design.optimum.study:trial"
+"""Import path of :func:`trial`."""
 
 
 class Key(NamedTuple):
@@ -29,8 +35,8 @@ class Key(NamedTuple):
     seed: int
 
 
-class Choice(NamedTuple):
-    """The design chosen after some generations of a run; None throughout where there was none."""
+class StudyChoice(NamedTuple):
+    """The design chosen after some generations of a run, with its objectives; None: none was."""
 
     population: int
     generations: int
@@ -39,20 +45,30 @@ class Choice(NamedTuple):
     seed: int
     front_points: int
     design: tuple[float, ...] | None
-    cog_offset_mm: float | None
-    force_N: float | None
+    values: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is tried: every combination of these, each with several seeds. Defaults: Table 1."""
+class HyperparameterStudy:
+    """Every combination of these settings of NSGA-II, each with several seeds.
+
+    The defaults are those of the paper's Table 1.
+
+    Attributes:
+        objectives: the limited one, the improved one.
+        limit: of the first objective, that a design is chosen by.
+        populations, generations, crossovers, mutations: of :class:`~.genetic.NSGA2Settings`.
+        seeds: number of runs of each.
+    """
+
+    objectives: tuple[NamedObjective, NamedObjective]
+    limit: float
 
     populations: tuple[int, ...] = (50, 100, 500, 1000)
     generations: tuple[int, ...] = (10, 50, 100, 200)
     crossovers: tuple[float, ...] = (0.9, 0.8, 0.6, 0.4)
     mutations: tuple[float, ...] = (0.01, 0.1, 0.5, 0.8)
     seeds: int = 10
-    cog_max_mm: float = 3.0
 
     def runs(self) -> list[Key]:
         """The runs to do, the longest first, so that no core waits for one at the end.
@@ -75,12 +91,16 @@ class Plan:
 class Finished(NamedTuple):
     """A plan's choices in the order of their keys, and the processor time of all stored runs."""
 
-    choices: list[Choice]
+    choices: list[StudyChoice]
     cpu_s: float
 
 
 def run(
-    folder: Path, out: Path, plan: Plan, processes: int = 2, progress: Progress = silent
+    folder: Path,
+    out: Path,
+    plan: HyperparameterStudy,
+    processes: int = 2,
+    progress: Progress = silent,
 ) -> Finished:
     """Do the runs that are not in ``out`` yet.
 
@@ -98,14 +118,16 @@ def run(
         ConfigError: no surrogate there, or ``out`` holds a study of something else.
         Unfinished: runs failed, as where workers died; the same call tries these again.
     """
-    model = surrogate.load(folder)
-    objectives(model)  # complains in one line where it lacks one
+    model = network.load(folder)
+    TradeOff.of(model, plan.objectives)  # complains in one line where the model lacks one
+    asked = {"objectives": [each.model_dump() for each in plan.objectives], "limit": plan.limit}
     identity = {
         "surrogate": model.sha256(),
-        "cog_max_mm": plan.cog_max_mm,
+        "objectives": ", ".join(f"{each.sense} {each.title}" for each in plan.objectives),
+        "limit": plan.limit,
         "pymoo": metadata.version("pymoo"),
     }
-    common = {"surrogate": str(folder.resolve()), "cog_max_mm": plan.cog_max_mm}
+    common = {"surrogate": str(folder.resolve()), **asked}
     wider = _wider(out, plan)
     wanted = []
     for key in plan.runs():
@@ -135,7 +157,7 @@ def run(
     return Finished(choices, sum(row["result"]["cpu_s"] for row in done))
 
 
-def _wider(out: Path, plan: Plan) -> dict[Key, tuple[int, ...]]:
+def _wider(out: Path, plan: HyperparameterStudy) -> dict[Key, tuple[int, ...]]:
     """Generations of the runs that are done and have the plan's generations among theirs."""
     if not (out / NAME).is_file():
         return {}
@@ -152,9 +174,57 @@ def _key(inputs: Mapping[str, Any]) -> Key:
     return Key(*(inputs[name] for name in Key._fields))
 
 
-def _choices(row: Data) -> Iterator[Choice]:
+def _choices(row: Data) -> Iterator[StudyChoice]:
     """The choices of a run that is done."""
     for found in row["result"]["choices"]:
-        design = found["design"]
-        values = {**row["inputs"], **found, "design": None if design is None else tuple(design)}
-        yield Choice(*(values[name] for name in Choice._fields))
+        pairs = {name: found[name] and tuple(found[name]) for name in ("design", "values")}
+        values = {**row["inputs"], **found, **pairs}
+        yield StudyChoice(*(values[name] for name in StudyChoice._fields))
+
+
+def trial(
+    surrogate: str,
+    objectives: Sequence[Data],
+    limit: float,
+    generations: Sequence[int],
+    population: int,
+    crossover: float,
+    mutation: float,
+    seed: int,
+) -> Data:
+    """Run NSGA-II, as a job, and choose by the limit after several numbers of generations.
+
+    Args:
+        surrogate: its folder.
+        objectives: plain data of the two objectives.
+        limit: of the first objective.
+        generations: after which a design is chosen.
+        population, crossover, mutation, seed: as of :class:`~.genetic.NSGA2Settings`.
+
+    Returns:
+        ``cpu_s`` of this process, and ``choices``: for each number of generations its
+        ``generations``, the ``front_points``, and the chosen ``design`` with the ``values`` of its
+        objectives, each null where no point of the front is within the limit.
+    """
+    start = time.process_time()
+    named = [NamedObjective.model_validate(each) for each in objectives]
+    settings = NSGA2Settings(population, max(generations), crossover, mutation, seed)
+    choices = []
+    for number, front in fronts(
+        TradeOff.of(_load(surrogate), named), settings, generations
+    ).items():
+        chosen = front.choose(limit)
+        choices.append(
+            {
+                "generations": number,
+                "front_points": len(front),
+                "design": None if chosen is None else front.designs[chosen].tolist(),
+                "values": None if chosen is None else front.values[chosen].tolist(),
+            }
+        )
+    return {"choices": choices, "cpu_s": time.process_time() - start}
+
+
+@cache
+def _load(folder: str) -> network.Surrogate:
+    return network.load(Path(folder))

@@ -37,9 +37,6 @@ class ProcessPolicy:
     step: float = 0.05
 
 
-POLICY = ProcessPolicy()
-
-
 @dataclass(frozen=True, slots=True)
 class _Member:
     """The process for one set of lengths.
@@ -74,13 +71,21 @@ class GradientProcess:
         inputs: shape (n, d), each about 0 to 1.
         values: shape (n,).
         slopes: shape (n, d); None: values alone.
+        policy: numbers of the process.
 
     Attributes:
         lengths: correlation length along each input, the likeliest.
         calibration: root mean square of the left-out errors in deviations, at least 1.
     """
 
-    def __init__(self, inputs: Floats, values: Floats, slopes: Floats | None = None) -> None:
+    def __init__(
+        self,
+        inputs: Floats,
+        values: Floats,
+        slopes: Floats | None = None,
+        policy: ProcessPolicy = ProcessPolicy(),
+    ) -> None:
+        self._policy = policy
         self._x, self._mean = np.asarray(inputs, dtype=float), float(np.mean(values))
         observed = np.asarray(values, dtype=float) - self._mean
         self._with_slopes = slopes is not None
@@ -88,8 +93,8 @@ class GradientProcess:
             observed = np.concatenate([observed, np.asarray(slopes, dtype=float).T.ravel()])
         self._y = observed
         dimensions = self._x.shape[1]
-        bounds = [(np.log(POLICY.shortest), np.log(POLICY.longest))] * dimensions
-        begin = np.full(dimensions, np.log(POLICY.typical))
+        bounds = [(np.log(self._policy.shortest), np.log(self._policy.longest))] * dimensions
+        begin = np.full(dimensions, np.log(self._policy.typical))
         found = minimize(self._unlikely, begin, method="L-BFGS-B", bounds=bounds)
         self.lengths: Floats = np.exp(found.x)
         self._members, self._shares = self._ensemble(found.x, bounds)
@@ -103,7 +108,7 @@ class GradientProcess:
         return self._mean + mean, self.calibration * np.sqrt(spread)
 
     def left_out(self) -> Floats:
-        """Error at each design in deviations, foretold without it and its gradient, shape (n,).
+        """Error at each design in deviations, predicted without it and its gradient, shape (n,).
 
         In closed form (Rasmussen & Williams, equation 5.12, for blocks).
         """
@@ -112,7 +117,7 @@ class GradientProcess:
 
     def draws(self, inputs: Floats, count: int) -> Floats:
         """Functions drawn from what is known of it, at inputs (m, d), shape (count, m)."""
-        random = np.random.default_rng(POLICY.seed)
+        random = np.random.default_rng(self._policy.seed)
         found = []
         for member, times in zip(
             self._members, random.multinomial(count, self._shares), strict=True
@@ -134,7 +139,7 @@ class GradientProcess:
         self, best: Floats, bounds: list[tuple[float, float]]
     ) -> tuple[list[_Member], Floats]:
         """Members around the likeliest lengths, and their shares."""
-        d, steps = len(best), POLICY.step * np.eye(len(best))
+        d, steps = len(best), self._policy.step * np.eye(len(best))
         curvature = np.empty((d, d))
         for i in range(d):
             for j in range(i, d):
@@ -143,10 +148,10 @@ class GradientProcess:
                     for a in (1, -1)
                     for b in (1, -1)
                 )
-                curvature[i, j] = curvature[j, i] = sum(corners) / (4 * POLICY.step**2)
+                curvature[i, j] = curvature[j, i] = sum(corners) / (4 * self._policy.step**2)
         sizes, directions = np.linalg.eigh(curvature)
-        narrow = np.maximum(sizes, 1 / POLICY.spread**2)  # never wider than the prior
-        sobol = qmc.Sobol(d, rng=POLICY.seed).random(POLICY.members)
+        narrow = np.maximum(sizes, 1 / self._policy.spread**2)  # never wider than the prior
+        sobol = qmc.Sobol(d, rng=self._policy.seed).random(self._policy.members)
         normal = np.asarray(norm.ppf(np.clip(sobol, 1e-3, 1 - 1e-3)), dtype=float)
         drawn = best + normal @ (directions / np.sqrt(narrow)).T
         low, high = np.transpose(bounds)
@@ -165,13 +170,13 @@ class GradientProcess:
     def _member(self, logarithms: Floats) -> _Member:
         lengths = np.exp(logarithms)
         covariance = self._covariance(self._x, self._x, lengths)
-        covariance[np.diag_indices_from(covariance)] *= 1 + POLICY.nugget
+        covariance[np.diag_indices_from(covariance)] *= 1 + self._policy.nugget
         factor = cho_factor(covariance, lower=True)
         weights = cho_solve(factor, self._y)
         count = len(self._y)
         observed = max(float(self._y @ weights), 1e-300)
         spread = float(np.log(np.diag(factor[0])).sum())
-        apart = (logarithms - np.log(POLICY.typical)) / POLICY.spread
+        apart = (logarithms - np.log(self._policy.typical)) / self._policy.spread
         unlikely = count * np.log(observed / count) / 2 + spread + float(apart @ apart) / 2
         # a variance that is learnt with the mean and the lengths makes predictions Student's t
         # with as many degrees of freedom fewer; this is the variance of it

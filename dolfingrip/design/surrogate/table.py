@@ -15,13 +15,10 @@ import pyarrow
 import pyarrow.csv
 import pyarrow.parquet
 
-from dolfingrip.channels import FORCE
 from dolfingrip.design.campaign import export
 from dolfingrip.jobs.store import NAME, Store
 from dolfingrip.sections.errors import ConfigError
 
-INPUTS = ("morph.xi1", "morph.xi2")
-OUTPUTS = ("cog_offset_mm", FORCE.name)
 STATUS, DONE, FAILED = "status", "done", "failed"
 """The column of a design's status, and its values."""
 
@@ -57,12 +54,15 @@ class Table:
         return digest.hexdigest()
 
 
-def read(source: Path, inputs: Sequence[str] = INPUTS, outputs: Sequence[str] = OUTPUTS) -> Table:
-    """The computed designs of a campaign's folder, or of a CSV or Parquet table.
+def read(source: Path, inputs: Sequence[str], outputs: Sequence[str]) -> Table:
+    """Read the computed designs of a campaign's folder, or of a CSV or Parquet table.
 
     Args:
         source: folder or store of a campaign, ``.csv`` or ``.parquet``.
         inputs, outputs: names of the columns wanted.
+
+    Returns:
+        The designs that are done, with all numbers.
 
     Raises:
         ConfigError: one line, where the table is unreadable, lacks a column, or holds text
@@ -95,7 +95,13 @@ def read(source: Path, inputs: Sequence[str] = INPUTS, outputs: Sequence[str] = 
 
 
 def campaign(source: Path) -> dict[str, Any] | None:
-    """What all designs of a campaign share (``Plan.facts``); None where the source is a file.
+    """Return what all designs of a campaign share (``Plan.facts``).
+
+    Args:
+        source: folder or store of a campaign, or a table.
+
+    Returns:
+        The facts; None where the source is a table.
 
     Raises:
         ConfigError: one line, where the folder holds no campaign.

@@ -21,7 +21,7 @@ Progress = Callable[[int], None]
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrainingSettings:
     """How a surrogate is trained; layers, epochs and split are the paper's.
 
     The paper names neither activation nor optimiser nor rate. Adam on the full batch (166 designs
@@ -37,7 +37,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class TrainingPolicy:
     """How a training is followed and judged.
 
     Attributes:
@@ -49,9 +49,6 @@ class Judgement:
     fewest_designs: int = 10
     goal_mse: float = 1e-3
     sampled_epochs: int = 10
-
-
-JUDGEMENT = Judgement()
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,16 @@ class Training:
 
 
 def split(rows: int, share: float, seed: int) -> npt.NDArray[np.bool_]:
-    """Which rows are held out for testing, shape (rows,): the share of them, at random."""
+    """Choose the rows that are held out for testing, at random.
+
+    Args:
+        rows: number of them.
+        share: part of them that is held out.
+        seed: of the random numbers.
+
+    Returns:
+        Shape (rows,), true for those.
+    """
     held_out = np.zeros(rows, dtype=bool)
     order = np.random.default_rng(seed).permutation(rows)
     held_out[order[: round(share * rows)]] = True
@@ -80,22 +86,28 @@ def split(rows: int, share: float, seed: int) -> npt.NDArray[np.bool_]:
 
 
 def train(
-    table: Table, settings: Settings | None = None, progress: Progress | None = None
+    table: Table,
+    settings: TrainingSettings = TrainingSettings(),
+    progress: Progress | None = None,
+    policy: TrainingPolicy = TrainingPolicy(),
 ) -> Training:
     """Fit the network to a table.
 
     Args:
         table: designs that were computed.
-        settings: the paper's where None.
+        settings: the paper's by default.
         progress: called with the number of epochs done.
+        policy: how it is followed and judged.
+
+    Returns:
+        The surrogate and its learning curve.
 
     Raises:
         ConfigError: too few designs.
     """
-    settings = settings or Settings()
-    if len(table) < JUDGEMENT.fewest_designs:
+    if len(table) < policy.fewest_designs:
         raise ConfigError(
-            f"{len(table)} computed designs; allowed: at least {JUDGEMENT.fewest_designs}"
+            f"{len(table)} computed designs; allowed: at least {policy.fewest_designs}"
         )
     test = split(len(table), settings.test_share, settings.seed)
     inputs, outputs = Range.of(table.inputs), Range.of(table.outputs[~test])
@@ -106,7 +118,14 @@ def train(
     x = torch.from_numpy(2 * inputs.normalise(table.inputs) - 1)
     y = torch.from_numpy(outputs.normalise(table.outputs))
     held_out = torch.from_numpy(test)
-    curve = _fit(net, (x[~held_out], y[~held_out]), (x[held_out], y[held_out]), settings, progress)
+    curve = _fit(
+        net,
+        (x[~held_out], y[~held_out]),
+        (x[held_out], y[held_out]),
+        settings,
+        policy.sampled_epochs,
+        progress,
+    )
     surrogate = Surrogate(
         table.input_names, table.output_names, inputs, outputs, layers, settings.activation, net
     )
@@ -119,7 +138,12 @@ Pair = tuple[torch.Tensor, torch.Tensor]
 
 
 def _fit(
-    net: torch.nn.Module, known: Pair, unseen: Pair, settings: Settings, progress: Progress | None
+    net: torch.nn.Module,
+    known: Pair,
+    unseen: Pair,
+    settings: TrainingSettings,
+    sampled_epochs: int,
+    progress: Progress | None,
 ) -> list[tuple[int, float, float]]:
     """Train in place; epoch, training MSE and test MSE every so many epochs."""
     adam = torch.optim.Adam(net.parameters(), lr=settings.rate)
@@ -138,7 +162,7 @@ def _fit(
         mse(net(known[0]), known[1]).backward()
         adam.step()
         decay.step()
-        if epoch % JUDGEMENT.sampled_epochs == 0 or epoch == settings.epochs:
+        if epoch % sampled_epochs == 0 or epoch == settings.epochs:
             curve.append((epoch, *errors()))
             if progress is not None:
                 progress(epoch)
@@ -149,7 +173,7 @@ def _facts(
     surrogate: Surrogate,
     table: Table,
     test: npt.NDArray[np.bool_],
-    settings: Settings,
+    settings: TrainingSettings,
     last: tuple[int, float, float],
 ) -> dict[str, Any]:
     """Contents of ``surrogate.json`` without the network itself."""

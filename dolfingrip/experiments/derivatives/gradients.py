@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
@@ -14,10 +17,14 @@ from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.undeformed import solid, unplaced
 from dolfingrip.extensions.effect import Displaying
-from dolfingrip.meshes.measures import centroid, centroid_rate
+from dolfingrip.meshes.measures import centroid, centroid_rate, moment_gradients, moments
+from dolfingrip.meshes.solid import Floats, SolidMesh
 from dolfingrip.parameter import Entry, Parameter, find
 
 XI = ("morph.xi1", "morph.xi2")
+
+G_PER_MM3: Final = 1e-6
+"""Grams of a cubic millimetre of 1 kg/m³."""
 
 
 def cog_offset_mm(
@@ -40,10 +47,45 @@ def cog_offset_mm(
         parameters = find(config, XI)
     mesh = solid(config)
     offset = float(centroid(mesh)[0]) - config.cog.x_ref_mm
-    shaped = [each for each in parameters if each.entry is Entry.SHAPE]
-    moving = velocities(shaped, config, unplaced(mesh.points, config)) if shaped else {}
+    moving = _velocities(config, mesh, parameters)
     slopes = {key: float(centroid_rate(mesh, each)[0]) for key, each in moving.items()}
     return offset, {each.key: slopes.get(each.key, 0.0) for each in parameters}
+
+
+def mass_g(
+    config: Config, parameters: Sequence[Parameter] | None = None
+) -> tuple[float, dict[str, float]]:
+    """Mass of the whole finger, and its derivatives.
+
+    Args:
+        config: configuration of the finger.
+        parameters: parameters that the mass is derived by; None: ξ1 and ξ2.
+
+    Returns:
+        The mass (g), and its derivatives by the parameters' keys (g for each unit of the
+        parameter).
+
+    Raises:
+        MeshError: one line, if no finger has these dimensions.
+    """
+    if parameters is None:
+        parameters = find(config, XI)
+    mesh, density = solid(config), config.material.density_kg_m3
+    copies = 2 if "symmetry" in mesh.facets else 1
+    mass = moments(mesh)[0] * copies * density * G_PER_MM3
+    by_points = moment_gradients(mesh)[0] * copies * density * G_PER_MM3
+    moving = _velocities(config, mesh, parameters)
+    slopes = {key: float(np.sum(by_points * each)) for key, each in moving.items()}
+    slopes["material.density_kg_m3"] = mass / density
+    return mass, {each.key: slopes.get(each.key, 0.0) for each in parameters}
+
+
+def _velocities(
+    config: Config, mesh: SolidMesh, parameters: Sequence[Parameter]
+) -> dict[str, Floats]:
+    """Velocities of the mesh's points, (n, 3), by key of the parameters of the shape."""
+    shaped = [each for each in parameters if each.entry is Entry.SHAPE]
+    return velocities(shaped, config, unplaced(mesh.points, config)) if shaped else {}
 
 
 def by_adjoint(config: Config) -> bool:

@@ -14,13 +14,12 @@ from dolfingrip.charts.chart import Axis, Chart
 from dolfingrip.config import Config
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import LearntDesign, SurrogateFile
-from dolfingrip.report.design import label, learning_curve
+from dolfingrip.report.design import label, learning_curve, unit_of
 from dolfingrip.report.page.content import Front, FrontPoint
 from dolfingrip.report.page.contribution import FoundResult
 from dolfingrip.report.page.design_shape import design_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.units import unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +117,7 @@ def front(loop: Loop, most_shapes: int = POLICY.shapes) -> Front | None:
         return None
     across, up = outputs[:2]
     if loop.optimum is not None:
-        across, up = (each.name for each in loop.optimum.objectives)
+        across, up = (each.title for each in loop.optimum.objectives)
     errors = loop.errors
     shapes = _Shapes(base_of(loop), most_shapes)
     points = []
@@ -279,7 +278,7 @@ def _rows(
 
 
 def _axis(name: str) -> Axis:
-    return Axis(label(name), unit(name), label(name).partition(" (")[0])
+    return Axis(label(name), unit_of(name), label(name).partition(" (")[0])
 
 
 def _line(

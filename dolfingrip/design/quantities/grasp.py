@@ -1,20 +1,28 @@
-"""Grasps as designs of a campaign: what became of each, the angles, the margin and the bruising."""
+"""Numbers of a grasp: what became of it, the angles, the margin and the bruising."""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import ClassVar, Final
 
 import numpy as np
 
-from dolfingrip import config as configuration
 from dolfingrip.channels import FINGERS
-from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.config import ConfigError
+from dolfingrip.design.quantities.quantity import (
+    Evaluation,
+    Outcome,
+    Places,
+    Quantity,
+    QuantitySource,
+)
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import compute
+from dolfingrip.files.run import GraspKind
 from dolfingrip.jobs.job import JobFailure
 
-OBJECTIVE: Final = "dolfingrip.design.campaign.grasps:simulate"
-"""Import path of :func:`simulate`."""
+GRASP: Final = "grasp"
+"""Name of the experiment."""
 
 READ: Final = ("angle_A_deg", "angle_B_deg", "angle_C_deg", "slip_mm", "force_closure")
 """Columns of the last row before the lift, or of the last one where the grasp ended before."""
@@ -36,39 +44,34 @@ NO_CLASS: Final = "no class"
 """Class of a failure: the grasp ended early and nothing had been decided."""
 
 
-def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
-    """Compute a grasp in this process.
+class GraspNumbers(QuantitySource):
+    """Numbers of a grasp at the highest pressure."""
 
-    The curve has the class of the outcome and its sentence, and a grasp's main columns.
+    names: ClassVar = (*QUANTITIES, PICKUP)
 
-    Args:
-        config: resolved, as nested dictionaries.
-        quantities: those of :data:`QUANTITIES`, or :data:`PICKUP`, that are wanted.
-        ranks: 1.
+    def quantity(self, said: str, name: str, places: Places, experiment: str | None) -> Quantity:
+        if places or experiment not in (None, GRASP):
+            raise ConfigError(
+                f"{said}: of a grasp at experiment.max_pressure_kPa; allowed: without a place"
+            )
+        return Quantity(name, GRASP)
 
-    Raises:
-        JobFailure: the grasp ended early without an outcome.
-        ConfigError: there is no such gripper.
-    """
-    if ranks != 1:
-        raise configuration.ConfigError(f"--ranks {ranks}: allowed: 1 for a grasp")
-    answer = compute(Request.of("grasp", configuration.from_dict(config)))
-    none = np.empty(0)
-    curve: dict[str, Any] = {
-        name: answer.columns.get(name, none).tolist()
-        for name in ("time_s", "pressure_kPa", "normal_A_N", "table_N", "object_z_mm", *READ)
-    }
-    if answer.outcome is None:
-        kind = answer.failure_class or NO_CLASS
-        raise JobFailure(kind, answer.failure or "", {"curve": curve})
-    curve |= {"outcome": answer.outcome["kind"], "sentence": answer.outcome["sentence"]}
-    outputs = outputs_of(answer)
-    return Outcome(
-        {name: outputs[name] for name in quantities},
-        curve=curve,
-        iterations=answer.iterations,
-        versions=dict(answer.versions),
-    )
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: Evaluation) -> None:
+        if asked.ranks != 1:
+            raise ConfigError(f"--ranks {asked.ranks}: allowed: 1 for a grasp")
+        assert outcome.curve is not None
+        answer = compute(Request.of(GRASP, asked.config))
+        none = np.empty(0)
+        for name in ("time_s", "pressure_kPa", "normal_A_N", "table_N", "object_z_mm", *READ):
+            outcome.curve[name] = answer.columns.get(name, none).tolist()
+        outcome.iterations = (outcome.iterations or 0) + answer.iterations
+        if answer.outcome is None:
+            kind = answer.failure_class or NO_CLASS
+            raise JobFailure(kind, answer.failure or "", {"curve": outcome.curve})
+        outcome.curve["outcome"] = answer.outcome["kind"]
+        outcome.curve["sentence"] = answer.outcome["sentence"]
+        found = outputs_of(answer)
+        outcome.outputs |= {str(each): found[each.name] for each in wanted}
 
 
 def outputs_of(answer: Answer) -> dict[str, float]:
@@ -80,8 +83,6 @@ def outputs_of(answer: Answer) -> dict[str, float]:
     Returns:
         Values of all :data:`QUANTITIES`, and of :data:`PICKUP`.
     """
-    from dolfingrip.files.run import GraspKind
-
     assert answer.outcome is not None
     columns = answer.columns
     before = np.flatnonzero(columns["table_z_mm"] >= 0)

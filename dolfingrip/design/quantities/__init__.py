@@ -1,0 +1,1 @@
+"""Numbers of a design by their names: of its shape, of readings at a place, of a grasp."""

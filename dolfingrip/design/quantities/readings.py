@@ -1,0 +1,193 @@
+"""Readings of a finger's experiments, at the highest pressure or at a place of the path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from dolfingrip.channels import CHANNELS, CONTACT_GAP, FORCE, PRESSURE, read_of
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.quantities.quantity import (
+    Evaluation,
+    Outcome,
+    Places,
+    Quantity,
+    QuantitySource,
+)
+from dolfingrip.experiments.request import Answer, Place, Request
+from dolfingrip.experiments.simulate import compute
+from dolfingrip.jobs.job import JobFailure
+
+SIDE_STIFFNESS: Final = "stiffness_y_N_per_mm"
+
+USUAL: Final[dict[str, str]] = {
+    **{each.name: "bending" for each in read_of("finger")},
+    **{each.name: "blocked_force" for each in read_of("plate")},
+    "work_mJ": "bending",
+    "peak_stretch": "bending",
+    SIDE_STIFFNESS: "push",
+}
+"""Readings, each with the experiment that is run for it unless another is named."""
+
+EXPERIMENTS: Final = {"blocked_force": "blocked", "bending": "free", "push": "pushed"}
+"""Experiments, and what the columns of their curves begin with."""
+
+
+class Readings(QuantitySource):
+    """Readings of one finger: of its tip, of its cavity, of the plate that it presses on."""
+
+    names: ClassVar = (*USUAL, PRESSURE.name)
+
+    def quantity(self, said: str, name: str, places: Places, experiment: str | None) -> Quantity:
+        if len(places) > 1 or (not places and name == PRESSURE.name):
+            raise ConfigError(
+                f"{said}: {len(places)} places; allowed: one, a pressure (kPa), a force (N) or an "
+                "angle (deg)"
+            )
+        where, values = next(iter(places.items()), ("", ()))
+        if name == where:
+            raise ConfigError(f"{said}: given by {where}; allowed: another place")
+        usual = USUAL[where if name == PRESSURE.name else name]
+        if where == FORCE.name:
+            usual = USUAL[FORCE.name]
+        found = experiment or usual
+        if found not in EXPERIMENTS:
+            raise ConfigError(f"{said} in {found}: allowed: in {', '.join(EXPERIMENTS)}")
+        if FORCE.name in (name, where) and found != USUAL[FORCE.name]:
+            raise ConfigError(
+                f'experiment = "{found}": allowed: "{USUAL[FORCE.name]}" with {FORCE.name}'
+            )
+        if name == SIDE_STIFFNESS and (found != "push" or where not in ("", PRESSURE.name)):
+            raise ConfigError(f'{name} in "{found}": allowed: in "push", at a pressure')
+        return Quantity(name, found, where, values, found == usual)
+
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: Evaluation) -> None:
+        assert outcome.curve is not None
+        assert outcome.gradients is not None
+        for experiment in dict.fromkeys(str(each.experiment) for each in wanted):
+            some = [each for each in wanted if each.experiment == experiment]
+            asking = request(experiment, some, asked)
+            answer = compute(asking)
+            outcome.curve |= _curve(answer, EXPERIMENTS[experiment])
+            outcome.iterations = (outcome.iterations or 0) + answer.iterations
+            if answer.failure_class is not None:
+                curve = {"curve": outcome.curve}
+                raise JobFailure(answer.failure_class, answer.failure or "", curve)
+            for each in some:
+                value, slopes = read(each, asking, answer)
+                outcome.outputs[str(each)] = value
+                outcome.gradients[str(each)] = _sorted(slopes, asked.keys or ())
+
+
+def request(experiment: str, wanted: Sequence[Quantity], asked: Evaluation) -> Request:
+    """Ask for the simulation that quantities are read from.
+
+    Args:
+        experiment: that gives them.
+        wanted: quantities; where all are readings at the highest pressure, the path stops where the
+            configuration says.
+        asked: of the design.
+
+    Returns:
+        The request.
+
+    Raises:
+        ConfigError: one line, where there is no such design.
+    """
+    from dolfingrip.experiments.derivatives.gradients import XI, by_adjoint
+
+    keys = asked.keys
+    if keys is None and by_adjoint(asked.config):
+        keys = XI
+    names = tuple(dict.fromkeys(each.name for each in wanted))
+    if all(not each.where and each.name in CHANNELS for each in wanted):
+        return Request.of(
+            experiment, asked.config, keys, at_highest=True,
+            columns=(PRESSURE.name, *names, CONTACT_GAP.name),
+            fields=None if asked.fields is None else asked.fields / experiment, ranks=asked.ranks,
+        )  # fmt: skip
+    if asked.fields is not None:
+        raise ConfigError(f"--fields: allowed: without a place, as in {wanted[0]}")
+    return replace(at_places(experiment, wanted, asked.config, keys), ranks=asked.ranks)
+
+
+def at_places(
+    experiment: str,
+    wanted: Sequence[Quantity],
+    config: Config,
+    keys: Sequence[str] | None,
+    **further: Any,
+) -> Request:
+    """Ask for quantities at the places of a path where they are read.
+
+    Args:
+        experiment: that gives them.
+        wanted: quantities.
+        config: of the design; its highest pressure is raised if a place lies above.
+        keys: of parameters that they are derived by; None: no derivatives.
+        further: attributes of the request.
+
+    Returns:
+        The request.
+
+    Raises:
+        ConfigError: one line, where there is no such design.
+    """
+    places = tuple(dict.fromkeys(place for each in wanted for place in _places(each, config)))
+    highest = max((place.value for place in places if place.column == PRESSURE.name), default=0.0)
+    if highest > config.experiment.max_pressure_kPa:
+        config = config.changed(experiment={"max_pressure_kPa": highest})
+    columns = tuple(dict.fromkeys(each.name for each in wanted))
+    return Request.of(experiment, config, keys, columns=columns, places=places, **further)
+
+
+def _places(quantity: Quantity, config: Config) -> list[Place]:
+    """Places of a path where a quantity is read."""
+    if not quantity.where:
+        return [Place(PRESSURE.name, config.experiment.max_pressure_kPa)]
+    return [Place(quantity.where, value) for value in quantity.values]
+
+
+def read(quantity: Quantity, asked: Request, answer: Answer) -> tuple[float, dict[str, float]]:
+    """Read a quantity from the answer of its request.
+
+    Args:
+        quantity: that was asked for.
+        asked: the request.
+        answer: without a failure.
+
+    Returns:
+        Its value, and its derivatives by key of the parameter, as far as they were taken.
+    """
+    if asked.places:
+        at = [asked.places.index(place) for place in _places(quantity, asked.config)]
+    else:
+        at = [int(np.argmax(answer.columns[PRESSURE.name]))]
+    slopes = {
+        key: float(np.mean(values[at]))
+        for (column, key), values in answer.slopes.items()
+        if column == quantity.name and np.isfinite(values[at]).all()
+    }
+    return float(np.mean(answer.columns[quantity.name][at])), slopes
+
+
+def _sorted(slopes: dict[str, float], keys: Sequence[str]) -> dict[str, float]:
+    """Derivatives in the order of the keys that were asked for; a choice's label begins with it."""
+    order = {key: number for number, key in enumerate(keys)}
+    ranked = sorted(slopes, key=lambda label: order.get(label.partition(" ")[0], len(order)))
+    return {label: slopes[label] for label in ranked}
+
+
+def _curve(answer: Answer, prefix: str) -> dict[str, list[float]]:
+    """Readings at each pressure that was reached."""
+    common = (PRESSURE.name, CONTACT_GAP.name)
+    names = dict.fromkeys((*common, *answer.columns))
+    return {
+        f"{prefix}_{name}" if name in common else name: list(
+            map(float, answer.columns.get(name, np.empty(0)))
+        )
+        for name in names
+    }

@@ -1,0 +1,36 @@
+"""Numbers of the unloaded shape; they take no simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from dolfingrip.design.quantities.quantity import (
+    Evaluation,
+    Outcome,
+    Quantity,
+    QuantitySource,
+)
+
+COG, MASS = "cog_offset_mm", "mass_g"
+
+
+class ShapeNumbers(QuantitySource):
+    """Offset of the centre of gravity, and mass."""
+
+    names: ClassVar = (COG, MASS)
+
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: Evaluation) -> None:
+        from dolfingrip.experiments.derivatives.choices import choices
+        from dolfingrip.experiments.derivatives.gradients import cog_offset_mm, mass_g
+        from dolfingrip.experiments.derivatives.sensitivities import chosen
+
+        keys = asked.keys
+        parameters = None if keys is None else chosen(asked.config, keys)
+        assert outcome.gradients is not None
+        for each in wanted:
+            compute = cog_offset_mm if each.name == COG else mass_g
+            value, slopes = compute(asked.config, parameters)
+            for choice in choices(asked.config, keys):
+                slopes[choice.label] = choice.difference(value, compute(choice.other, ())[0])
+            outcome.outputs[str(each)], outcome.gradients[str(each)] = value, slopes
