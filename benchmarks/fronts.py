@@ -139,10 +139,13 @@ def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
     size = np.array([each.high for each in problem.variables]) - low
     reference = Reference(low, size)
     found = _by_gradients(
-        problem, longer.simulated, reference, DesignSimulations(problem, run.computed_in(out, pool))
+        problem,
+        np.array([list(each.inputs.values()) for each in longer.simulated]),
+        reference,
+        DesignSimulations(problem, run.computed_in(out, pool)),
     )
     for row in found:
-        row["stops_here"] = row["simulations"] == len(stops.objective) + stops.failed
+        row["stops_here"] = row["simulations"] == stops.simulations
     found += _by_values(reference)
     table.write(HERE / "design_front.csv", found)
     _draw(found, HERE / "design_front.png")

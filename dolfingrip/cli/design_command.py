@@ -67,7 +67,6 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
     """Find a front and write ``front.json``, ``front.csv`` and ``front.png``."""
 
     most, folder = problem.method.simulations, out / run.FOLDER
-    begun = time.monotonic()
 
     def say(done: int, unsure: float, failed: bool) -> None:
         note = "failed" if failed else f"the front is sure to {100 * unsure:.2g} % of its range"
@@ -76,8 +75,7 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
     assert problem.front is not None
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
         compute = run.computed_in(folder, pool)
-        found = front.FrontFinder(problem, problem.front, compute, say).run()
-    result = run.front_facts(problem, found, time.monotonic() - begun)
+        result = front.FrontFinder(problem, problem.front, compute, say).run()
     run.write_front(result, out)
     picture.write(gradient_front(result), out / "front.png", picture.Look(panel_in=(4.5, 3.8)))
     screen.say(f"results: {out}")

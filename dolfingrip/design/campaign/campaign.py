@@ -21,7 +21,7 @@ failure."""
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """What a campaign's folder holds.
+    """The designs in a campaign's folder.
 
     Attributes:
         facts: what all designs share, see :meth:`Plan.facts`; None before the first design.
@@ -68,7 +68,13 @@ def run(
 
 
 def read(folder: Path) -> Stored:
-    """What a campaign's folder holds.
+    """Read the designs in a campaign's folder.
+
+    Args:
+        folder: of the campaign.
+
+    Returns:
+        Its designs, and what they share.
 
     Raises:
         ConfigError: one line, where there is no campaign.

@@ -85,6 +85,10 @@ def sensitivities(source: Path) -> pyarrow.Table:
 def write(source: Path, paths: list[Path]) -> int:
     """Write a campaign's table; the suffix determines the format.
 
+    Args:
+        source: folder of the campaign, or its ``campaign.sqlite``.
+        paths: files that end in ``.csv`` or ``.parquet``.
+
     Returns:
         Number of designs.
 
@@ -100,6 +104,10 @@ def write(source: Path, paths: list[Path]) -> int:
 
 def write_sensitivities(source: Path, path: Path) -> int:
     """Write a campaign's derivatives as CSV, where it has any.
+
+    Args:
+        source: folder of the campaign.
+        path: file to be written.
 
     Returns:
         Number of derivatives.

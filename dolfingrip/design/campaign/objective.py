@@ -7,7 +7,7 @@ from pathlib import Path
 
 from dolfingrip import config as configuration
 from dolfingrip.design.quantities.index import SOURCES, parse
-from dolfingrip.design.quantities.quantity import Evaluation, Outcome
+from dolfingrip.design.quantities.quantity import AskedDesign, Outcome
 from dolfingrip.jobs.job import Data
 
 
@@ -38,7 +38,7 @@ def simulate(
     """
     from dolfingrip.experiments.results import record
 
-    asked = Evaluation(
+    asked = AskedDesign(
         configuration.from_dict(config), keys, ranks, None if fields is None else Path(fields)
     )
     outcome = Outcome({}, {}, {}, 0, record.versions())

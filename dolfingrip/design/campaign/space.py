@@ -45,7 +45,7 @@ class Varied:
 
     @property
     def key(self) -> str:
-        """Of the configuration."""
+        """Key of the configuration."""
         return self.parameter.key
 
     def value(self, share: float) -> float | int:
@@ -57,7 +57,13 @@ class Varied:
 
 
 def parse(text: str) -> Varied:
-    """A parameter from ``section.name=low:high`` or ``section.name=low:high:count``.
+    """Read a parameter from ``section.name=low:high`` or ``section.name=low:high:count``.
+
+    Args:
+        text: as on the command line.
+
+    Returns:
+        The parameter with its bounds.
 
     Raises:
         ConfigError: one line, where the key is no number of the configuration or a bound lies

@@ -20,7 +20,7 @@ from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.gradient.shape_limits import ShapeLimits, size_of
 from dolfingrip.design.gradient.subproblem import ObjectiveModel, Rows, best_step
-from dolfingrip.design.gradient.trial import Descent, Say, Trial, silent
+from dolfingrip.design.gradient.trial import Descent, Say, Trial, say_nothing
 
 
 class NoStart(ConfigError):
@@ -41,7 +41,7 @@ class TrustRegionSQP:
         self,
         problem: Problem,
         simulations: DesignSimulations,
-        say: Say = silent,
+        say: Say = say_nothing,
         policy: DescentPolicy = DescentPolicy(),
     ) -> None:
         self._problem, self._simulations, self._say = problem, simulations, say

@@ -8,8 +8,8 @@ place of a design is known.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import qmc
@@ -19,44 +19,15 @@ from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations, Fl
 from dolfingrip.design.gradient.file import FrontTable
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.shape import UnloadedShapes
+from dolfingrip.design.quantities.quantity import objective
 from dolfingrip.design.surrogate.process import GradientProcess
+from dolfingrip.files.front import FrontFile, FrontLevel, SimulatedDesign
+from dolfingrip.files.objective import Sense
 
 CANDIDATES, LEVELS, SEED, FIRST = 2048, 40, 1, 4
 
 DRAWS, SHARE = 400, 0.9
 """Number of functions that are drawn, and the share of them that an interval holds."""
-
-
-@dataclass(slots=True)
-class UncertainFront:
-    """A front with its uncertainty.
-
-    Attributes:
-        name: of the number of the shape.
-        limit: shape (levels,), its limits.
-        values: shape (levels, variables), the best design for each.
-        mean, deviation: shape (levels,), the objective there, and its standard deviation.
-        lowest, highest: shape (levels, variables), interval of each variable of the best design.
-        simulated: shape (n, variables), designs that were simulated.
-        objective, against: shape (n,), of these.
-        areas: hypervolume after each simulation.
-        unsure: largest deviation on the front after each simulation, as a part of its range.
-        failed: number of designs without a solution.
-    """
-
-    name: str
-    limit: Floats
-    values: Floats
-    mean: Floats
-    deviation: Floats
-    lowest: Floats
-    highest: Floats
-    simulated: Floats
-    objective: Floats
-    against: Floats
-    areas: list[float]
-    unsure: list[float]
-    failed: int
 
 
 class FrontFinder:
@@ -84,8 +55,16 @@ class FrontFinder:
         self._low = np.array([each.low for each in problem.variables])
         self._range = np.array([each.high for each in problem.variables]) - self._low
 
-    def run(self) -> UncertainFront:
-        """Simulate until the front is sure enough, or the simulations are spent."""
+    def run(self) -> FrontFile:
+        """Simulate until the front is sure enough, or the simulations are spent.
+
+        Returns:
+            The front with its uncertainty.
+
+        Raises:
+            ConfigError: one line, where no limit can be kept, or no two designs be simulated.
+        """
+        begun = time.monotonic()
         candidates = self._candidates()
         against = np.array([self._against(each) for each in candidates])
         kept = (against >= self._asked.low) & (against <= self._asked.high)
@@ -150,20 +129,36 @@ class FrontFinder:
             raise ConfigError("front: no two designs could be simulated")
         best, mean, deviation = front
         lowest, highest = self._places(process, candidates, against, limits, front)
-        return UncertainFront(
-            self._asked.against,
-            limits,
-            np.array([self._values(candidates[i]) for i in best]),
-            mean,
-            deviation,
-            lowest,
-            highest,
-            np.array([self._values(candidates[i]) for i in seen]),
-            np.array(values),
-            against[seen],
-            areas,
-            unsure,
-            failed,
+        keys = [each.key for each in self._problem.variables]
+        intervals = np.stack([self._values(candidates[best]), lowest, highest], axis=2)
+        sense: Sense = "minimise" if self._problem.sign > 0 else "maximise"
+        return FrontFile(
+            objectives=(
+                objective(self._asked.against, "at most"),
+                objective(str(self._problem.objective), sense),
+            ),
+            ranges={each.key: (each.low, each.high) for each in self._problem.variables},
+            levels=tuple(
+                FrontLevel(
+                    limit=float(limits[i]),
+                    mean=float(mean[i]),
+                    deviation=float(deviation[i]),
+                    inputs=dict(zip(keys, map(tuple, intervals[i].tolist()), strict=True)),
+                )
+                for i in range(len(limits))
+            ),
+            simulated=tuple(
+                SimulatedDesign(
+                    inputs=dict(zip(keys, map(float, self._values(candidates[i])), strict=True)),
+                    values=(float(against[i]), value),
+                )
+                for i, value in zip(seen, values, strict=True)
+            ),
+            simulations=len(values) + failed,
+            failed=failed,
+            hypervolumes=tuple(areas),
+            unsure=tuple(unsure),
+            wall_s=round(time.monotonic() - begun, 1),
         )
 
     def _candidates(self) -> Floats:

@@ -8,7 +8,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.design.quantities import index
 from dolfingrip.design.quantities.grasp import GRASP, PICKUP
 from dolfingrip.design.quantities.quantity import Places, Quantity
-from dolfingrip.design.quantities.readings import Readings
+from dolfingrip.design.quantities.readings import FingerReadings
 from dolfingrip.design.quantities.shape import ShapeNumbers
 
 FACING: Final = ("least_wall_mm", "least_gap_mm", "least_hollow_mm")
@@ -55,7 +55,10 @@ def quantity(option: str, name: str, places: Places, experiment: str | None) -> 
     if name in (*FACING, OVERHANG):
         return ShapeNumbers().quantity(said, name, places, experiment)
     source = index.source(name, said)
-    if not isinstance(source, Readings | ShapeNumbers) and (name, option) != (PICKUP, "objective"):
+    if not isinstance(source, FingerReadings | ShapeNumbers) and (name, option) != (
+        PICKUP,
+        "objective",
+    ):
         raise ConfigError(
             f"{said}: no gradient; allowed: readings of a finger, numbers of its "
             f"shape, or {PICKUP} as the objective"

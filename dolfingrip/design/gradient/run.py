@@ -9,10 +9,8 @@ from typing import Any, Final
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations
-from dolfingrip.design.gradient.front import UncertainFront
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
-from dolfingrip.design.quantities.quantity import objective
 from dolfingrip.experiments.simulate import simulate
 from dolfingrip.files import table, whole
 from dolfingrip.files.design import (
@@ -22,7 +20,7 @@ from dolfingrip.files.design import (
     DesignParameter,
     RefinedDesign,
 )
-from dolfingrip.files.front import FrontFile, FrontLevel, SimulatedDesign
+from dolfingrip.files.front import FrontFile
 from dolfingrip.jobs.pool import Pool
 
 FOLDER: Final = "simulations"
@@ -186,53 +184,6 @@ def write(told: DesignFile, found: Descent, out: Path) -> None:
     told.write(out)
     table.write(out / "steps.csv", [_step(each, found) for each in found.trials])
     whole.write(out / "design.toml", configuration.dumps(found.best.shape.config))
-
-
-def front_facts(problem: Problem, found: UncertainFront, wall_s: float) -> FrontFile:
-    """Make the ``front.json`` of a problem.
-
-    Args:
-        problem: what was asked.
-        found: the front.
-        wall_s: time that it took (s).
-
-    Returns:
-        The content of the file.
-    """
-    keys = [each.key for each in problem.variables]
-    return FrontFile(
-        objectives=(
-            objective(found.name, "at most"),
-            objective(str(problem.objective), "minimise" if problem.sign > 0 else "maximise"),
-        ),
-        ranges={each.key: (each.low, each.high) for each in problem.variables},
-        levels=tuple(
-            FrontLevel(
-                limit=float(found.limit[i]),
-                mean=float(found.mean[i]),
-                deviation=float(found.deviation[i]),
-                inputs={
-                    key: tuple(float(each[i, j]) for each in parts) for j, key in enumerate(keys)
-                },
-            )
-            for parts in [(found.values, found.lowest, found.highest)]
-            for i in range(len(found.limit))
-        ),
-        simulated=tuple(
-            SimulatedDesign(
-                inputs=dict(zip(keys, map(float, values), strict=True)),
-                values=(float(against), float(value)),
-            )
-            for values, against, value in zip(
-                found.simulated, found.against, found.objective, strict=True
-            )
-        ),
-        simulations=len(found.objective) + found.failed,
-        failed=found.failed,
-        hypervolumes=tuple(map(_known, found.areas)),
-        unsure=tuple(map(_known, found.unsure)),
-        wall_s=round(wall_s, 1),
-    )
 
 
 def write_front(told: FrontFile, out: Path) -> None:

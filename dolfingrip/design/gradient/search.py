@@ -18,7 +18,7 @@ from dolfingrip.design.gradient.descent import NoStart
 from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations, Floats
 from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.shape import UnloadedShapes
-from dolfingrip.design.gradient.trial import Descent, Say, Trial, silent
+from dolfingrip.design.gradient.trial import Descent, Say, Trial, say_nothing
 from dolfingrip.design.surrogate.process import GradientProcess
 from dolfingrip.experiments.rigs.grasped import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
@@ -62,7 +62,7 @@ class BayesianSearch:
         self,
         problem: Problem,
         simulations: DesignSimulations,
-        say: Say = silent,
+        say: Say = say_nothing,
         policy: SearchPolicy = SearchPolicy(),
     ) -> None:
         self._problem, self._simulations, self._say = problem, simulations, say

@@ -11,7 +11,7 @@ from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
 from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.search import BayesianSearch, SearchPolicy
-from dolfingrip.design.gradient.trial import Descent, Say, Trial, silent
+from dolfingrip.design.gradient.trial import Descent, Say, Trial, say_nothing
 from dolfingrip.design.quantities.grasp import GRASP
 
 SEED: Final = 33
@@ -85,7 +85,7 @@ def begins(problem: Problem) -> list[np.ndarray | None]:
 def solve(
     problem: Problem,
     compute: Compute,
-    say: Say = silent,
+    say: Say = say_nothing,
     search: SearchPolicy = SearchPolicy(),
 ) -> Starts:
     """Find the best design from each start by a :class:`.TrustRegionSQP`, of a grasp by a search.

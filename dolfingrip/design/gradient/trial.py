@@ -82,5 +82,5 @@ Say = Callable[[Trial, Sequence[tuple[Constraint, float]]], None]
 """Called with each design that was simulated, and the limits with their values."""
 
 
-def silent(trial: Trial, limits: Sequence[tuple[Constraint, float]]) -> None:
+def say_nothing(trial: Trial, limits: Sequence[tuple[Constraint, float]]) -> None:
     """Say nothing of a design."""

@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.channels import FINGERS
 from dolfingrip.config import ConfigError
 from dolfingrip.design.quantities.quantity import (
-    Evaluation,
+    AskedDesign,
     Outcome,
     Places,
     Quantity,
@@ -56,7 +56,7 @@ class GraspNumbers(QuantitySource):
             )
         return Quantity(name, GRASP)
 
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: Evaluation) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
         if asked.ranks != 1:
             raise ConfigError(f"--ranks {asked.ranks}: allowed: 1 for a grasp")
         assert outcome.curve is not None

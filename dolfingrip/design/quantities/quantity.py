@@ -72,8 +72,8 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
-    """What is asked of a design.
+class AskedDesign:
+    """A design whose quantities are asked for.
 
     Attributes:
         config: of the design.
@@ -118,7 +118,7 @@ class QuantitySource(ABC):
         return Quantity(name)
 
     @abstractmethod
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: Evaluation) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
         """Compute quantities and add them to an outcome, under their texts.
 
         Args:

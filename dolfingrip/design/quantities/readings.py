@@ -11,7 +11,7 @@ import numpy as np
 from dolfingrip.channels import CHANNELS, CONTACT_GAP, FORCE, PRESSURE, read_of
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.quantities.quantity import (
-    Evaluation,
+    AskedDesign,
     Outcome,
     Places,
     Quantity,
@@ -30,13 +30,13 @@ USUAL: Final[dict[str, str]] = {
     "peak_stretch": "bending",
     SIDE_STIFFNESS: "push",
 }
-"""Readings, each with the experiment that is run for it unless another is named."""
+"""FingerReadings, each with the experiment that is run for it unless another is named."""
 
 EXPERIMENTS: Final = {"blocked_force": "blocked", "bending": "free", "push": "pushed"}
 """Experiments, and what the columns of their curves begin with."""
 
 
-class Readings(QuantitySource):
+class FingerReadings(QuantitySource):
     """Readings of one finger: of its tip, of its cavity, of the plate that it presses on."""
 
     names: ClassVar = (*USUAL, PRESSURE.name)
@@ -64,7 +64,7 @@ class Readings(QuantitySource):
             raise ConfigError(f'{name} in "{found}": allowed: in "push", at a pressure')
         return Quantity(name, found, where, values, found == usual)
 
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: Evaluation) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
         assert outcome.curve is not None
         assert outcome.gradients is not None
         for experiment in dict.fromkeys(str(each.experiment) for each in wanted):
@@ -82,7 +82,7 @@ class Readings(QuantitySource):
                 outcome.gradients[str(each)] = _sorted(slopes, asked.keys or ())
 
 
-def request(experiment: str, wanted: Sequence[Quantity], asked: Evaluation) -> Request:
+def request(experiment: str, wanted: Sequence[Quantity], asked: AskedDesign) -> Request:
     """Ask for the simulation that quantities are read from.
 
     Args:

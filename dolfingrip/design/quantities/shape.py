@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from dolfingrip.design.quantities.quantity import (
-    Evaluation,
+    AskedDesign,
     Outcome,
     Quantity,
     QuantitySource,
@@ -20,7 +20,7 @@ class ShapeNumbers(QuantitySource):
 
     names: ClassVar = (COG, MASS)
 
-    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: Evaluation) -> None:
+    def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
         from dolfingrip.experiments.derivatives.choices import choices
         from dolfingrip.experiments.derivatives.gradients import cog_offset_mm, mass_g
         from dolfingrip.experiments.derivatives.sensitivities import chosen

@@ -182,6 +182,12 @@ class Surrogate:
 def load(folder: Path) -> Surrogate:
     """Read a surrogate; nothing in its files is executed.
 
+    Args:
+        folder: with both files.
+
+    Returns:
+        The surrogate.
+
     Raises:
         ConfigError: one line, where a file is missing, not of this kind, or not of the other.
     """
