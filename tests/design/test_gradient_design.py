@@ -23,7 +23,7 @@ from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import starts
 from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
 from dolfingrip.design.gradient.evaluation import DesignSimulations
-from dolfingrip.design.gradient.policy import POLICY
+from dolfingrip.design.gradient.policy import DescentPolicy
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING
 from dolfingrip.design.gradient.read import read
@@ -113,10 +113,10 @@ def test_limits_of_shape_and_of_simulations_hold(tmp_path: Path) -> None:
     problem, trials, best, _ = descended(file, Invented())
     limits = {each.quantity.name: i for i, each in enumerate(problem.limits)}
     for each in trials:  # of the shape: in every design that was simulated
-        assert each.limits[limits["least_wall_mm"]] >= 1.45 * (1 - POLICY.kept)
+        assert each.limits[limits["least_wall_mm"]] >= 1.45 * (1 - DescentPolicy().kept)
         most = trials[0].limits[limits["cog_offset_mm"]]
-        assert each.limits[limits["cog_offset_mm"]] <= most * (1 + POLICY.kept)
-    assert best.limits[limits["angle_deg"]] >= 35.0 * (1 - POLICY.broken)
+        assert each.limits[limits["cog_offset_mm"]] <= most * (1 + DescentPolicy().kept)
+    assert best.limits[limits["angle_deg"]] >= 35.0 * (1 - DescentPolicy().broken)
     assert best.objective > trials[0].objective
 
 
@@ -298,7 +298,7 @@ def test_a_killed_run_goes_on(tmp_path: Path) -> None:
     whole = Here()
     assert solved(tmp_path / "whole", whole).objective == pytest.approx(best.objective, rel=1e-9)
     assert again.computed == whole.computed - 2
-    assert best.limits[0] <= problem_start(problem) * (1 + POLICY.kept)
+    assert best.limits[0] <= problem_start(problem) * (1 + DescentPolicy().kept)
 
 
 def problem_start(problem: Problem) -> float:
