@@ -7,6 +7,7 @@ by hand, named there in one line; nothing else of the package changes.
 from __future__ import annotations
 
 import csv
+import json
 import os
 import shutil
 import subprocess
@@ -44,6 +45,9 @@ ADDITIONS = {
     ),
     "an effect": Addition("force_square", "dolfingrip/extensions"),
     "a food": Addition("egg", "dolfingrip/foods", "index.py", "cube"),
+    "a quantity of a design": Addition(
+        "print_time", "dolfingrip/design/quantities", "index.py", "grasp"
+    ),
     "an experiment": Addition("stretch", "dolfingrip/experiments", "index.py", "grasp"),
     "a result file": Addition("tally_file", "dolfingrip/files"),
     "the page of a result file": Addition("tally", "dolfingrip/report/page/results"),
@@ -190,6 +194,28 @@ def test_the_effect_is_displayed_and_tried(copy: Path) -> None:
     assert shown == pytest.approx(plain + 0.1 * plain**2, rel=1e-5)
     assert "force_square" in listed
     assert numbers == "[1]\n"
+
+
+def test_the_quantity_is_traded_off(copy: Path) -> None:
+    """Against the mass, to which it is proportional: 36 g are printed in 9000 s."""
+    quantities = ("--quantity", "mass_g", "--quantity", "print_time_s")
+    varied = ("--parameter", "morph.xi1=-0.2:1:4", "--parameter", "morph.xi2=-0.5:1:4")
+    mesh = ("--set", "mesh.size_mm=12", "--set", "mesh.edge_size_mm=12")
+    senses = ("--against", "print_time_s", "--at-most", "9000", "--maximise", "mass_g")
+    small = ("--population", "20", "--generations", "10", "--along", "0")
+    run(
+        copy, ["doe", *quantities, *varied, *mesh, "--out", "doe"],
+        ["train", "doe", "--out", "surrogate", "--epochs", "500"],
+        ["optimise", "surrogate", *senses, *small, "--out", "optimum"],
+    )  # fmt: skip
+    found = json.loads((copy / "optimum" / "optimum.json").read_text(encoding="utf-8"))
+    assert [each["name"] for each in found["objectives"]] == ["print_time_s", "mass_g"]
+    original = next(each for each in found["designs"] if each["role"] == "original")
+    assert original["fem"]["print_time_s"] == pytest.approx(original["fem"]["mass_g"] / 0.004)
+    chosen = next(each for each in found["designs"] if each["role"] == "chosen")
+    assert chosen["surrogate"]["print_time_s"] <= 9000.0
+    assert chosen["fem"]["mass_g"] == pytest.approx(35.0, abs=1.5)
+    assert chosen["gain"] == pytest.approx(chosen["fem"]["mass_g"] / original["fem"]["mass_g"] - 1)
 
 
 def test_the_food_lies_on_the_table(copy: Path) -> None:

@@ -153,9 +153,9 @@ def _table(
         columns["Gain (%)"] = ["–" if gain is None else f"{100 * gain:+z.1f}" for gain in gains]
     table = of_columns(columns, "Designs", left=(roles,))
     if first.resolved:
-        name = label(improved.title).partition(" (")[0].lower()
+        name = label(improved.title).partition(" (")[0]
         table.caption = (
-            f"by the surrogate; FEM: by finite elements; gain: {name} over the original's"
+            f"by the surrogate; FEM: by finite elements; gain over the original's: {name}"
         )
     return table
 

@@ -81,7 +81,7 @@ def _table(best: list[Combination], names: tuple[str, ...], improved: str) -> ob
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     short = [pictures.label(name) for name in names]
     rates = ("popu-\nlation", "gene-\nrations", "cross-\nover", "muta-\ntion")
-    for heading in (*rates, *short, pictures.label(improved)):
+    for heading in (*rates, *short, "\n".join(pictures.label(improved).split())):
         table.add_column(heading, justify="right", no_wrap=True)
     for one in best:
         chosen = [f"{m:z.4f} ± {s:.4f}" for m, s in zip(one.mean, one.sd, strict=True)]

@@ -178,7 +178,13 @@ def surrogate_front(
         series.append(_points(f"{name} in a limit", places, "orange", "*"))
     limits = sorted(each.limit for each in chosen if each.limit is not None)
     marks = [
-        Mark(limit, f"≤ {limit:g} {first.unit}", "x", colour="orange", beside=True)
+        Mark(
+            limit,
+            f"{'≤' if first.sign > 0 else '≥'} {limit:g} {first.unit}",
+            "x",
+            colour="orange",
+            beside=True,
+        )
         for limit in limits
     ]
     return Chart("Front of the surrogate", axis(first), axis(second), series, marks)

@@ -71,7 +71,7 @@ class FingerReadings(QuantitySource):
             some = [each for each in wanted if each.experiment == experiment]
             asking = request(experiment, some, asked)
             answer = compute(asking)
-            outcome.curve |= _curve(answer, EXPERIMENTS[experiment])
+            outcome.curve |= _curve(asking, answer)
             outcome.iterations = (outcome.iterations or 0) + answer.iterations
             if answer.failure_class is not None:
                 curve = {"curve": outcome.curve}
@@ -181,13 +181,13 @@ def _sorted(slopes: dict[str, float], keys: Sequence[str]) -> dict[str, float]:
     return {label: slopes[label] for label in ranked}
 
 
-def _curve(answer: Answer, prefix: str) -> dict[str, list[float]]:
-    """Readings at each pressure that was reached."""
-    common = (PRESSURE.name, CONTACT_GAP.name)
-    names = dict.fromkeys((*common, *answer.columns))
+def _curve(asked: Request, answer: Answer) -> dict[str, list[float]]:
+    """Readings at each pressure or place that was reached."""
+    prefix = EXPERIMENTS[asked.experiment.name]
+    common: dict[str, np.ndarray] = dict.fromkeys((PRESSURE.name, CONTACT_GAP.name), np.empty(0))
+    if answer.columns and {place.column for place in asked.places} == {PRESSURE.name}:
+        common[PRESSURE.name] = np.array([place.value for place in asked.places])
     return {
-        f"{prefix}_{name}" if name in common else name: list(
-            map(float, answer.columns.get(name, np.empty(0)))
-        )
-        for name in names
+        f"{prefix}_{name}" if name in common else name: list(map(float, values))
+        for name, values in {**common, **answer.columns}.items()
     }
