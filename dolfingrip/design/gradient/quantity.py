@@ -33,6 +33,13 @@ NO_GRADIENT: Final = {
 }
 """Quantities that people ask for and that have no gradient here, and why."""
 
+ALLOWED: Final = (
+    *(name for name in FingerReadings.names if name not in NO_GRADIENT),
+    *ShapeNumbers.names,
+    *(*FACING, OVERHANG, PICKUP),
+)
+"""Quantities of a design file."""
+
 
 def quantity(option: str, name: str, places: Places, experiment: str | None) -> Quantity:
     """Return the quantity that a table of a design file asks for.
@@ -52,18 +59,16 @@ def quantity(option: str, name: str, places: Places, experiment: str | None) -> 
     said = f"{option} = {name}"
     if name in NO_GRADIENT:
         raise ConfigError(f"{said}: no gradient: {NO_GRADIENT[name]}")
-    if name in (*FACING, OVERHANG):
+    if name not in ALLOWED:
+        raise ConfigError(f"{said}: allowed: {', '.join(ALLOWED)}")
+    if name in OF_MANY:
         return ShapeNumbers().quantity(said, name, places, experiment)
-    source = index.source(name, said)
-    if not isinstance(source, FingerReadings | ShapeNumbers) and (name, option) != (
-        PICKUP,
-        "objective",
-    ):
+    if name == PICKUP and (option != "objective" or places or experiment not in (None, GRASP)):
         raise ConfigError(
-            f"{said}: no gradient; allowed: readings of a finger, numbers of its "
-            f"shape, or {PICKUP} as the objective"
+            f"{said}: of a grasp at experiment.max_pressure_kPa; allowed: the objective, without a "
+            "place"
         )
-    found = source.quantity(said, name, places, experiment)
+    found = index.quantity(said, name, places, experiment)
     if found.experiment not in (None, GRASP) and not found.where:
         raise ConfigError(
             f"{said}: 0 places; allowed: one of at_pressure_kPa, at_force_N, at_angle_deg"
