@@ -167,7 +167,7 @@ def test_a_dead_worker_is_told(
     """And the next call tries again what it was doing."""
     tiny = HyperparameterStudy(OBJECTIVES, 3.0, (20,), (3,), (0.9,), (0.5,), 1)
     monkeypatch.setattr(study, "FUNCTION", "support.analytic:dies")
-    with pytest.raises(Unfinished, match="1 of 1 could not be computed .*: every worker"):
+    with pytest.raises(Unfinished, match=r"1 of 1 could not be computed .*: every worker"):
         study.run(surrogate_folder, tmp_path, tiny, 1)
     monkeypatch.undo()
     request.getfixturevalue("threads")
