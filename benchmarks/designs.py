@@ -32,7 +32,7 @@ from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.quantity import FACING
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import Descent, Trial
-from dolfingrip.diagnosis.diagnose import Settings, diagnose
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
 from dolfingrip.experiments import run as simulate
 from dolfingrip.files import table
@@ -118,7 +118,11 @@ def _extended(out: Path) -> Path:
     """The extended model of the paper's finger by the diagnosis of eight printed coupons."""
     file = out / EXTENDED
     if not file.exists():
-        write(diagnose([COUPONS], configuration.load(FINGER), out, Settings()), [COUPONS], out)
+        write(
+            diagnose([COUPONS], configuration.load(FINGER), out, DiagnosisSettings()),
+            [COUPONS],
+            out,
+        )
     return file.resolve()
 
 

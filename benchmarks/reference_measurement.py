@@ -8,7 +8,7 @@ from typing import Final
 
 import pandas as pd
 
-from dolfingrip.diagnosis.data import planned
+from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.columns import READINGS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
@@ -32,9 +32,9 @@ def reference_measurement(
         SpecimenTest(i, Path("reference.csv"), name, "reference", LabSetup())
         for i, name in enumerate(experiments)
     ]
-    way = planned.cycles(count, unload=unload)
+    way = rig.cycles(count, unload=unload)
     tables = [
-        planned.rows(test, way, PRESSURES_kPa, RATE_kPa_per_s, READINGS[test.experiment])
+        rig.planned_rows(test, way, PRESSURES_kPa, RATE_kPa_per_s, READINGS[test.experiment])
         for test in tests
     ]
     return Measurement(pd.concat(tables, ignore_index=True), tests)

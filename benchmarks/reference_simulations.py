@@ -32,12 +32,11 @@ from dolfingrip.cli import progress
 from dolfingrip.cli.console import console
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.core.numbers import tried
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.plan.case import joined, planned_case
-from dolfingrip.diagnosis.plan.plan import read_alike
-from dolfingrip.diagnosis.simulation import shipped, sources
-from dolfingrip.diagnosis.tried import tried
+from dolfingrip.diagnosis.plan.plan import analyse_plan, joined, read_alike
+from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool, Unfinished
 
@@ -62,7 +61,7 @@ def measurements() -> Iterator[tuple[str, Measurement]]:
 
 def code() -> str:
     """Short digest of all code that results depend on: what other code computed is left alone."""
-    every = [sources.core_digest(), *(sources.effect_digest(name) for name in tried(None))]
+    every = [shipped.core_digest(), *(shipped.effect_digest(name) for name in tried(None))]
     return hashlib.sha256("".join(every).encode()).hexdigest()[:12]
 
 
@@ -80,7 +79,7 @@ def main() -> None:
             parser.error(f"--only {part}: allowed: {', '.join(PARTS)}")
 
     known = shipped.read()
-    if known is not None and known.core != sources.core_digest() and not options.keep:
+    if known is not None and known.core != shipped.core_digest() and not options.keep:
         known = None
     where = Where(workers=options.workers)
     with progress.jobs(console(), "simulations") as show, Pool(where) as pool:
@@ -89,7 +88,7 @@ def main() -> None:
             for part, measurement in measurements():
                 if part in parts:
                     print(part, flush=True)
-                    planned_case(measurement, Config(), workers, None)
+                    analyse_plan(measurement, Config(), workers, None)
         except (KeyboardInterrupt, Unfinished):
             if not options.keep:
                 raise

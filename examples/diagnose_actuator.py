@@ -25,7 +25,7 @@ import pandas as pd
 import tomlkit
 
 from dolfingrip import config
-from dolfingrip.diagnosis.diagnose import Settings, diagnose
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
 
 ACTUATORS = Path(__file__).with_name("ecoflex_actuators")
@@ -52,7 +52,7 @@ def main(out: Path) -> dict[str, Any]:
     """Diagnose; the content of ``diagnosis.json``."""
     file = readings(out)
     model = config.load(ACTUATORS / "coupon_alone.toml", list(COARSE))
-    found = diagnose([file], model, out, Settings(effects=TRIED))
+    found = diagnose([file], model, out, DiagnosisSettings(effects=TRIED))
     write(found, [file], out)
     return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))
 

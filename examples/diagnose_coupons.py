@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.diagnose import Settings, diagnose
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
 
 COUPONS = Path(__file__).with_name("coupons") / "ninjaflex_uniaxial.csv"
@@ -31,7 +31,7 @@ TRIED = ("mooney_rivlin", "gent", "force_gain")
 
 def main(out: Path) -> dict[str, Any]:
     """Diagnose; the content of ``diagnosis.json``."""
-    found = diagnose([COUPONS], Config(), out, Settings(quick=True, effects=TRIED))
+    found = diagnose([COUPONS], Config(), out, DiagnosisSettings(quick=True, effects=TRIED))
     write(found, [COUPONS], out)
     return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))
 

@@ -21,7 +21,7 @@ from benchmarks.blind.case import Case
 from benchmarks.blind.coupons import run as coupons
 from benchmarks.blind.fingers import cases as fingers
 from benchmarks.blind.said import Bench
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis
 
 EXPECTED: Final = Path(__file__).with_name("ci.csv")
 EFFECTS: Final = (

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.case import Case, Hidden
-from dolfingrip.diagnosis.answer.found import Diagnosis
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.decision import Decision
-from dolfingrip.diagnosis.core.search import Posterior
+from dolfingrip.diagnosis.core.search import ModelPosterior
 
 COLUMNS = (
     "protocol", "kind", "number", "wide", "hidden", "outsider", "outsider_strength", "sigma",
@@ -95,20 +95,20 @@ def said[T: Hidden](bench: Bench[Case[T]], case: Case[T]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def left_by_one(posterior: Posterior) -> float:
+def left_by_one(posterior: ModelPosterior) -> float:
     """Standard deviations that the best single cause leaves, beyond those of noise."""
     alone = [
         fit
         for fit in posterior.fits
-        if fit.level == 0 and len(posterior.case.causes(fit.subset)) < 2
+        if fit.level == 0 and len(posterior.problem.causes(fit.subset)) < 2
     ]
-    n = len(posterior.case.value)
+    n = len(posterior.problem.value)
     return float(np.sqrt(max(min(fit.misfit for fit in alone) - n, 0.0)))
 
 
 def _ranks[T: Hidden](case: Case[T], found: Diagnosis) -> dict[str, str]:
     """Rank of the true numbers among draws of the true causes' hypotheses."""
-    posterior, model = found.posterior, found.analysed.case
+    posterior, model = found.posterior, found.analysis.problem
     fits = [
         (p, fit)
         for p, fit in zip(posterior.probability, posterior.fits, strict=True)
@@ -132,7 +132,9 @@ def _ranks[T: Hidden](case: Case[T], found: Diagnosis) -> dict[str, str]:
     modulus = float(weight[model.factor(every[:, 0]) < case.truth.modulus].sum())
     told = {"rank_modulus": f"{modulus:.4f}"}
     if len(case.zeta):
-        below = every[:, model.own : model.own + len(case.zeta)] < np.array(case.zeta)
+        below = every[:, model.nuisance_count : model.nuisance_count + len(case.zeta)] < np.array(
+            case.zeta
+        )
         own_ranks = (weight @ below).tolist()
         told["rank_cause"] = f"{own_ranks[0]:.4f}"
         told["covers"] = " ".join(str(int(0.05 <= each <= 0.95)) for each in own_ranks)

@@ -20,10 +20,10 @@ from dolfingrip.cli.console import (
 from dolfingrip.cli.settings import DiagnoseSettings, PlanExperimentSettings, PredictSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import diagnose as diagnosing
-from dolfingrip.diagnosis.plan import outcome
+from dolfingrip.diagnosis.core.numbers import check_effects
+from dolfingrip.diagnosis.page import plan_text
 from dolfingrip.diagnosis.plan import plan as planning
 from dolfingrip.diagnosis.results import write
-from dolfingrip.diagnosis.tried import check_effects
 from dolfingrip.experiments import prediction
 from dolfingrip.experiments.prediction import Prediction
 from dolfingrip.experiments.synthetic import check_noise
@@ -44,7 +44,7 @@ def diagnose(asked: DiagnoseSettings) -> None:
     screen = console()
     kept = asked.store or asked.out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
-        chosen = diagnosing.Settings(
+        chosen = diagnosing.DiagnosisSettings(
                 asked.workers, kept, asked.quick, list(asked.effects) or None, asked.campaign,
                 asked.anew,
                 screen.say,
@@ -103,14 +103,14 @@ def plan_experiment(asked: PlanExperimentSettings) -> None:
     check_noise(asked.noise)
     kept = asked.store or asked.out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
-        chosen = planning.Settings(
+        chosen = planning.PlanSettings(
                 kept, asked.workers, asked.quick, effects,
                 screen.say,
                 show,
             )  # fmt: skip
         found = planning.plan(asked.rig, resolved, chosen, asked.changes, asked.noise)
     found.write(asked.out)
-    text = outcome.text(found)
+    text = plan_text(found)
     whole.write(asked.out / "plan.md", text)
 
     picture.write(plan_pictures.charts(found), asked.out / "plan.png", plan_pictures.look(found))

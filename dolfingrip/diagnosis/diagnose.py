@@ -1,6 +1,6 @@
 """A diagnosis from files to a verdict: show, name, extend, measure the gain, propose what is next.
 
-diagnosis = diagnose([Path("finger.csv")], Config(), Path("out"), Settings())
+diagnosis = diagnose([Path("finger.csv")], Config(), Path("out"), DiagnosisSettings())
 diagnosis.decision.answer     # "cause", "none" or "unknown"
 """
 
@@ -14,23 +14,23 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import selection
-from dolfingrip.diagnosis.additions.next_experiment import next_experiments
-from dolfingrip.diagnosis.answer.found import Diagnosis
+from dolfingrip.diagnosis.additions.worth import next_experiments
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.gain import held_out
-from dolfingrip.diagnosis.coupon import compare as coupons
+from dolfingrip.diagnosis.core.numbers import check_effects
+from dolfingrip.diagnosis.coupon import diagnosis as coupons
 from dolfingrip.diagnosis.coupon.simulation import in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
-from dolfingrip.diagnosis.finger import compare as fingers
+from dolfingrip.diagnosis.finger import diagnosis as fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
-from dolfingrip.diagnosis.tried import check_effects
 from dolfingrip.jobs.run import Progress, silent
 
 
 @dataclass(frozen=True)
-class Settings:
+class DiagnosisSettings:
     """How a diagnosis is made.
 
     Attributes:
@@ -54,7 +54,9 @@ class Settings:
     progress: Progress = silent
 
 
-def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Settings) -> Diagnosis:
+def diagnose(
+    files: Sequence[Path], config: Config, out: Path, settings: DiagnosisSettings
+) -> Diagnosis:
     """Find out what the simulation gets wrong about measured data, and why.
 
     Args:
@@ -74,7 +76,7 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
     measurement, notes = selection.selected(measured.read(files, config), config)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
-        found = judged(measurement, config, workers, settings)
+        found = diagnose_measurement(measurement, config, workers, settings)
         found.simulated_s = sum(workers.spent_s.values())
         named = found.decision.answer == "cause"
         if settings.campaign and named and not settings.quick:
@@ -84,10 +86,21 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
     return found
 
 
-def judged(
-    measurement: Measurement, config: Config, workers: Workers, settings: Settings
+def diagnose_measurement(
+    measurement: Measurement, config: Config, workers: Workers, settings: DiagnosisSettings
 ) -> Diagnosis:
-    """The same for readings that are there, with workers of the caller's."""
+    """Diagnose a loaded measurement on given workers.
+
+    Args:
+        measurement: the readings.
+        config: the model that is diagnosed.
+        workers: where simulations are computed and kept.
+        settings: how the diagnosis is made; its folders and workers are not used.
+
+    Raises:
+        ConfigError: one line, where the model cannot be simulated.
+        SchedulerGone: the workers are gone; what was computed is kept.
+    """
     say, names, quick = settings.say, settings.effects, settings.quick
     found: Diagnosis
     if in_closed_form(measurement, config):
@@ -95,18 +108,18 @@ def judged(
     else:
         found = fingers.compared(measurement, config, workers, names, quick=quick, say=say)
     told = found.as_configured()
-    shown = np.where(np.isfinite(told), told, found.analysed.case.base)
-    found.suspicions = sentences(suspicions(found.analysed.measurement, shown))
+    shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
+    found.suspicions = sentences(suspicions(found.analysis.measurement, shown))
     found.warnings = [*measurement.warnings, *found.cautions(), *_of_the_emulator(found)]
     found.quick = quick
     if quick or found.decision.answer != "cause":
         return found
     say("measuring the gain on readings that are left out")
-    found.held_out = held_out(found.analysed, found.posterior)
+    found.held_out = held_out(found.analysis, found.posterior)
     say("looking for the next experiment")
     found.next, failed = next_experiments(
-        found.posterior, found.decision, found.analysed.measurement, config,
-        found.analysed.errors.noise, found.then, say,
+        found.posterior, found.decision, found.analysis.measurement, config,
+        found.analysis.errors.noise, found.predict_addition, say,
     )  # fmt: skip
     found.warnings += failed
     return found

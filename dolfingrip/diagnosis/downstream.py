@@ -1,4 +1,4 @@
-"""What an extended model changes downstream: the best design of a campaign, and its gain φ.
+"""Changes by an extended model downstream: the best design of a campaign, and its gain φ.
 
 The campaign's leading designs within the limit of the COG offset, and the original finger, are
 computed once more with the effects and the modulus that the measurement calls for. φ is the force
@@ -68,7 +68,7 @@ def compare(folder: Path, config: Config, extended: Config, out: Path, pool: Poo
 
 
 def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """What a campaign's designs share, and those that are done.
+    """Read what a campaign's designs share, and those that are done.
 
     Raises:
         ConfigError: one line, where it is none, or has no forces.

@@ -189,7 +189,7 @@ class AdditionPolicy:
 
 @dataclass(frozen=True, slots=True)
 class PagePolicy:
-    """What is said.
+    """How much the pages say.
 
     Attributes:
         band: of the largest load, of which the page says where something is left.
@@ -206,7 +206,7 @@ class PagePolicy:
 
 
 @dataclass(frozen=True, slots=True)
-class Policy:
+class InferencePolicy:
     """Priors, emulators, search and decision.
 
     Attributes:
@@ -229,10 +229,11 @@ class Policy:
             catalogue lacks is often followed by one of its causes: of 98 outsiders in coupons nine
             were claimed with the square, three with this power, one with the sixth, with which
             fewer pairs would be named.
-        far: width of the prior of a number of rig or finger that is far from what was told, by
-            what was told.
-        far_odds: odds that such a number is far.
-        far_sigma: standard deviations from which on such a number is told among the first lines.
+        implausible_width: prior standard deviation of a number of rig or finger that is
+            implausible, by that of its ordinary prior.
+        implausible_odds: odds that such a number is implausible.
+        implausible_sigma: standard deviations from which on such a number is among the first
+            lines.
         telling: part of what the model misses from which on a number that changes so much is, too.
         reach: largest |ζ| of an emulator.
         degrees: degree of its polynomials by the number of its arguments.
@@ -245,7 +246,7 @@ class Policy:
             its last stop is not read.
         first_error: part of what a cause explains that its first simulation alone may miss.
         finger_places: simulations of a finger by the number of a cause's arguments.
-        far_places: simulations of a nuisance that is far from what was told.
+        implausible_places: simulations of a nuisance that is implausible by its prior.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
             many times √(2/n).
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
@@ -265,7 +266,7 @@ class Policy:
         starts: ζ of the amplitudes from which a fit starts.
         shape_starts: ζ of the other numbers from which a fit starts.
         settled: ln of probability that the last step of a fit gains at most.
-        nearly_settled: the same where readings are drawn many times.
+        coarsely_settled: the same where readings are drawn many times.
         kept: probability of causes by all readings from which on they are tried again where some
             readings are left out.
         draws: samples of a hypothesis that is near the leading one, at a time.
@@ -274,18 +275,19 @@ class Policy:
         steady: change of ln of the integral by one more time of drawing, at most.
         sampled: posterior probability from which on a hypothesis is sampled.
         pairs_by: factor of the prior odds of two causes by which the answer is tried.
-        foretold: ln of the odds by which a cause has to foretell what was left out better than the
-            model without it.
+        predicted_log_odds: ln of the odds by which a cause has to predict what was left out better
+            than the model without it.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
             channel's root mean square.
-        specimen_scales: scatter of specimens' stiffness, by what was told.
-        scatters: scatter of specimens' stiffness by what was told, from which on it is mentioned.
+        specimen_scales: scatter of specimens' stiffness, by the reported one.
+        scatters: scatter of specimens' stiffness by the reported one, from which on it is
+            mentioned.
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
         smooth: degree of the smooth curve through the readings, at most.
         common: numbers of the curve that specimens share in a branch, at most.
         single_shape: the first of these where there is one specimen.
         surer: error of an emulator by that before, where a simulation has corrected it.
-        mended_length: of what an exact simulation tells of an emulator's error, in ζ.
+        correction_length: of what an exact simulation tells of an emulator's error, in ζ.
         walls_reach: standard deviations that walls may be off by.
         rounds: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
@@ -326,9 +328,9 @@ class Policy:
     both: float = 0.9
     likelier: float = 0.5
     doubt: float = 4.0
-    far: float = 4.0
-    far_odds: float = 0.1
-    far_sigma: float = 3.0
+    implausible_width: float = 4.0
+    implausible_odds: float = 0.1
+    implausible_sigma: float = 3.0
     telling: float = 0.25
     reach: float = 3.3
     degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
@@ -340,7 +342,7 @@ class Policy:
     shortest_step: float = 1 / 8
     first_error: float = 0.15
     finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
-    far_places: int = 6
+    implausible_places: int = 6
     finger_reach: float = 2.5
     stiffest: float = 4.0
     scaled_by: float = 1000.0
@@ -358,7 +360,7 @@ class Policy:
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
     shape_starts: tuple[float, ...] = (-1.2, 1.2)
     settled: float = 1e-4
-    nearly_settled: float = 0.02
+    coarsely_settled: float = 0.02
     kept: float = 1e-6
     draws: int = 400
     effective: float = 100.0
@@ -366,7 +368,7 @@ class Policy:
     steady: float = 0.05
     sampled: float = 0.01
     pairs_by: float = 3.0
-    foretold: float = math.log(20.0)
+    predicted_log_odds: float = math.log(20.0)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
     scatters: float = 1.5
@@ -375,7 +377,7 @@ class Policy:
     common: int = 24
     single_shape: float = 0.003
     surer: float = 0.2
-    mended_length: float = 1.0
+    correction_length: float = 1.0
     walls_reach: float = 5.0
     rounds: int = 6
     interval: float = 0.9
@@ -405,4 +407,4 @@ ROUTES: Final = RoutePolicy()
 MODEL: Final = ModelPolicy()
 ADDITIONS: Final = AdditionPolicy()
 PAGE: Final = PagePolicy()
-POLICY: Final = Policy()
+POLICY: Final = InferencePolicy()

@@ -15,13 +15,12 @@ from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import page
-from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
-from dolfingrip.diagnosis.answer.ten_lines import channels, scatter, ten_lines
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, fitted
+from dolfingrip.diagnosis.answer.ten_lines import chance, channels, scatter, ten_lines
 from dolfingrip.diagnosis.core.decision import held
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
-from dolfingrip.diagnosis.words import chance
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
 
@@ -84,20 +83,21 @@ def _outcome_of(
 ) -> outcome.DiagnosisFile:
     """All that was found, by the schema."""
     decision, posterior = found.decision, found.posterior
-    errors = found.analysed.errors
+    errors = found.analysis.errors
     reference = posterior.best(NONE, level=0.0).log_evidence
     total = posterior.subsets
     shown = sorted(total, key=lambda subset: -total[subset])[:8]
-    causes = posterior.case.causes
+    causes = posterior.problem.causes
     known = dict.fromkeys(map(causes, (decision.best.subset, *shown, NONE)))
     fits = [posterior.best(subset) for subset in known]
     alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
+    strengths = posterior.strengths
     inclusion = sorted(decision.inclusion.items(), key=lambda each: -each[1])
     return outcome.DiagnosisFile(
         version=__version__,
         data=tuple(data),
         quick=found.quick,
-        readings=len(found.analysed.case.value),
+        readings=len(found.analysis.problem.value),
         verdict=outcome.Verdict(
             answer=decision.answer, effects=decision.first, second=decision.second,
             probability=float(np.clip(decision.probability, 0, 1)),
@@ -107,7 +107,7 @@ def _outcome_of(
         brief=ten_lines(found, out),
         causes=tuple(
             outcome.CauseProbability(
-                name=n, probability=min(p, 1.0), strength_sigma=_strength(found, n)
+                name=n, probability=min(p, 1.0), strength_sigma=strengths.get(n, 0.0)
             )
             for n, p in inclusion
         ),
@@ -141,20 +141,20 @@ def _outcome_of(
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(found.config, extended) if extended else {},
-        not_reached=tuple(found.analysed.not_reached),
+        not_reached=tuple(found.analysis.not_reached),
         simulated_s=found.simulated_s,
     )  # fmt: skip
 
 
 def _readings(found: Diagnosis) -> pd.DataFrame:
     """The table of readings, measured and simulated."""
-    listed = found.analysed.measurement.listed()
-    rows = found.analysed.measurement.readings
+    listed = found.analysis.measurement.listed()
+    rows = found.analysis.measurement.readings
     return listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
-        run=listed["test"], noise=found.analysed.errors.noise, configured=found.as_configured(),
-        before=found.with_best_modulus(), after=fitted(found.analysed, found.decision.best),
+        run=listed["test"], noise=found.analysis.errors.noise, configured=found.as_configured(),
+        before=found.with_best_modulus(), after=fitted(found.analysis, found.decision.best),
     )  # fmt: skip
 
 
@@ -175,21 +175,11 @@ def _sentence(found: Diagnosis) -> str:
     return f"{head} {told} (probability {sure})"
 
 
-def _strength(found: Diagnosis, name: str) -> float:
-    """Strength of a cause in the most probable fit that has it; 0 if none has."""
-    own = [
-        (p, fit.strengths[fit.subset.index(name)])
-        for p, fit in zip(found.posterior.probability, found.posterior.fits, strict=True)
-        if name in fit.subset
-    ]
-    return float(max(own, default=(0.0, 0.0))[1])
-
-
 def _off(found: Diagnosis) -> list[str]:
     """Where the model is off with the modulus that leaves least, in words."""
-    case, along = found.analysed.case, found.analysed.errors.along
-    off = found.with_best_modulus() - case.value
-    listed = found.analysed.measurement.listed()
+    problem, along = found.analysis.problem, found.analysis.errors.along
+    off = found.with_best_modulus() - problem.value
+    listed = found.analysis.measurement.listed()
     experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
     told = []
     for of in dict.fromkeys(experiment):
@@ -205,7 +195,7 @@ def _off(found: Diagnosis) -> list[str]:
                         f"{of}, {name}, {low * largest:.3g} to {high * largest:.3g} "
                         f"{CHANNELS[CONTROL[of]].unit}: simulated less measured "
                         f"{off[own].mean():+.3g} {unit} "
-                        f"({100 * off[own].mean() / abs(case.value[own].mean()):+.2g} %)"
+                        f"({100 * off[own].mean() / abs(problem.value[own].mean()):+.2g} %)"
                     )
     return told
 

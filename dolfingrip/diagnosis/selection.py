@@ -54,7 +54,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
 def _of_coupon(
     test: SpecimenTest, rows: pd.DataFrame, config: Config
 ) -> Iterator[tuple[np.ndarray, str]]:
-    """Rows that are compared, and why the others are left out."""
+    """Iterate over a coupon's rows that are compared, and why the others are left out."""
     coupon = test.setup.applied(config).coupon
     strain = rows["displacement_mm"].to_numpy() / coupon.gauge_length_mm
     most = f"above a strain of {coupon.max_strain:g} (coupon.max_strain: fingers stretch less)"
@@ -64,7 +64,7 @@ def _of_coupon(
 
 
 def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndarray, str]]:
-    """Likewise.
+    """Iterate over a finger's rows that are compared, and why the others are left out.
 
     Raises:
         ConfigError: no row is left.

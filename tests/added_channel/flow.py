@@ -21,7 +21,7 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError, changed, load
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.data.noise import noise
-from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write as write_diagnosis
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments import Result, run, synthetic
@@ -92,8 +92,8 @@ def of_data(folder: Path, result: Result) -> Path:
 def of_a_diagnosis(file: Path, out: Path) -> None:
     """A hidden bulk modulus, which the force alone does not tell from another law."""
     measurement = selected(read([file]), Config())[0]
-    settings = Settings(effects=("bulk_modulus", "ogden_terms"))
-    found = judged(measurement, Config(), Here(out / "simulations"), settings)
+    settings = DiagnosisSettings(effects=("bulk_modulus", "ogden_terms"))
+    found = diagnose_measurement(measurement, Config(), Here(out / "simulations"), settings)
     written = write_diagnosis(found, [file], out)
     drawn = pictures.draw(written.result, written.readings, out)
     files = Delivered(out, DiagnosisFile.read(out))

@@ -15,13 +15,12 @@ from support.invented_coupon import made
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.next_experiment import Then, next_experiments
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.coupon.compare import _without
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+from dolfingrip.diagnosis.additions.worth import PredictedAddition, next_experiments
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis, _without
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.files import diagnosis as outcome
@@ -33,8 +32,8 @@ TRIED = ("mooney_rivlin", "prony", "yeoh", "gent", "force_gain", "force_offset")
 
 def diagnosed(file: Path, store: Path, *, quick: bool = False) -> CouponDiagnosis:
     measurement, _ = selected(read([file]), Config())
-    settings = Settings(quick=quick, effects=TRIED)
-    return judged(measurement, Config(), Here(store), settings)
+    settings = DiagnosisSettings(quick=quick, effects=TRIED)
+    return diagnose_measurement(measurement, Config(), Here(store), settings)
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +92,7 @@ def test_a_silicone_is_a_far_softer_material(store: Path, tmp_path: Path) -> Non
 def test_causes_without_equilibrium_are_left_out(ninjaflex: CouponDiagnosis) -> None:
     before = ninjaflex.posterior
     after = _without(before, ("mooney_rivlin",))
-    effects = before.case.effects
+    effects = before.problem.effects
     assert sum(after.probability) == pytest.approx(1.0)
     for p, fit in zip(after.probability, after.fits, strict=True):
         assert (p == 0.0) == (effects(fit.subset) == ("mooney_rivlin",))
@@ -110,15 +109,15 @@ def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
 ) -> None:
     """As polynomials at three times the strain that they were fitted to."""
 
-    def then(proposal: Proposal, fits: Sequence[Fit]) -> Then:
-        (first, *others), *rest = ninjaflex.then(proposal, fits)
+    def then(proposal: Proposal, fits: Sequence[MapFit]) -> PredictedAddition:
+        (first, *others), *rest = ninjaflex.predict_addition(proposal, fits)
         if "1.5" in proposal.name:
             first = replace(first, slopes=np.full_like(first.slopes, np.nan))
         return ([first, *others], *rest)  # type: ignore[return-value]
 
     found, failed = next_experiments(
-        ninjaflex.posterior, ninjaflex.decision, ninjaflex.analysed.measurement, Config(),
-        ninjaflex.analysed.errors.noise, then, print,
+        ninjaflex.posterior, ninjaflex.decision, ninjaflex.analysis.measurement, Config(),
+        ninjaflex.analysis.errors.noise, then, print,
     )  # fmt: skip
     left = [each.name for each in ninjaflex.next if "1.5" in each.name]
     assert left

@@ -16,7 +16,7 @@ from support.measured_files import written
 
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.files import diagnosis as outcome
@@ -63,12 +63,12 @@ def test_a_second_run_goes_on(tmp_path: Path) -> None:
         Config(), assignments([f"extensions.print_anisotropy.{each}" for each in raster])
     )
     measurement, _ = selected(read([COUPONS], config), config)
-    settings = Settings(effects=("mooney_rivlin", "yeoh"))
+    settings = DiagnosisSettings(effects=("mooney_rivlin", "yeoh"))
     first = Dying(tmp_path, lives=[1, 1])
     with pytest.raises(KeyboardInterrupt):
-        judged(measurement, config, first, settings)
+        diagnose_measurement(measurement, config, first, settings)
     second = Dying(tmp_path, lives=[1] * 99)
-    found = judged(measurement, config, second, settings)
+    found = diagnose_measurement(measurement, config, second, settings)
     assert second.asked[: len(first.asked)] == first.asked
     assert delivered(found, tmp_path / "out").verdict.effects == ("mooney_rivlin",)
 

@@ -11,8 +11,8 @@ from support.delivered import Delivered, delivered
 from support.here import Here
 
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.diagnose import Settings, judged
-from dolfingrip.diagnosis.finger.found import MESH_UNKNOWN
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
+from dolfingrip.diagnosis.finger.diagnosis import MESH_UNKNOWN
 from dolfingrip.diagnosis.simulation import meshes
 
 PRESSURES_kPa = (0, 25, 50, 75, 100)
@@ -26,8 +26,8 @@ def softened(tmp_path_factory: pytest.TempPathFactory, store: Path) -> Delivered
     hidden = {"mooney_rivlin": {"C01_MPa": HIDDEN_MPa}}
     folder = tmp_path_factory.mktemp("lab")
     file = hidden_bending.measured(folder, hidden, PRESSURES_kPa, SEED)
-    settings = Settings(effects=("mooney_rivlin", "angle_gain"))
-    found = judged(read([file], config), config, Here(store), settings)
+    settings = DiagnosisSettings(effects=("mooney_rivlin", "angle_gain"))
+    found = diagnose_measurement(read([file], config), config, Here(store), settings)
     return delivered(found, tmp_path_factory.mktemp("out"), [file])
 
 

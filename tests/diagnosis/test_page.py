@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dolfingrip.diagnosis import page
-from dolfingrip.diagnosis.answer.found import OfTheRig
+from dolfingrip.diagnosis.answer.diagnosis import SetupEstimate
 from dolfingrip.diagnosis.answer.ten_lines import _off
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files.diagnosis import HEADINGS
@@ -40,16 +40,16 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
 
 def test_a_plate_that_was_set_often_is_told_in_one_sentence() -> None:
     gaps = [
-        OfTheRig(f"plate_gap_mm at {at} mm in gap{at}.csv", "mm", 0.3, value, 0.0)
+        SetupEstimate(f"plate_gap_mm at {at} mm in gap{at}.csv", "mm", 0.3, value, 0.0)
         for at, value in enumerate((0.3, 1.4, 1.6, 1.9))
     ]
-    gain = OfTheRig("pressure_gain", "%", 1.5, 41.0, 0.0)
+    gain = SetupEstimate("pressure_gain", "%", 1.5, 41.0, 0.0)
     assert _off([gain, *gaps]) == [
-        "pressure_gain is off by +41 % (±1.5 % was told: 27.3 standard deviations)",
-        "plate_gap_mm is off by +1.4 to +1.9 mm in 3 of 4 settings (±0.3 mm was told: up to 6.3 "
+        "pressure_gain is off by +41 % (prior ±1.5 %: 27.3 standard deviations)",
+        "plate_gap_mm is off by +1.4 to +1.9 mm in 3 of 4 settings (prior ±0.3 mm: up to 6.3 "
         "standard deviations)",
     ]
     assert _off(gaps, every=True) == [
-        "plate_gap_mm is off by +0.3 to +1.9 mm in 4 of 4 settings (±0.3 mm was told: up to 6.3 "
+        "plate_gap_mm is off by +0.3 to +1.9 mm in 4 of 4 settings (prior ±0.3 mm: up to 6.3 "
         "standard deviations)",
     ]

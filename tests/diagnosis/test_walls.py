@@ -13,15 +13,14 @@ from support.measured_files import written
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.diagnose import Settings, judged
-from dolfingrip.diagnosis.finger.errors import errors
-from dolfingrip.diagnosis.finger.model import model_case, wall_std
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
+from dolfingrip.diagnosis.finger.model import baseline_problem, errors, wall_std
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.policy import MODEL
-from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.nuisances import WALL
-from dolfingrip.diagnosis.simulation.simulated import Case, simulate
-from dolfingrip.diagnosis.simulation.walls import simulate_walls
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
+from dolfingrip.diagnosis.simulation.variants import simulate_walls
 
 PRESSURES_kPa = (0, 15, 30, 45, 60)
 TOLD = """experiment = ["bending", "blocked_force"]
@@ -74,9 +73,9 @@ def with_walls(measurement: Measurement, store: Path, walls: float, factor: floa
     config = finger()
     overrides = {
         "finger.wall_mm": config.finger.wall_mm * walls,
-        **modulus.overrides(config, factor),
+        **variants.overrides(config, factor),
     }
-    return simulate(measurement, config, [Case(overrides)], Here(store))[0].readings
+    return simulate(measurement, config, [ModelVariant(overrides)], Here(store))[0].readings
 
 
 def test_the_model_leads_through_what_was_simulated(
@@ -84,7 +83,7 @@ def test_the_model_leads_through_what_was_simulated(
 ) -> None:
     """At ±δ nearly exactly, between them far nearer to a simulation than along the derivative."""
     measurement, base = simulation.measurement, simulation.base
-    model = model_case(simulation, errors(simulation))
+    model = baseline_problem(simulation, errors(simulation))
     std = wall_std(simulation)
 
     def told(walls: float) -> np.ndarray:
@@ -119,7 +118,9 @@ def test_a_fit_finds_the_walls(measurement: Measurement, store: Path, tmp_path: 
     """The readings were simulated with walls 8 % thinner of a material 10 % softer."""
     true = with_walls(measurement, store, 0.92, 0.9)
     measured = written_with(tmp_path, true)
-    found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
+    found = diagnose_measurement(
+        measured, finger(), Here(store), DiagnosisSettings(quick=True, effects=("angle_gain",))
+    )
     files = delivered(found, tmp_path / "out")
     assert files.verdict.answer == "none"
     numbers = files.numbers
@@ -151,8 +152,10 @@ def test_walls_far_from_those_configured_are_simulated(
     """Readings of walls four standard deviations too thick: these are the cause, and fitted."""
     true = with_walls(measurement, store, 1.2, 0.9)
     measured = written_with(tmp_path, true)
-    found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
-    assert found.analysed.simulation.walls.keys() >= {0.9, 1.0, 1.1, 1.2}
+    found = diagnose_measurement(
+        measured, finger(), Here(store), DiagnosisSettings(quick=True, effects=("angle_gain",))
+    )
+    assert found.analysis.simulation.walls.keys() >= {0.9, 1.0, 1.1, 1.2}
     files = delivered(found, tmp_path / "out")
     assert (files.verdict.answer, files.verdict.effects) == ("cause", ("wall_offset",))
     numbers = files.numbers

@@ -13,10 +13,10 @@ from support.invented_coupon import WIDTH_NOISE, made, white
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
-from dolfingrip.diagnosis.coupon.case import coupon_case
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
+from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.selection import selected
 
@@ -44,7 +44,9 @@ def coupon(folder: Path, *overrides: str, told: str = EXACT, **others: object) -
 
 
 def diagnosed(measurement: Measurement, store: Path, *effects: str) -> CouponDiagnosis:
-    return judged(measurement, Config(), Here(store), Settings(effects=effects))
+    return diagnose_measurement(
+        measurement, Config(), Here(store), DiagnosisSettings(effects=effects)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +91,7 @@ def columns(proposal: Proposal) -> set[str]:
 
 def test_additions_with_a_camera(tied: CouponDiagnosis, tmp_path: Path) -> None:
     """Where there is none yet it takes its minutes; where there is one it goes on seeing."""
-    found = by_name(tied.analysed.simulation.measurement)
+    found = by_name(tied.analysis.simulation.measurement)
     seen = {name: each for name, each in found.items() if each.kind == "coupon_width"}
     assert len(seen) == 3
     for name, each in seen.items():
@@ -121,7 +123,7 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
         assert (np.abs(change[~across]) > 0.05).all()
     scaled = simulation.at(base, 1.3)
     np.testing.assert_array_equal(scaled[across], base.readings[across])
-    case = coupon_case(measurement, Config(), ["force_gain", "mooney_rivlin"]).case
+    case = analyse_coupons(measurement, Config(), ["force_gain", "mooney_rivlin"]).problem
     change = {
         name: case.predicted((name,), np.array([0.0, 1.0])) - case.predicted((), np.zeros(1))
         for name in ("force_gain", "mooney_rivlin")

@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from dolfingrip.diagnosis.additions.worth import Expected, Tied, chance_alone, shows_memory
-from dolfingrip.diagnosis.data import planned
+from dolfingrip.diagnosis.additions.worth import (
+    Expected,
+    Rival,
+    chance_alone,
+    shows_memory,
+)
+from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.files.diagnosis import NextExperiment
@@ -21,7 +26,7 @@ LAWS = {1: 1.0, 4: 0.2}
 """Numbers of terms, and the standard deviations of their sizes by their priors."""
 
 
-def fits(reach: float, count: int = 20) -> tuple[list[Tied], np.ndarray]:
+def fits(reach: float, count: int = 20) -> tuple[list[Rival], np.ndarray]:
     """Force by travel of laws of one power and of four, both fitted to 0.6 x², and its covariance.
 
     What the larger law has more is not needed, so that both follow the readings alike.
@@ -31,7 +36,7 @@ def fits(reach: float, count: int = 20) -> tuple[list[Tied], np.ndarray]:
     for terms, spread in LAWS.items():
         slopes = np.column_stack([spread * x ** (2 + k) for k in range(terms)])
         zeta = np.array([0.6 / spread, *np.zeros(terms - 1)])
-        found.append(Tied(zeta, slopes @ zeta, slopes))
+        found.append(Rival(zeta, slopes @ zeta, slopes))
     return found, STD**2 * np.eye(count) + 0.05**2 * np.outer(x, x)
 
 
@@ -68,9 +73,9 @@ def test_a_law_of_many_terms_is_refuted_by_more_travel(reach: float, chance: flo
 def test_pairs_that_differ_are_told_apart() -> None:
     covariance = STD**2 * np.eye(2)
 
-    def laws(second: float) -> list[Tied]:
+    def laws(second: float) -> list[Rival]:
         found = [np.array([1.0, each]) for each in (0.0, second)]
-        return [Tied(np.ones(1), each, each[:, None]) for each in found]
+        return [Rival(np.ones(1), each, each[:, None]) for each in found]
 
     equal = np.array([0.5, 0.5])
     now = Expected.of(laws(0.001), covariance)
@@ -102,7 +107,7 @@ def test_the_quickest_way_to_a_split_comes_first() -> None:
 def pulled(way: Sequence[tuple[str, int]], rate_mm_per_s: float) -> Measurement:
     """A coupon's readings to be."""
     test = SpecimenTest(0, Path("coupon.csv"), "coupon", "A", LabSetup())
-    return Measurement(planned.rows(test, way, [4.0, 8.0], rate_mm_per_s, ("force_N",)), [test])
+    return Measurement(rig.planned_rows(test, way, [4.0, 8.0], rate_mm_per_s, ("force_N",)), [test])
 
 
 def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:
@@ -113,4 +118,4 @@ def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:
     assert shows_memory(known, pulled(once, 0.05))
     assert shows_memory(known, pulled([*once, ("unloading", 1)], 0.5))
     assert shows_memory(known, pulled([*once, ("hold", 1)], 0.5))
-    assert shows_memory(pulled(planned.cycles(2), 0.5), known)
+    assert shows_memory(pulled(rig.cycles(2), 0.5), known)

@@ -11,7 +11,7 @@ import pandas as pd
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import Diagnosis
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.results import write
 from dolfingrip.files.diagnosis import READINGS, DiagnosisFile, FittedNumber, Verdict
 

@@ -23,8 +23,8 @@ from benchmarks.blind.case import (
 from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.evidence import Level
-from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case
+from dolfingrip.diagnosis.core.evidence import CovarianceModel
+from dolfingrip.diagnosis.coupon.analysis import CouponAnalysis, analyse_coupons
 from dolfingrip.diagnosis.coupon.simulation import Kept
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import POLICY
@@ -56,18 +56,18 @@ class Bench:
         self.quiet = np.concatenate(
             coupon.measured(self.protocol, Truth(quiet=True), np.random.default_rng(0))
         )
-        self.level = Level(self.plain.case, 0.0)
-        self._lower = scipy.linalg.cholesky(self.plain.case.covariance, lower=True)
+        self.level = CovarianceModel(self.plain.problem, 0.0)
+        self._lower = scipy.linalg.cholesky(self.plain.problem.covariance, lower=True)
 
-    def analysed(self, file: Path) -> CouponCase:
+    def analysed(self, file: Path) -> CouponAnalysis:
         """What the analyser makes of a measurement."""
-        return coupon_case(measurement.read([file], self.config), self.config, None, self.kept)
+        return analyse_coupons(measurement.read([file], self.config), self.config, None, self.kept)
 
     def sigma(self, change: np.ndarray) -> float:
         """Length of a change of the readings after the modulus."""
         white, base = (
             scipy.linalg.solve_triangular(self._lower, each, lower=True)
-            for each in (change, self.plain.case.base)
+            for each in (change, self.plain.problem.base)
         )
         return after_modulus(white, base)
 
@@ -75,8 +75,8 @@ class Bench:
         """Length of what the best single cause leaves of readings without noise."""
         quiet = replace(truth, quiet=True)
         seen = np.concatenate(coupon.measured(self.protocol, quiet, np.random.default_rng(0)))
-        case = replace(self.plain.case, value=seen)
-        level = Level(case, 0.0)
+        case = replace(self.plain.problem, value=seen)
+        level = CovarianceModel(case, 0.0)
         zero = level.of(()).fit([np.zeros(1)])
         left = [zero.misfit]
         for name in case.emulators:
@@ -96,13 +96,13 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     rng = np.random.default_rng(seed)
     wide = is_wide(kind, number)
     # by the analyser's priors each number is far from what was told, or is not
-    chance = POLICY.far_odds / (1 + POLICY.far_odds) if kind == "prior" else 0.0
+    chance = POLICY.implausible_odds / (1 + POLICY.implausible_odds) if kind == "prior" else 0.0
     far = tuple(name for name in NUISANCES if chance and rng.random() < chance)
     width = {name: POLICY.far if name in far else 1.0 for name in NUISANCES}
     modulus = width["modulus"] * float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":
-        factor = float(bench.plain.case.factor(modulus))
+        factor = float(bench.plain.problem.factor(modulus))
     slack, gauge = (width[name] * float(rng.standard_normal()) for name in NUISANCES[:2])
     truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * slack,
                   gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * gauge)  # fmt: skip
@@ -123,8 +123,8 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
         for name in names:
             box = bench.plain.causes[name].box()
             own = truncated(rng, box, 2.0 if wide else 1.0)
-            there = bench.plain.case.predicted((name,), np.r_[0.0, own])
-            sigma.append(bench.sigma(there - bench.plain.case.base))
+            there = bench.plain.problem.predicted((name,), np.r_[0.0, own])
+            sigma.append(bench.sigma(there - bench.plain.problem.base))
             overrides |= bench.plain.causes[name].overrides(own)
             zeta += own.tolist()
         if kind == "prior" or min(sigma, default=SEEN) >= SEEN:

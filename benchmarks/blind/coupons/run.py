@@ -13,11 +13,9 @@ from benchmarks.blind.case import Case
 from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.cases import Bench, drawn
 from benchmarks.blind.coupons.coupon import Truth
-from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.decision import Decision, sensitivity
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.sensitivity import sensitivity
-from dolfingrip.diagnosis.coupon.compare import compared
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis, compared
 from dolfingrip.diagnosis.data import measurement
 
 
@@ -38,8 +36,8 @@ def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> CouponDiagnosis
 
 def exact(bench: Bench, case: Case[Truth], found: CouponDiagnosis) -> Decision:
     """The answer under the true covariance, and without a discrepancy, which is not there."""
-    model, off = found.analysed.case, found.analysed.errors
-    listed = found.analysed.simulation.measurement.listed()
+    model, off = found.analysis.problem, found.analysis.errors
+    listed = found.analysis.simulation.measurement.listed()
     specimen = listed["specimen"].to_numpy()
     same = specimen[:, None] == specimen
     signal = off.signal

@@ -27,8 +27,8 @@ from benchmarks.blind.fingers.finger import MODULUS, PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.core.numbers import causes
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
-from dolfingrip.diagnosis.diagnose import Settings, diagnose
+from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.jobs.cluster import Where
 
@@ -174,7 +174,9 @@ def diagnosed(bench: Bench, case: Case[Truth]) -> CouponDiagnosis:
     readings = finger.scattered(bench.protocol, true, np.random.default_rng((*case.seed, 1)))
     folder = bench.scratch / f"{case.kind}-{case.number}"
     file = finger.write(bench.protocol, readings, folder)
-    how = Settings(bench.workers.where.workers, bench.scratch / "analyser", effects=bench.effects)
+    how = DiagnosisSettings(
+        bench.workers.where.workers, bench.scratch / "analyser", effects=bench.effects
+    )
     return diagnose([file], bench.protocol.analysed(), folder, how)
 
 

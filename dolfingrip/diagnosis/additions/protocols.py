@@ -11,7 +11,7 @@ import pandas as pd
 
 from dolfingrip.channels import ANGLE, FORCE, TIP_X, TIP_Z, TRANSVERSE_STRAIN
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.data import planned
+from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
@@ -43,7 +43,15 @@ class Proposal:
 
 
 def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
-    """What is worth considering beside a measurement."""
+    """List the experiments that are worth considering beside a measurement.
+
+    Args:
+        measurement: so far.
+        config: the model that is diagnosed.
+
+    Returns:
+        The experiments, each as a measurement whose readings are 0.
+    """
     found: list[Proposal] = []
     finger = next((t for t in measurement.tests if t.experiment != "coupon"), None)
     coupon = next((t for t in measurement.tests if t.experiment == "coupon"), None)
@@ -60,14 +68,14 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
 
 
 def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
-    """The same set-up controlled another way."""
+    """List experiments of one set-up that is controlled in another way."""
     rows = measurement.rows(test.number)
     top, rate = _top(rows, test), _rate(measurement, test, config)
     reading = (FORCE if test.experiment == "blocked_force" else ANGLE).name
-    cycle, slow = planned.cycles(1), rate / ADDITIONS.slower
+    cycle, slow = rig.cycles(1), rate / ADDITIONS.slower
     ways = [
         ("unloading", "unloading after the loading", cycle, rate),
-        ("cycles", "three cycles, loading and unloading", planned.cycles(3), rate),
+        ("cycles", "three cycles, loading and unloading", rig.cycles(3), rate),
         ("slow_cycle", "a cycle at a tenth of the rate", cycle, slow),
         ("hold", "a hold of 60 s at the highest pressure", [("loading", 1), ("hold", 1)], rate),
     ]
@@ -143,8 +151,8 @@ def _coupons(
         *([pulled(name, once)] if new else []),
         pulled("a coupon at a tenth of the rate", once, usual / ADDITIONS.slower),
         pulled("a coupon with a hold of 60 s at the largest strain", held),
-        pulled("a coupon, loading and unloading", planned.cycles(1)),
-        pulled("a coupon, three cycles", planned.cycles(3)),
+        pulled("a coupon, loading and unloading", rig.cycles(1)),
+        pulled("a coupon, three cycles", rig.cycles(3)),
         *([] if seen else [pulled(name, once, width=True)]),
     ]
     if new:
@@ -207,7 +215,7 @@ def _proposal(
 def _seen(
     measurement: Measurement, kind: str, name: str, test: SpecimenTest, columns: list[str]
 ) -> Proposal:
-    """What was measured once more, with a camera's readings alone; simulated as it was."""
+    """Repeat what was measured, with a camera's readings alone; simulated as it was."""
     lines = measurement.readings.copy()
     lines[list(READING_COLUMNS)] = np.nan
     lines.loc[lines["test"] == test.number, columns] = 0.0
@@ -220,4 +228,4 @@ def _rows(
     test: SpecimenTest, way: Way, top: float, rate: float, columns: Sequence[str]
 ) -> pd.DataFrame:
     ramp = top * np.arange(1, ADDITIONS.stops + 1) / ADDITIONS.stops
-    return planned.rows(test, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s)
+    return rig.planned_rows(test, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s)

@@ -11,12 +11,14 @@ told from f, too, where the odds against f rise to what refutes an effect in a v
 Along one loading at one rate a law with memory, fitted anew, follows any elastic law, which its
 tangent does not tell. Such a pair counts as told apart where memory shows itself alone
 (:func:`shows_memory`).
+
+Which further experiment would tell tied causes apart.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,17 +27,19 @@ import pandas as pd
 from scipy.linalg import cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.core.decision import Decision
-from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.search import Posterior
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.files.diagnosis import NextExperiment
 
 
 @dataclass(frozen=True, eq=False)
-class Tied:
+class Rival:
     """A hypothesis that others are tied with.
 
     Attributes:
@@ -48,9 +52,14 @@ class Tied:
     slopes: np.ndarray
 
 
+PredictedAddition = tuple[Sequence[Rival], np.ndarray, float | np.ndarray, bool | np.ndarray]
+"""What :meth:`Comparison.worth` asks of an addition: each hypothesis at its readings, covariances,
+and which pairs do not show there what they differ in."""
+
+
 @dataclass(frozen=True)
 class Expected:
-    """What is expected of readings if the row's effect is there, of the column's against it.
+    """Expected readings if the row's effect acts, as evidence against the column's.
 
     Attributes:
         misfit: log likelihood that the column's effect falls short by.
@@ -61,7 +70,7 @@ class Expected:
     log_odds: np.ndarray
 
     @classmethod
-    def of(cls, fits: Sequence[Tied], covariance: np.ndarray) -> Expected:
+    def of(cls, fits: Sequence[Rival], covariance: np.ndarray) -> Expected:
         """From the readings of each fit, whose covariance is of shape (n, n)."""
         factor = cholesky(covariance, lower=True)
         misfit = np.zeros((len(fits), len(fits)))
@@ -111,22 +120,22 @@ class Comparison:
     noise: np.ndarray
     covariance: np.ndarray
     probability: np.ndarray
-    here: Sequence[Tied]
+    here: Sequence[Rival]
 
     @cached_property
     def now(self) -> Expected:
-        """What the readings so far are expected to tell."""
+        """Expected evidence of the readings so far."""
         return Expected.of(self.here, self.covariance)
 
     def worth(
         self,
         proposal: Proposal,
-        after: Sequence[Tied],
+        after: Sequence[Rival],
         shared: np.ndarray,
         cross: float | np.ndarray,
         unseen: bool | np.ndarray,
     ) -> NextExperiment:
-        """What an addition is worth.
+        """Weigh what an addition tells by the time that it takes.
 
         Args:
             proposal: the addition.
@@ -145,7 +154,7 @@ class Comparison:
         between = np.broadcast_to(cross, (n, len(own)))
         joint = np.block([[self.covariance, between], [between.T, own]])
         together = [
-            Tied(a.zeta, np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
+            Rival(a.zeta, np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
             for a, b in zip(self.here, after, strict=True)
         ]
         then = Expected.of(together, joint)
@@ -163,13 +172,13 @@ class Comparison:
         )  # fmt: skip
 
 
-def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
+def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, MapFit]]:
     """The hypotheses that could each be the answer, by the named causes that act in them.
 
     The most probable first; of those in which the same named causes act the most probable one.
     """
     named = {*decision.first, *decision.second}
-    fits: dict[frozenset[str], list[tuple[float, Fit]]] = defaultdict(list)
+    fits: dict[frozenset[str], list[tuple[float, MapFit]]] = defaultdict(list)
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
         if acting := named.intersection(fit.subset):
             fits[frozenset(acting)].append((float(p), fit))
@@ -199,7 +208,7 @@ def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) ->
 
 
 def shows_memory(known: Measurement, added: Measurement) -> bool:
-    """Whether readings of the same experiments show what a material or a joint remembers.
+    """Tell whether readings of the same experiments show what a material remembers.
 
     They do where something is unloaded or waits, or is loaded at two rates, in those that are added
     or before.
@@ -214,3 +223,56 @@ def shows_memory(known: Measurement, added: Measurement) -> bool:
             if rate is not None:
                 rates[test.experiment].append(rate)
     return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())
+
+
+def next_experiments(
+    posterior: ModelPosterior,
+    decision: Decision,
+    measurement: Measurement,
+    config: Config,
+    noise: np.ndarray,
+    then: Callable[[Proposal, Sequence[MapFit]], PredictedAddition],
+    say: Callable[[str], None],
+) -> tuple[list[NextExperiment], list[str]]:
+    """Additions that tell the tied hypotheses apart, the best first, and why some failed.
+
+    Nothing where no other hypothesis is tied with the leading one.
+
+    Args:
+        posterior: of all hypotheses.
+        decision: the answer.
+        measurement: so far.
+        config: the model that is diagnosed.
+        noise: of the readings so far, shape (n,).
+        then: of an addition, with the tied hypotheses; it may raise a ``ConfigError``.
+        say: told what is being done.
+    """
+    likely = tied(posterior, decision)
+    if len(likely) < 2:
+        return [], []
+    fits = [fit for _, fit in likely]
+    comparison = Comparison(
+        measurement, noise, posterior.problem.covariance, np.array([p for p, _ in likely]),
+        [_here(posterior.problem, fit) for fit in fits],
+    )  # fmt: skip
+    found, failed = [], []
+    for proposal in proposals(measurement, config):
+        say(f"next experiment: {proposal.name}")
+        try:
+            after, shared, cross, unseen = then(proposal, fits)
+        except ConfigError as error:
+            failed.append(f"{proposal.name} could not be judged: {error}")
+            continue
+        if not all(np.isfinite(each.slopes).all() for each in after):
+            failed.append(
+                f"{proposal.name} could not be judged: a likely law has no equilibrium there"
+            )
+            continue
+        found.append(comparison.worth(proposal, after, shared, cross, unseen))
+    return sorted(found, key=lambda worth: worth.rank), failed
+
+
+def _here(problem: InferenceProblem, fit: MapFit) -> Rival:
+    """A hypothesis at the readings so far."""
+    told = problem.predicted(fit.subset, fit.zeta)
+    return Rival(fit.zeta, told, problem.slopes(fit.subset, fit.zeta))

@@ -1,22 +1,189 @@
-"""What readings differ by beside causes: noise, numbers of the rig, scatter of specimens."""
+"""Differences of readings beside causes: noise, rig, scatter of specimens, a discrepancy.
+
+The discrepancy is a process for what no effect of the catalogue is: an always-possible discrepancy.
+
+    K = S² {½ [k_SE(x, x′)]₀ + ¼ [k_M(s, s′)]₀ + ⅛ [k_E(x, x′)]₀ + ⅛ [k_E(s, s′)]₀}
+    [k(a, b)]₀ = k(a, b) − k(a, 0) k(0, b)
+
+x is the load by the largest, s the path Σ|Δx| of the load plus the logarithm of waits, S the root
+mean square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE is a squared
+exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the process is 0 at rest,
+is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
+without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
+little of it. Readings of another channel or another protocol have their own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import pandas as pd
+import scipy.linalg
 
-from dolfingrip.diagnosis.answer.scatter import Scatter, between
-from dolfingrip.diagnosis.core import discrepancy
-from dolfingrip.diagnosis.core.discrepancy import Along
+from dolfingrip.channels import TRANSVERSE_STRAIN
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """How far the specimens differ from one another.
+
+    Attributes:
+        scale: relative standard deviation of their stiffness.
+        prior_scale: as the laboratory told, or usual.
+        shape: individual deviation, by the root mean square of a channel.
+        estimated: whether the readings of several specimens tell these.
+    """
+
+    scale: float
+    prior_scale: float
+    shape: float
+    estimated: bool
+
+
+def between(
+    measurement: Measurement, covariance: np.ndarray, along: Along, signal: np.ndarray
+) -> tuple[Scatter, np.ndarray]:
+    """Estimate how specimens differ: in stiffness, and by smooth deviations of their own.
+
+    Of several specimens their differences tell both: a curve that all have in common is taken out
+    first (restricted likelihood; Patterson & Thompson, Biometrika 58, 1971), so that no hypothesis
+    about it matters. The stiffness' size is the most probable. The shape's variance is the expected
+    one: of few specimens the most probable is often 0, and what two have in common by chance would
+    be taken for a cause. Beside fingers, and of one specimen, the shape of coupons is assumed: no
+    simple law follows them exactly.
+    """
+    listed = measurement.listed()
+    specimen = listed["specimen"].to_numpy()
+    names = sorted(set(specimen))
+    scaled = (listed["column"] != TRANSVERSE_STRAIN.name).to_numpy()
+    same = specimen[:, None] == specimen
+    stiff = np.outer(signal * scaled, signal * scaled) * same
+    shape = kernel(along) * same
+    told = float(np.max([test.setup.nuisances["specimen_scale"] for test in measurement.tests]))
+    if len(names) == 1 or len({test.experiment for test in measurement.tests}) > 1:
+        coupon = (listed["experiment"] == "coupon").to_numpy()
+        shape = kernel(along) * np.outer(coupon, coupon)
+        level = POLICY.single_shape if coupon.all() else 0.0
+        return Scatter(0.0, told, level, estimated=False), POLICY.single_shape**2 * shape
+    common = _common(listed, along)
+    levels = np.array(POLICY.specimen_shapes)
+    likelihood = np.array([
+        [
+            _restricted(
+                covariance + (factor * told) ** 2 * stiff + level**2 * shape, common,
+                listed["value"].to_numpy(),
+            )
+            for level in levels
+        ]
+        for factor in POLICY.specimen_scales
+    ])  # fmt: skip
+    best = 0
+    for number, of in enumerate(likelihood.max(axis=1)):
+        if of > likelihood[best].max() + 0.5:
+            best = number
+    scale = POLICY.specimen_scales[best] * told
+    weights = np.exp(likelihood[best] - likelihood[best].max())
+    level = float(np.sqrt(weights @ levels**2 / weights.sum()))
+    return (
+        Scatter(scale, told, level, estimated=True), scale**2 * stiff + level**2 * shape,
+    )  # fmt: skip
+
+
+def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
+    """Columns of any curve that all specimens share, (n, k).
+
+    It has as many numbers as one specimen has readings: what it cannot follow would be taken for
+    scatter, and hide what the model misses of all specimens alike.
+    """
+    columns: list[np.ndarray] = []
+    parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
+    for _, part in parts:
+        at = part.index.to_numpy()
+        x = along.load[at]
+        each = int(part.groupby("test").size().median())
+        degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
+        own = np.zeros((len(along.load), degree + 1))
+        span = max(float(np.ptp(x)), 1e-9)
+        own[at] = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
+        columns.append(own)
+    return np.hstack(columns)
+
+
+def _restricted(covariance: np.ndarray, common: np.ndarray, value: np.ndarray) -> float:
+    lower = scipy.linalg.cholesky(covariance, lower=True)
+    white = scipy.linalg.solve_triangular(lower, np.column_stack([value, common]), lower=True)
+    q, r = np.linalg.qr(white[:, 1:])
+    rest = white[:, 0] - q @ (q.T @ white[:, 0])
+    determinant = np.log(np.diag(lower)).sum() + np.log(np.abs(np.diag(r)) + 1e-300).sum()
+    return float(-0.5 * rest @ rest - determinant)
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """Where readings lie.
+
+    Attributes:
+        load: x, shape (n,).
+        path: s, shape (n,).
+        block: number of the channel and protocol of each, shape (n,).
+        size: S of its channel, shape (n,).
+    """
+
+    load: np.ndarray
+    path: np.ndarray
+    block: np.ndarray
+    size: np.ndarray
+
+
+def kernel(along: Along) -> np.ndarray:
+    """K for a level of 1, shape (n, n)."""
+    x, s = along.load / POLICY.load_length, along.path / POLICY.path_length
+    parts = (
+        0.5 * _at_rest_zero(_squared_exponential, x)
+        + 0.25 * _at_rest_zero(_matern, s)
+        + 0.125 * _at_rest_zero(_exponential, along.load / POLICY.rough_length)
+        + 0.125 * _at_rest_zero(_exponential, along.path / POLICY.rough_length)
+    )
+    same = along.block[:, None] == along.block
+    return np.asarray(np.outer(along.size, along.size) * np.where(same, parts, 0.0))
+
+
+def _at_rest_zero(k: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
+    return k(at[:, None] - at) - np.outer(k(at), k(at))
+
+
+def _exponential(t: np.ndarray) -> np.ndarray:
+    return np.exp(-np.abs(t))
+
+
+def _squared_exponential(t: np.ndarray) -> np.ndarray:
+    return np.exp(-0.5 * t**2)
+
+
+def _matern(t: np.ndarray) -> np.ndarray:
+    t = np.sqrt(3.0) * np.abs(t)
+    return (1 + t) * np.exp(-t)
+
+
+def path_of(load: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """s of one run's rows in the order of time, shape (rows,)."""
+    moved = np.abs(np.diff(load, prepend=0.0))
+    waited = np.where(moved > 1e-3, 0.0, np.diff(time_s, prepend=time_s[0]))
+    since = np.zeros(len(load))
+    for i in range(1, len(load)):
+        since[i] = since[i - 1] + waited[i] if waited[i] > 0 else 0.0
+    slow = POLICY.wait_weight * np.log1p(since / POLICY.wait_s)
+    rise = np.maximum(np.diff(slow, prepend=0.0), 0.0)
+    return np.asarray(np.cumsum(moved + rise))
+
 
 SLACK: Final = "coupon_slack_mm"
 
@@ -83,7 +250,7 @@ def together(
 
 
 def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What the model's readings are multiplied by to be a smooth curve through those measured.
+    """Fit the factor that makes the model's readings a smooth curve through those measured.
 
     A polynomial of the load for each channel, protocol and branch.
 
@@ -118,7 +285,7 @@ def lying(measurement: Measurement, groups: Sequence[SimulationGroup], load: np.
     path = np.zeros(len(rows))
     for test in measurement.tests:
         mine = np.flatnonzero(number == test.number)
-        path[mine] = discrepancy.path_of(load[mine], rows["time_s"].to_numpy()[mine])
+        path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine])
     row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
     group = np.zeros(len(listed), dtype=int)
     for place, each in enumerate(groups):

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.diagnosis.answer.analysed import Analysed
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.search import NONE, Posterior, searched_again
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, searched_again
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis import HeldOutError
 
@@ -50,11 +50,11 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """What all folds tell.
+    """The errors of all folds.
 
     Attributes:
         errors: by kind and channel.
-        claimed: whether the cause foretells what was left out better than both rivals.
+        claimed: whether the cause predicts what was left out better than both rivals.
         scatter: root mean square distance of the specimens from the others, their scale fitted,
             by channel; empty where there is one.
     """
@@ -64,83 +64,83 @@ class HeldOut:
     scatter: dict[str, float]
 
 
-def held_out(analysed: Analysed[Any], whole: Posterior) -> HeldOut:
+def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
     """Leave out each specimen in turn, and bands and branches where there are some."""
-    channel = analysed.measurement.listed()["column"].to_numpy()
-    folds = [_fold(analysed, whole, kind, part) for kind, part in _parts(analysed)]
+    channel = analysis.measurement.listed()["column"].to_numpy()
+    folds = [_fold(analysis, whole, kind, part) for kind, part in _parts(analysis)]
     errors = []
     for kind in dict.fromkeys(fold.kind for fold in folds):
         own = [fold for fold in folds if fold.kind == kind]
         for name in dict.fromkeys(channel):
-            errors.append(_error(own, kind, str(name), channel == name, analysed.case.value))
+            errors.append(_error(own, kind, str(name), channel == name, analysis.problem.value))
     by_nuisances = sum(fold.log_odds[0] for fold in folds)
     by_process = sum(fold.log_odds[1] for fold in folds)
-    claimed = by_nuisances >= POLICY.foretold and by_process > 0
-    return HeldOut(tuple(errors), claimed, _scatter(analysed))
+    claimed = by_nuisances >= POLICY.predicted_log_odds and by_process > 0
+    return HeldOut(tuple(errors), claimed, _scatter(analysis))
 
 
-def _parts(analysed: Analysed[Any]) -> Iterator[tuple[str, np.ndarray]]:
-    """What is left out in turn: its kind, and which readings, shape (n,) of bool."""
-    specimen = analysed.measurement.listed()["specimen"].to_numpy()
+def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
+    """Iterate over what is left out in turn: its kind, and which readings, (n,) of bool."""
+    specimen = analysis.measurement.listed()["specimen"].to_numpy()
     names = list(dict.fromkeys(specimen))
     if len(names) > 1:
         for name in names:
             yield SPECIMENS, specimen == name
     else:
-        load = analysed.errors.along.load
+        load = analysis.errors.along.load
         for low, high in pairwise(np.quantile(load, [0, 1 / 3, 2 / 3, 1])):
             part = (load >= low) & (load <= high)
             if 0 < part.sum() < len(part):
                 yield BANDS, part
-    ways = _ways(analysed)
+    ways = _ways(analysis)
     for way in list(dict.fromkeys(ways))[1:]:
         yield BRANCHES, ways == way
 
 
-def _ways(analysed: Analysed[Any]) -> np.ndarray:
+def _ways(analysis: Analysis[Any]) -> np.ndarray:
     """Cycle and branch of each reading, shape (n,)."""
-    listed = analysed.measurement.listed()
+    listed = analysis.measurement.listed()
     return np.asarray(listed["cycle"].astype(str) + listed["branch"].astype(str))
 
 
-def _fold(analysed: Analysed[Any], whole: Posterior, kind: str, part: np.ndarray) -> Fold:
-    case = analysed.case
-    rest = searched_again(case.rows(~part), whole)
+def _fold(analysis: Analysis[Any], whole: ModelPosterior, kind: str, part: np.ndarray) -> Fold:
+    problem = analysis.problem
+    rest = searched_again(problem.rows(~part), whole)
     decision = decide(rest)
     free = rest.best(NONE)
-    plain = analysed.exact(rest.best(NONE, level=0.0))
-    cause = analysed.exact(decision.best) if decision.answer == "cause" else plain
-    if not np.isfinite(cause).all():  # without equilibrium at some reading nothing is foretold
+    plain = analysis.exact(rest.best(NONE, level=0.0))
+    cause = analysis.exact(decision.best) if decision.answer == "cause" else plain
+    if not np.isfinite(cause).all():  # without equilibrium at some reading nothing is predicted
         cause = plain
 
     def conditioned(mean: np.ndarray, level: float) -> np.ndarray:
-        total = case.covariance + level**2 * case.kernel
+        total = problem.covariance + level**2 * problem.kernel
         inner = scipy.linalg.cho_factor(total[np.ix_(~part, ~part)], lower=True)
-        left = scipy.linalg.cho_solve(inner, case.value[~part] - mean[~part])
+        left = scipy.linalg.cho_solve(inner, problem.value[~part] - mean[~part])
         return np.asarray(mean + total[:, ~part] @ left)
 
     def scale(prediction: np.ndarray) -> np.ndarray:
-        own = part & analysed.scaled
+        own = part & analysis.scaled
         if kind != SPECIMENS or not own.any():
             return prediction
         square = float(prediction[own] @ prediction[own])
-        factor = float(prediction[own] @ case.value[own]) / square if square > 0 else 1.0
+        factor = float(prediction[own] @ problem.value[own]) / square if square > 0 else 1.0
         return np.where(own, factor, 1.0) * prediction
 
     return Fold(
         kind, part,
-        configured=scale(case.base),
+        configured=scale(problem.base),
         nuisances=scale(conditioned(plain, 0.0)),
-        process=scale(conditioned(analysed.exact(free), free.level)),
+        process=scale(conditioned(analysis.exact(free), free.level)),
         cause=scale(conditioned(cause, 0.0)),
         log_odds=_log_odds(whole, rest),
     )  # fmt: skip
 
 
-def _log_odds(whole: Posterior, rest: Posterior) -> tuple[float, float]:
+def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float]:
     """By the evidence of all readings and of the rest: ln p(left out | rest) of each model."""
 
-    def density(model: Callable[[Fit], bool]) -> float:
+    def density(model: Callable[[MapFit], bool]) -> float:
         found = []
         for posterior in (whole, rest):
             logs = [
@@ -153,7 +153,7 @@ def _log_odds(whole: Posterior, rest: Posterior) -> tuple[float, float]:
             found.append(float(np.logaddexp.reduce(logs)))
         return found[0] - found[1]
 
-    causes = whole.case.causes
+    causes = whole.problem.causes
     cause = density(lambda fit: bool(causes(fit.subset)))
     plain = density(lambda fit: not causes(fit.subset) and fit.level == 0)
     process = density(lambda fit: not causes(fit.subset))
@@ -187,10 +187,10 @@ def _error(
     )  # fmt: skip
 
 
-def _scatter(analysed: Analysed[Any]) -> dict[str, float]:
+def _scatter(analysis: Analysis[Any]) -> dict[str, float]:
     """How far each specimen is from a smooth curve through the others, its scale fitted."""
-    value, load = analysed.case.value, analysed.errors.along.load
-    listed, ways = analysed.measurement.listed(), _ways(analysed)
+    value, load = analysis.problem.value, analysis.errors.along.load
+    listed, ways = analysis.measurement.listed(), _ways(analysis)
     channel, specimen = listed["column"].to_numpy(), listed["specimen"].to_numpy()
     squares: dict[str, list[np.ndarray]] = defaultdict(list)
     for name in dict.fromkeys(specimen):
@@ -202,7 +202,7 @@ def _scatter(analysed: Analysed[Any]) -> dict[str, float]:
                     continue
                 degree = int(np.clip(len(np.unique(np.round(load[rest], 3))) // 4, 1, 6))
                 told = np.polynomial.Chebyshev.fit(load[rest], value[rest], degree)(load[own])
-                if analysed.scaled[own].all():
+                if analysis.scaled[own].all():
                     told = told * float(told @ value[own]) / float(told @ told)
                 squares[str(column)].append((value[own] - told) ** 2)
     return {column: float(np.sqrt(np.concatenate(each).mean())) for column, each in squares.items()}

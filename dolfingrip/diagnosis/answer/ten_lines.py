@@ -11,13 +11,12 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, SetupEstimate, fitted
 from dolfingrip.diagnosis.answer.errors import SLACK
-from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, fitted
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
-from dolfingrip.diagnosis.words import chance
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import Brief
 from dolfingrip.parameter import named
@@ -37,8 +36,21 @@ NUISANCES: Final = {
 """Causes that are no effects of the catalogue, in words."""
 
 
+def chance(p: float) -> str:
+    """A probability in two digits."""
+    return f"{p:.2f}" if p < 0.995 else "> 0.99"
+
+
 def ten_lines(found: Diagnosis, out: Path) -> Brief:
-    """All of them; ``out`` is the folder of the results."""
+    """Write the ten lines that the page begins with.
+
+    Args:
+        found: the diagnosis.
+        out: folder of the results.
+
+    Returns:
+        The lines by their headings.
+    """
     use_it = f"dolfingrip bend --config {out / 'extended.toml'}"
     if found.decision.answer != "cause":
         use_it += " (as fitted, without a cause)"
@@ -74,18 +86,18 @@ def _one_of(names: Sequence[str]) -> str:
 
 
 def _doubts(found: Diagnosis) -> str:
-    """What to know about the data before the result."""
+    """Tell what to know about the data before the result."""
     told = ""
     if found.suspicions:
-        told = f"Check the data first: {' Or: '.join(found.suspicions[:2])} Then: "
-    if found.analysed.not_reached:
-        told += f"Not all readings are compared: {found.analysed.not_reached[0]}. "
+        told = f"Check the data first: {' Or: '.join(found.suspicions[:2])} PredictedAddition: "
+    if found.analysis.not_reached:
+        told += f"Not all readings are compared: {found.analysis.not_reached[0]}. "
     return told
 
 
 def _configured(found: Diagnosis) -> str:
-    """What is off as configured, and what was fitted for it."""
-    value, simulated = found.analysed.case.value, found.as_configured()
+    """Tell what is off as configured, and what was fitted for it."""
+    value, simulated = found.analysis.problem.value, found.as_configured()
     come = np.isfinite(simulated)
     off = (value - simulated)[come]
     share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(value[come] ** 2))) if come.any() else 0.0
@@ -95,35 +107,35 @@ def _configured(found: Diagnosis) -> str:
         f"As configured the model is {_percent(share)} off (root mean square){so_far}. "
         f"{found.fitted(found.decision.best)}"
     ]
-    told += [f"{each}." for each in _off(found.rig(found.decision.best))]
+    told += [f"{each}." for each in _off(found.setup_estimates(found.decision.best))]
     return " ".join(told)
 
 
-def _off(rig: Sequence[OfTheRig], *, every: bool = False) -> list[str]:
+def _off(rig: Sequence[SetupEstimate], *, every: bool = False) -> list[str]:
     """Numbers of the rig that are far out, or every one; several settings in one sentence."""
-    kinds: dict[str, list[OfTheRig]] = defaultdict(list)
+    kinds: dict[str, list[SetupEstimate]] = defaultdict(list)
     for each in rig:
         kinds[each.name.partition(" at ")[0]].append(each)
     found: list[str] = []
     for kind, alike in kinds.items():
-        far = [each for each in alike if every or each.telling]
-        if len(far) < PAGE.in_words:
-            found += map(_of_the_rig, far)
+        shown = [each for each in alike if every or each.telling]
+        if len(shown) < PAGE.in_words:
+            found += map(_setup_estimate, shown)
             continue
-        values = [each.value for each in far]
-        most = max(far, key=lambda each: abs(each.value) / each.told)
+        values = [each.value for each in shown]
+        most = max(shown, key=lambda each: abs(each.value) / each.prior_std)
         found.append(
-            f"{kind} is off by {min(values):+.2g} to {max(values):+.2g} {most.unit} in {len(far)} "
-            f"of {len(alike)} settings (±{most.told:.2g} {most.unit} was told: up to "
-            f"{abs(most.value) / most.told:.1f} standard deviations)"
+            f"{kind} is off by {min(values):+.2g} to {max(values):+.2g} {most.unit} in "
+            f"{len(shown)} of {len(alike)} settings (prior ±{most.prior_std:.2g} {most.unit}: "
+            f"up to {abs(most.value) / most.prior_std:.1f} standard deviations)"
         )
     return found
 
 
-def _of_the_rig(each: OfTheRig) -> str:
-    """In words, with units and with what was told."""
-    sigma = abs(each.value) / each.told
-    told = f"±{each.told:.2g} {each.unit} was told: {sigma:.1f} standard deviations"
+def _setup_estimate(each: SetupEstimate) -> str:
+    """Describe a number of the rig with its unit and its prior."""
+    sigma = abs(each.value) / each.prior_std
+    told = f"prior ±{each.prior_std:.2g} {each.unit}: {sigma:.1f} standard deviations"
     if each.name == SLACK:
         way = "early" if each.value > 0 else "late"
         return f"The coupons' force begins {abs(each.value):.2g} mm {way} ({told})"
@@ -148,12 +160,12 @@ def _result(found: Diagnosis) -> str:
                 f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
             )
         return told
-    if len(decision.first) > 1 and decision.first == found.analysed.case.ground_names[0]:
+    if len(decision.first) > 1 and decision.first == found.analysis.problem.baseline_names[0]:
         return (
             "Nothing else is off: either the material is so much stiffer or softer, or the "
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
         )
-    if decision.own and decision.probability >= POLICY.likelier:
+    if decision.nuisance_only and decision.probability >= POLICY.likelier:
         return f"Nothing else is off: {_one_of(decision.first)}; probability {sure}."
     told = _one_of(decision.first)
     if decision.second:
@@ -171,12 +183,12 @@ def _result(found: Diagnosis) -> str:
 def _size(found: Diagnosis) -> str:
     fit = found.decision.best
     numbers = ", ".join(each.words() for each in found.numbers(fit))
-    if not found.analysed.case.causes(fit.subset):
+    if not found.analysis.problem.causes(fit.subset):
         return numbers
-    without = replace(fit, subset=NONE, zeta=fit.zeta[: found.analysed.case.own])
-    change = found.analysed.exact(fit) - found.analysed.exact(without)
-    place = int(np.argmax(np.abs(change / found.analysed.errors.noise)))
-    listed = found.analysed.measurement.listed().iloc[place]
+    without = replace(fit, subset=NONE, zeta=fit.zeta[: found.analysis.problem.nuisance_count])
+    change = found.analysis.exact(fit) - found.analysis.exact(without)
+    place = int(np.argmax(np.abs(change / found.analysis.errors.noise)))
+    listed = found.analysis.measurement.listed().iloc[place]
     control = CHANNELS[CONTROL[str(listed["experiment"])]]
     channel = CHANNELS[str(listed["column"])]
     return (
@@ -187,15 +199,15 @@ def _size(found: Diagnosis) -> str:
 
 
 def _fit(found: Diagnosis) -> str:
-    case = found.analysed.case
+    problem = found.analysis.problem
     before, plain = found.as_configured(), found.with_best_modulus()
-    after = fitted(found.analysed, found.decision.best)
-    named = bool(found.analysed.case.causes(found.decision.best.subset))
+    after = fitted(found.analysis, found.decision.best)
+    named = bool(found.analysis.problem.causes(found.decision.best.subset))
     parts = []
     for name, at in channels(found).items():
         unit = CHANNELS[name].unit
-        errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
-        noise = np.median(found.analysed.errors.noise[at])
+        errors = [_rms((each - problem.value)[at]) for each in (before, plain, after)]
+        noise = np.median(found.analysis.errors.noise[at])
         parts.append(
             f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
             f"{unit} with another modulus; {errors[2]:.3g} {unit} with "
@@ -219,7 +231,8 @@ def _check(found: Diagnosis) -> str:
         parts.append(
             f"{ONE_OF[e.left_out].format(load=found.load)} left out in turn{scale}, causes chosen "
             f"anew: {e.channel} is "
-            f"foretold to {e.nuisances:.3g} {unit} without a cause, to {e.cause:.3g} {unit} with it"
+            f"predicted to {e.nuisances:.3g} {unit} without a cause, to {e.cause:.3g} {unit} with "
+            f"it"
             f"{against}"
         )
     worth = "better" if held.claimed else "no better"
@@ -235,8 +248,8 @@ def _left(found: Diagnosis) -> str:
     share = _percent(percent) if percent >= 0.01 else "less than 0.01 %"
     if decision.discrepancy < 0.5 or percent < 0.01:
         return f"{share}; what is left is no larger than noise and scatter"
-    case, along = found.analysed.case, found.analysed.errors.along
-    rest = (case.value - fitted(found.analysed, decision.best)) / found.analysed.errors.noise
+    problem, along = found.analysis.problem, found.analysis.errors.along
+    rest = (problem.value - fitted(found.analysis, decision.best)) / found.analysis.errors.noise
     bands = np.minimum((along.load / PAGE.band).astype(int), int(1 / PAGE.band) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
     low, high = 100 * worst * PAGE.band, 100 * (worst + 1) * PAGE.band
@@ -262,10 +275,10 @@ def _assumed(found: Diagnosis) -> str:
         f"{configured[e.key]:.3g} {named(e.key).unit})"
         for e in numbers if e.key in configured
     ]  # fmt: skip
-    rig = _off(found.rig(found.decision.best), every=True)
+    rig = _off(found.setup_estimates(found.decision.best), every=True)
     parts += [f"{text[0].lower()}{text[1:]}" for text in rig]
     parts.append(scatter(found))
-    if any("guess" in sentence for sentence in found.analysed.errors.sentences):
+    if any("guess" in sentence for sentence in found.analysis.errors.sentences):
         parts.append("the noise is a guess: tell it under [noise]")
     parts += found.warnings[:1]
     return "; ".join(parts)
@@ -276,18 +289,22 @@ def _next(found: Diagnosis) -> str:
         one = found.next[0]
         tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
         return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
-    return found.afterwards()
+    return found.advice()
 
 
 def channels(found: Diagnosis) -> dict[str, np.ndarray]:
     """Which readings are of each channel."""
-    column = found.analysed.measurement.listed()["column"].to_numpy()
+    column = found.analysis.measurement.listed()["column"].to_numpy()
     return {str(name): column == name for name in dict.fromkeys(column)}
 
 
 def scatter(found: Diagnosis) -> str:
-    """How far specimens differ, in words."""
-    own = found.analysed.errors.scatter
+    """Tell in words how far specimens differ.
+
+    Args:
+        found: the diagnosis.
+    """
+    own = found.analysis.errors.scatter
     if not own.estimated:
         share = f"{100 * own.shape:.2g} %" if own.shape else "nothing"
         return f"one specimen: its own deviation is taken as {share}"
@@ -302,6 +319,6 @@ def _percent(value: float) -> str:
 
 
 def _rms(values: np.ndarray) -> float:
-    """Of those readings that the model reaches."""
+    """Return the root mean square of those readings that the model reaches."""
     come = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(come**2))) if come.size else 0.0

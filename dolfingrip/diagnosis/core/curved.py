@@ -1,4 +1,4 @@
-"""What a cause changes about readings that depend on the moduli, too: few simulations, and slopes.
+"""Emulators of changes that depend on the moduli, too, by few simulations and slopes.
 
     Δ(ζ_m, ζ) = Φ Σ_j w_j(ζ_m) P_j(u(ζ))
 
@@ -35,12 +35,12 @@ WARPS: Final[tuple[Warp, ...]] = (
     lambda a: a / (1 + np.maximum(a, -0.5)),
     lambda a: 4 * a / (1 + 4 * np.maximum(a, -0.1)),
 )
-"""Of amplitudes by their ordinary value; the first for those of either sign."""
+"""Warps of amplitudes by their ordinary value; the first for those of either sign."""
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """What a change is a polynomial of.
+    """A coordinate that a change is a polynomial of.
 
     Attributes:
         value: by ζ, of the same shape.
@@ -96,10 +96,12 @@ class CurvedEmulator(Emulator):
             inside = float(np.clip(zeta[0], self.table.x[0], self.table.x[-1]))
             weights = self.table(inside)
             slopes.append(basis @ self.table(inside, 1))
-        by_own = np.zeros((len(own), weights.shape[1]))
+        nuisance_change = np.zeros((len(own), weights.shape[1]))
         for each, rate, column in zip(self.coordinates, rates, derived_by.T, strict=True):
-            by_own[each.of] += rate * column @ weights
-        return basis @ weights, np.array([*slopes, *by_own]).reshape(-1, weights.shape[1]).T
+            nuisance_change[each.of] += rate * column @ weights
+        return basis @ weights, np.array([*slopes, *nuisance_change]).reshape(
+            -1, weights.shape[1]
+        ).T
 
     def _basis(self, zeta: np.ndarray) -> np.ndarray:
         """(places, m)."""
@@ -142,7 +144,7 @@ def exponents_of(coordinates: Sequence[Coordinate], degree: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Simulations:
+class SimulatedChanges:
     """Simulated changes of one cause.
 
     Attributes:
@@ -160,7 +162,7 @@ class Simulations:
 
 
 def trained_on(
-    simulations: Simulations,
+    simulations: SimulatedChanges,
     coordinates: Sequence[Coordinate],
     scale: np.ndarray,
     takes: tuple[int, ...],
@@ -188,7 +190,7 @@ def trained_on(
 
 
 def _trained(
-    told: Simulations,
+    told: SimulatedChanges,
     coordinates: Sequence[Coordinate],
     scale: np.ndarray,
     takes: tuple[int, ...],

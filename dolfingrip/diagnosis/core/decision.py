@@ -1,24 +1,112 @@
-"""From probabilities to an answer: which causes, how sure, and what share stays unexplained."""
+"""From probabilities to an answer: which causes, how sure, and what share stays unexplained.
+
+The answer is tried under other priors: other odds of two causes, wider priors of numbers.
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.case import Case, Subset
-from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.search import NONE, Posterior
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
+from dolfingrip.diagnosis.core.search import NONE, ModelPosterior
 from dolfingrip.diagnosis.policy import POLICY
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Answers under other priors.
+
+    Attributes:
+        answers: by what is other about the priors, that of the policy's own priors first.
+        probability: of the policy's answer under each: of one member of each of its sets.
+    """
+
+    answers: Mapping[str, Decision]
+    probability: Mapping[str, float]
+
+    @property
+    def least(self) -> float:
+        """The smallest of these probabilities."""
+        return min(self.probability.values())
+
+
+OWN = "as told"
+
+
+def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
+    """The answer, and what it is under other priors.
+
+    A second cause is named only where it is more probable than not under each of them.
+    """
+    variants = {
+        OWN: posterior,
+        "two causes a third as likely": _reweighted(
+            posterior, _pairs_by(posterior, 1 / POLICY.pairs_by)
+        ),
+        "two causes three times as likely": _reweighted(
+            posterior, _pairs_by(posterior, POLICY.pairs_by)
+        ),
+        "priors twice as wide": _reweighted(
+            posterior, [_wider(fit, posterior.problem.nuisance_count) for fit in posterior.fits]
+        ),
+    }
+    answers = {name: decide(each) for name, each in variants.items()}
+    decision = answers[OWN]
+    if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.likelier:
+        decision = decide(posterior, single=True)
+    return decision, Sensitivity(
+        answers, {name: _of(each, decision) for name, each in answers.items()}
+    )
+
+
+def _of(other: Decision, decision: Decision) -> float:
+    """Probability of an answer by other probabilities."""
+    if decision.answer == "none":
+        return other.none
+    if decision.answer == "unknown":
+        return other.discrepancy if decision.nearest else other.unknown
+    return min(held(other.subsets, decision.first, decision.second), 1 - other.unexplained)
+
+
+def _pairs_by(posterior: ModelPosterior, factor: float) -> list[float]:
+    causes = posterior.problem.causes
+    return [np.log(factor) if len(causes(fit.subset)) == 2 else 0.0 for fit in posterior.fits]
+
+
+def _wider(fit: MapFit, first: int) -> float:
+    """Change of ln evidence where the priors of the causes' numbers are twice as wide (Laplace)."""
+    d = len(fit.zeta)
+    if d == first:
+        return 0.0
+    own = np.r_[np.zeros(first), np.ones(d - first)]
+    relaxed = fit.hessian - 0.75 * np.diag(own)
+    pull = own * fit.zeta
+    # the numbers follow where the prior pulls less
+    gain = 0.5 * 0.75 * float(pull @ pull)
+    gain += 0.5 * 0.75**2 * float(pull @ np.linalg.solve(relaxed, pull))
+    determinants = np.linalg.slogdet(relaxed)[1] - np.linalg.slogdet(fit.hessian)[1]
+    return gain - (d - first) * float(np.log(2)) - 0.5 * float(determinants)
+
+
+def _reweighted(posterior: ModelPosterior, logs: Sequence[float]) -> ModelPosterior:
+    with np.errstate(divide="ignore"):
+        total = np.log(posterior.probability) + np.asarray(logs)
+    weights = np.exp(total - total.max())
+    return replace(posterior, probability=weights / weights.sum())
+
 
 Answer = Literal["cause", "none", "unknown"]
 
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What the readings say.
+    """The answer of the readings.
 
     Attributes:
         answer: a cause is named, nothing is to be seen, or the catalogue explains little.
@@ -33,7 +121,8 @@ class Decision:
         discrepancy: probability that something stays beside the causes.
         subsets: probability of each set of visible causes.
         best: the most probable fit that the answer is about.
-        own: whether nothing is named but a number of the model itself, or causes that do as well.
+        nuisance_only: whether nothing is named but a nuisance of the model, or causes that do as
+            well.
     """
 
     answer: Answer
@@ -47,16 +136,16 @@ class Decision:
     unexplained: float
     discrepancy: float
     subsets: dict[Subset, float]
-    best: Fit
-    own: bool
+    best: MapFit
+    nuisance_only: bool
 
 
-def decide(posterior: Posterior, *, single: bool = False) -> Decision:
+def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     """The answer of a posterior.
 
-    Numbers of the rig that are far from what was told stand beside the causes, not in their place:
-    a set of causes holds effects; a number of the rig is named second where nearly all hypotheses
-    have it, and first where no effect is.
+    Implausible numbers of the rig stand beside the causes, not in their place: a set of causes
+    holds effects; a number of the rig is named second where nearly all hypotheses have it, and
+    first where no effect is.
 
     Something that the catalogue lacks may look like one of its causes. What stays beside them tells
     how alike the two are: the more stays, the less probable the causes can be, either of two sets
@@ -69,8 +158,8 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     mass: dict[Subset, float] = defaultdict(float)
     by_effects: dict[Subset, float] = defaultdict(float)
     none = 0.0
-    seen: list[tuple[float, Subset, Fit]] = []
-    case = posterior.case
+    seen: list[tuple[float, Subset, MapFit]] = []
+    problem = posterior.problem
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
         visible = tuple(
             name
@@ -78,19 +167,19 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
             if strength >= POLICY.visible_sigma
         )
         mass[visible] += float(p)
-        by_effects[(case.effects(visible) or visible)[:2]] += float(p)
+        by_effects[(problem.effects(visible) or visible)[:2]] += float(p)
         seen.append((float(p), visible, fit))
         if not visible and fit.level == 0:
             none += float(p)
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    first, second = _sets(by_effects, inclusion, _strengths(seen), single=single)
+    first, second = _sets(by_effects, inclusion, posterior.strengths, single=single)
     claim = held(mass, first, second)
     if second and claim < POLICY.both:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
         claim = held(mass, first)
-    rig = max(case.rig - {*first}, key=inclusion.__getitem__, default=None)
+    rig = max(problem.rig - {*first}, key=inclusion.__getitem__, default=None)
     if first and not second and not single and rig and inclusion[rig] >= POLICY.credible:
         second = (rig,)
     if second:
@@ -118,19 +207,20 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     if answer != "cause":
         first, second = (), ()
     best = _leading(seen, first, second, posterior)
-    own = not second and not case.far.keys().isdisjoint(first)
+    nuisance_only = not second and not problem.implausible.keys().isdisjoint(first)
     return Decision(
-        answer, _all_names(case, first), _all_names(case, second), nearest, float(probability),
-        inclusion, none, float(unknown), unexplained, discrepancy, dict(mass), best, own,
+        answer, _all_names(problem, first), _all_names(problem, second), nearest,
+        float(probability), inclusion, none, float(unknown), unexplained, discrepancy, dict(mass),
+        best, nuisance_only,
     )  # fmt: skip
 
 
-def _all_names(case: Case, names: tuple[str, ...]) -> tuple[str, ...]:
+def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, ...]:
     """With all that a factor of the model's own may be."""
-    place = case.far
+    place = problem.implausible
     return tuple(
         each for name in names
-        for each in (case.ground_names[place[name]] if name in place else (name,))
+        for each in (problem.baseline_names[place[name]] if name in place else (name,))
     )  # fmt: skip
 
 
@@ -175,16 +265,6 @@ def _sets(
     return found[0], found[1]
 
 
-def _strengths(seen: list[tuple[float, Subset, Fit]]) -> dict[str, float]:
-    """Largest strength of each cause, by its probability."""
-    found: dict[str, tuple[float, float]] = {}
-    for p, _, fit in seen:
-        for name, strength in zip(fit.subset, fit.strengths, strict=True):
-            if p > found.get(name, (-1.0, 0.0))[0]:
-                found[name] = p, strength
-    return {name: strength for name, (_, strength) in found.items()}
-
-
 def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[str, ...]:
     """The fewest causes of which nearly all subsets have one, the most telling first.
 
@@ -205,11 +285,11 @@ def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[s
 
 
 def _leading(
-    seen: list[tuple[float, Subset, Fit]],
+    seen: list[tuple[float, Subset, MapFit]],
     first: tuple[str, ...],
     second: tuple[str, ...],
-    posterior: Posterior,
-) -> Fit:
+    posterior: ModelPosterior,
+) -> MapFit:
     """The most probable fit, summed over levels, of causes that the answer names."""
 
     def allowed(visible: Subset) -> bool:
@@ -232,14 +312,14 @@ def _at_most(stays: float) -> float:
     return float((1 - stays) ** POLICY.doubt)
 
 
-def _discrepancy(seen: list[tuple[float, Subset, Fit]]) -> float:
+def _discrepancy(seen: list[tuple[float, Subset, MapFit]]) -> float:
     """The probability that something stays beside the causes."""
     return sum(p for p, _, fit in seen if fit.level > 0)
 
 
 def _stays(
-    posterior: Posterior,
-    seen: list[tuple[float, Subset, Fit]],
+    posterior: ModelPosterior,
+    seen: list[tuple[float, Subset, MapFit]],
     names: tuple[str, ...] = (),
     beside: tuple[str, ...] = (),
 ) -> float:
@@ -251,7 +331,7 @@ def _stays(
         names: of what is missed without one of these; all causes where empty.
         beside: pairs with one of these alone are asked; all hypotheses where empty.
     """
-    n, causes = len(posterior.case.value), posterior.case.causes
+    n, causes = len(posterior.problem.value), posterior.problem.causes
     off: dict[Subset, float] = {}
     for fit in posterior.fits:
         if fit.level == 0:
@@ -265,7 +345,7 @@ def _stays(
         total += p
         missed = off[tuple(each for each in own if names and each not in names)]
         if fit.subset and not own:  # what is missed with the model's own numbers as told
-            missed = posterior.as_told - n
+            missed = posterior.as_reported - n
         if fit.level > 0 and missed > 0:
             share += p * float(np.clip(off[own] / missed, 0.0, 1.0))
     return share / total if total else 1.0

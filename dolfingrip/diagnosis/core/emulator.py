@@ -1,4 +1,4 @@
-"""What a cause changes about all readings, as a polynomial of its numbers.
+"""Emulators: changes of all readings by a cause, as polynomials of its numbers.
 
     Δ(ζ) = Φ g(ζ)
 
@@ -6,6 +6,8 @@
 fitted by least squares (principal-component emulation: Higdon et al., J. Am. Stat. Assoc. 103,
 2008). The error of what was left out of the fit stands beside them as columns of one standard
 deviation.
+
+Readings may also be proportional to a factor of all moduli.
 """
 
 from __future__ import annotations
@@ -50,12 +52,12 @@ class Emulator(ABC):
         """g, shape (k,), and its derivatives, shape (k, d), at one place, shape (d,)."""
 
     def rows(self, kept: np.ndarray) -> Self:
-        """Of some of the readings."""
+        """Restrict the emulator to some of the readings."""
         return replace(self, columns=self.columns[kept], errors=self.errors[kept])
 
 
 @dataclass(frozen=True, eq=False)
-class Polynomial(Emulator):
+class PolynomialEmulator(Emulator):
     """A polynomial of ζ itself.
 
     Attributes:
@@ -81,7 +83,7 @@ class Polynomial(Emulator):
 
 @dataclass(frozen=True, eq=False)
 class Local(Emulator):
-    """What exact simulations, and their derivatives, told beyond other emulators.
+    """A correction of other emulators by exact simulations and their derivatives.
 
     The mean of a Gaussian process of covariance exp(−½ |ζ − ζ′|²/ℓ²) whose values and slopes are
     known at some places (Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006,
@@ -147,7 +149,7 @@ class Stacked(Emulator):
 
     @classmethod
     def of(cls, *parts: Emulator) -> Stacked:
-        """Of emulators that take the same of the model's own numbers."""
+        """Stack emulators that take the same nuisances."""
         return cls(
             np.hstack([each.columns for each in parts]),
             np.hstack([each.errors for each in parts]),
@@ -163,6 +165,66 @@ class Stacked(Emulator):
 
     def rows(self, kept: np.ndarray) -> Self:
         return replace(super().rows(kept), parts=tuple(each.rows(kept) for each in self.parts))
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """c = exp(s ζ), a log-normal number.
+
+    Attributes:
+        std: s.
+        low, high: range of ζ; draws go where no fit does.
+    """
+
+    std: float
+    low: float
+    high: float
+
+    def __call__(self, zeta: float | np.ndarray) -> np.ndarray:
+        """c, of the shape of ζ."""
+        return np.exp(self.std * np.clip(zeta, self.low, self.high))
+
+
+@dataclass(frozen=True, eq=False)
+class Scaled(Emulator):
+    """An emulator some of whose readings are c times what they are at c = 1.
+
+    Attributes:
+        inner: of a cause's change at c = 1; None for what c alone changes.
+        factor: c by ζ, the first of the model's own numbers.
+    """
+
+    inner: Emulator | None
+    factor: Factor
+    takes: tuple[int, ...] = field(default=(0,), kw_only=True)
+
+    @classmethod
+    def of(cls, inner: Emulator, scaled: np.ndarray, factor: Factor) -> Scaled:
+        """Scale an emulator of a cause, whose readings are ``scaled`` or not, (n,)."""
+        on = scaled[:, None]
+        columns = np.hstack([inner.columns * on, inner.columns * ~on])
+        return cls(columns, inner.errors, inner.left, inner, factor)
+
+    @classmethod
+    def alone(cls, base: np.ndarray, scaled: np.ndarray, factor: Factor) -> Scaled:
+        """Make the emulator of what c changes about the model's readings (n,)."""
+        return cls((base * scaled)[:, None], np.zeros((len(base), 0)), 0.0, None, factor)
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        c = self.factor(zeta[:, :1])
+        if self.inner is None:
+            return c - 1
+        g = self.inner.at(zeta[:, 1:])
+        return np.hstack([c * g, g])
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        c = float(self.factor(zeta[0]))
+        rate = self.factor.std * c
+        if self.inner is None:
+            return np.array([c - 1]), np.array([[rate]])
+        g, slopes = self.inner.with_slopes(zeta[1:])
+        on = np.column_stack([rate * g, c * slopes])
+        return np.r_[c * g, g], np.vstack([on, np.column_stack([0 * g, slopes])])
 
 
 def places(box: np.ndarray, count: int) -> np.ndarray:
@@ -208,18 +270,22 @@ def trained(
     rest = white[left_out] - told[left_out] @ weights @ basis
     weights, *_ = np.linalg.lstsq(told, score, rcond=1e-10)
     errors, left = error_of(rest, zeta[left_out] - np.clip(0.0, *box.T), scale)
-    return Polynomial(basis.T * scale[:, None], errors, left, exponents, weights, middle, half)
+    return PolynomialEmulator(
+        basis.T * scale[:, None], errors, left, exponents, weights, middle, half
+    )
 
 
 def linear(change: np.ndarray) -> Emulator:
-    """Of one number, whose change by one standard deviation is told, shape (n,)."""
+    """Make an emulator of one number from its change by one standard deviation, shape (n,)."""
     none = np.zeros((len(change), 0))
     first = np.array([[1]])
-    return Polynomial(change[:, None], none, 0.0, first, np.ones((1, 1)), np.zeros(1), np.ones(1))
+    return PolynomialEmulator(
+        change[:, None], none, 0.0, first, np.ones((1, 1)), np.zeros(1), np.ones(1)
+    )
 
 
 def exponents_up_to(degree: int, d: int) -> np.ndarray:
-    """Of all monomials of d numbers up to a degree, shape (m, d)."""
+    """Return the exponents of all monomials of d numbers up to a degree, shape (m, d)."""
     rows = [
         np.bincount(np.array(chosen, dtype=int), minlength=d)
         for total in range(degree + 1)

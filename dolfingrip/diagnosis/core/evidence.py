@@ -7,30 +7,122 @@ discrepancy
     G = Zᵀ C⁻¹ Z
 
 is computed once; each hypothesis then costs the same for any number of readings. With precisions W
-of the priors, 1 but for numbers that are far from what was told, and H = JᵀGJ + W at the most
+of the priors, 1 but for numbers that are implausible by the prior, and H = JᵀGJ + W at the most
 probable ζ (Laplace's method; MacKay, Information Theory, 2003, chapter 27)
 
     ln p(y) = −½ bᵀGb − ½ ζᵀWζ + ½ ln|W| − ½ ln|H| − ½ ln|C| − n/2 ln 2π
 
 Columns of an emulator's error are integrated out like a nuisance.
+
+Likely hypotheses are sampled: weighted draws by adaptive importance sampling give the integral.
+The first draws are of a multivariate t about the mode. Where few of them count, as on a curved
+ridge, more are drawn about the mean of those before, with their covariance. For that mean their
+weights are raised to a power that lets enough of them count (Koblents & Míguez, Stat. Comput. 25,
+2015). Each draw is weighted against the mixture of all that were drawn from (Cornuet, Marin, Mira &
+Robert, Scand. J. Stat. 39, 2012).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg
+import scipy.stats
+from scipy.special import logsumexp
 
-from dolfingrip.diagnosis.core.case import GROUND, Case, Subset, mended_name
-from dolfingrip.diagnosis.core.sampling import drawn
+from dolfingrip.diagnosis.core.problem import BASELINE, InferenceProblem, Subset, correction_name
 from dolfingrip.diagnosis.policy import POLICY
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Draws:
+    """Weighted draws of a density.
+
+    Attributes:
+        places: shape (draws, d).
+        weights: of each; their sum is 1.
+        log_integral: ln of the density's integral.
+    """
+
+    places: np.ndarray
+    weights: np.ndarray
+    log_integral: float
+
+    @property
+    def effective(self) -> float:
+        """Number of equally weighted draws that tell as much."""
+        return float(1 / (self.weights**2).sum())
+
+
+def drawn(
+    log_density: Callable[[np.ndarray], np.ndarray],
+    mode: np.ndarray,
+    covariance: np.ndarray,
+    rng: np.random.Generator,
+) -> Draws | None:
+    """Draws until enough of them count and the integral stays; None where too few ever do.
+
+    Args:
+        log_density: of places, shape (draws, d); −∞ where the density is 0.
+        mode: shape (d,).
+        covariance: about the mode, shape (d, d).
+        rng: of the draws.
+    """
+    middle, spread = mode, covariance
+    proposals, places = [], np.empty((0, len(mode)))
+    told, before = np.empty(0), np.inf
+    for _ in range(POLICY.adaptations):
+        fresh = [
+            scipy.stats.multivariate_t(middle, wider * _regular(spread), POLICY.freedom)
+            for wider in POLICY.wider
+        ]
+        proposals += fresh
+        each = POLICY.draws // len(fresh)
+        new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
+        places, told = np.vstack([places, new]), np.r_[told, log_density(new)]
+        mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
+        log = told - (mixture - np.log(len(proposals)))
+        if not np.isfinite(log.max()):
+            return None
+        total = float(logsumexp(log))
+        found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
+        steady = abs(found.log_integral - before) < POLICY.steady
+        if found.effective >= POLICY.effective and (steady or found.effective > len(log) / 2):
+            return found
+        before, least = found.log_integral, 2 * len(mode) + 2
+        if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
+            continue
+        tempered = _tempered(log, least)
+        middle = tempered @ places
+        spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
+    return found if found.effective >= POLICY.effective / 2 else None
+
+
+def _tempered(log: np.ndarray, least: int) -> np.ndarray:
+    """Weights raised to the largest power up to 1 by which so many draws count."""
+    inside = np.isfinite(log)
+    log = np.where(inside, log - log.max(), 0.0)  # a power of 0 leaves −∞ undefined
+    low, high = 0.0, 1.0
+    for _ in range(20):
+        power = 0.5 * (low + high)
+        weights = inside * np.exp(power * log)
+        enough = weights.sum() ** 2 / (weights**2).sum() >= least
+        low, high = (power, high) if enough else (low, power)
+    weights = inside * np.exp(low * log)
+    return np.asarray(weights / weights.sum())
+
+
+def _regular(covariance: np.ndarray) -> np.ndarray:
+    """The nearest covariance that rounding leaves positive definite."""
+    sizes, ways = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    return np.asarray(ways * np.maximum(sizes, 1e-9 * sizes[-1]) @ ways.T)
+
+
+@dataclass(frozen=True, eq=False)
+class MapFit:
     """The most probable numbers of a hypothesis, with its evidence.
 
     Attributes:
@@ -41,7 +133,7 @@ class Fit:
         hessian: H there.
         misfit: bᵀGb there.
         strengths: length of each cause's change after nuisances, standard deviations; of one of the
-            model's own numbers how far it is from what was told.
+            model's own numbers how far it is from its prior's mean.
         draws: samples of ζ, shape (draws, d), and their weights; empty where not sampled.
     """
 
@@ -56,17 +148,17 @@ class Fit:
 
 
 @dataclass(eq=False)
-class Level:
+class CovarianceModel:
     """All columns under one covariance.
 
     Attributes:
-        case: the readings.
+        problem: the readings.
         level: of the discrepancy.
         gram: G.
         log_det: ln|C| + n ln 2π.
     """
 
-    case: Case
+    problem: InferenceProblem
     level: float
     gram: np.ndarray = field(init=False)
     log_det: float = field(init=False)
@@ -75,10 +167,10 @@ class Level:
     _place: dict[str, slice] = field(init=False)
 
     def __post_init__(self) -> None:
-        case = self.case
-        total = case.covariance + self.level**2 * case.kernel
+        problem = self.problem
+        total = problem.covariance + self.level**2 * problem.kernel
         lower = scipy.linalg.cholesky(total, lower=True)
-        blocks = [(case.value - case.base)[:, None]]
+        blocks = [(problem.value - problem.base)[:, None]]
         self._place = {}
         at = 1
 
@@ -88,14 +180,16 @@ class Level:
             self._place[name] = slice(at, at + columns.shape[1])
             at += columns.shape[1]
 
-        mended = {mended_name(causes): each for causes, each in case.mended.items()}
-        for name, each in {GROUND: case.ground, **case.emulators, **mended}.items():
+        corrections = {
+            correction_name(causes): each for causes, each in problem.corrections.items()
+        }
+        for name, each in {BASELINE: problem.baseline, **problem.emulators, **corrections}.items():
             add(name, each.columns)
             add(f"{name} error", each.errors)
         self._lower = lower
         self._white = self.whitened(np.hstack(blocks))
         self.gram = self._white.T @ self._white
-        n = len(case.value)
+        n = len(problem.value)
         self.log_det = 2 * float(np.log(np.diag(lower)).sum()) + n * np.log(2 * np.pi)
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
@@ -106,11 +200,11 @@ class Level:
         """L white: readings' errors of covariance C from independent ones, shape (n,)."""
         return np.asarray(self._lower @ white)
 
-    def read(self, value: np.ndarray) -> Level:
-        """The same columns with other readings y, shape (n,)."""
+    def read(self, value: np.ndarray) -> CovarianceModel:
+        """Return the model of other readings y, shape (n,), by the same columns."""
         found = copy(self)
-        found.case = replace(self.case, value=value)
-        off = self.whitened(value - self.case.base)
+        found.problem = replace(self.problem, value=value)
+        off = self.whitened(value - self.problem.base)
         found._white = np.column_stack([off, self._white[:, 1:]])
         found.gram = self.gram.copy()
         found.gram[0] = found.gram[:, 0] = found._white[:, 0] @ found._white
@@ -118,7 +212,7 @@ class Level:
 
     def largest(self, subset: Subset) -> float:
         """ln of the largest likelihood of any change within the columns of causes."""
-        names = [name for name, _, _ in self.case.parts(subset)]
+        names = [name for name, _, _ in self.problem.parts(subset)]
         at = np.r_[*(self._place[name] for name in names)]
         inner = self.gram[np.ix_(at, at)]
         inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
@@ -127,12 +221,12 @@ class Level:
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance."""
-        names = [name for name, _, _ in self.case.parts(subset)]
+        names = [name for name, _, _ in self.problem.parts(subset)]
         at = np.r_[0, *(self._place[name] for name in names)]
-        causes = {*self.case.causes(subset)}
-        seen = [each for each in self.case.simulated if causes.issuperset(each)]
+        causes = {*self.problem.causes(subset)}
+        seen = [each for each in self.problem.simulated if causes.issuperset(each)]
         by = dict.fromkeys((name for each in seen for name in each), POLICY.surer)
-        if (effects := self.case.effects(subset)) in self.case.local:
+        if (effects := self.problem.effects(subset)) in self.problem.local:
             by = dict.fromkeys(effects, 0.0)
         errors, size = np.empty(0, int), np.empty(0)
         for name in names:
@@ -146,24 +240,24 @@ class Level:
             factor = scipy.linalg.cho_factor(inner, lower=True)
             gram = gram - cross @ scipy.linalg.cho_solve(factor, cross.T)
             log_det += 2 * float(np.log(np.diag(factor[0])).sum())
-        return Hypothesis(self.case, subset, self.level, gram, log_det)
+        return Hypothesis(self.problem, subset, self.level, gram, log_det)
 
 
 @dataclass(eq=False)
 class Hypothesis:
     """Causes under one covariance."""
 
-    case: Case
+    problem: InferenceProblem
     subset: Subset
     level: float
     gram: np.ndarray
     log_det: float
 
     def __post_init__(self) -> None:
-        self._box = np.vstack([self.case.ground_box, self.case.box(self.subset)])
-        self._parts = self.case.parts(self.subset)
+        self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
+        self._parts = self.problem.parts(self.subset)
         self._precision = np.ones(len(self._box))
-        self._precision[: self.case.own] = self.case.widths(self.subset) ** -2
+        self._precision[: self.problem.nuisance_count] = self.problem.widths(self.subset) ** -2
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
@@ -178,7 +272,7 @@ class Hypothesis:
             row += len(g)
         return value, columns
 
-    def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> Fit:
+    def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add.
 
         Args:
@@ -198,7 +292,7 @@ class Hypothesis:
         ]
         _, zeta, hessian, misfit = modes[int(np.argmax(logs))]
         log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det + self._norm
-        return Fit(self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta))
+        return MapFit(self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta))
 
     def misfit(self, zeta: np.ndarray) -> float:
         """bᵀGb at ζ, shape (d,)."""
@@ -251,15 +345,15 @@ class Hypothesis:
         return value, zeta, hessian, float(b @ pull)
 
     def _strengths(self, zeta: np.ndarray) -> tuple[float, ...]:
-        """Of each name of the subset, standard deviations.
+        """Return the strength of each name of the subset in standard deviations.
 
         The model's own numbers follow a cause's change as far as their priors let them.
         """
         b, slopes = self._factors(zeta)
-        free = slopes[:, : self.case.own]
-        inner = free.T @ self.gram @ free + np.diag(self._precision[: self.case.own])
+        free = slopes[:, : self.problem.nuisance_count]
+        inner = free.T @ self.gram @ free + np.diag(self._precision[: self.problem.nuisance_count])
         found: dict[str, float] = {
-            name: abs(float(zeta[place])) for name, place in self.case.far.items()
+            name: abs(float(zeta[place])) for name, place in self.problem.implausible.items()
         }
         row = 1
         for name, emulator, _ in self._parts:
@@ -274,7 +368,7 @@ class Hypothesis:
             row += k
         return tuple(found[name] for name in self.subset)
 
-    def sampled(self, fit: Fit, rng: np.random.Generator) -> Fit:
+    def sampled(self, fit: MapFit, rng: np.random.Generator) -> MapFit:
         """The evidence by importance sampling, with draws.
 
         The fit itself where too few of the draws count.

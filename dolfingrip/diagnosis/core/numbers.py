@@ -8,13 +8,32 @@ from typing import Any
 
 import numpy as np
 
-from dolfingrip.config import Change, Config
+from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.tried import tried
 from dolfingrip.extensions.effect import Effect, Prior
-from dolfingrip.extensions.index import effect
+from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.priors import scaled_priors
+
+
+def tried(names: Sequence[str] | None) -> list[str]:
+    """Names of the effects that are tried: the catalogue, or these, without nuisances."""
+    every = NAMES if names is None else names
+    return [name for name in every if not effect(name).nuisance]
+
+
+def check_effects(names: Sequence[str] | None) -> None:
+    """Refuse names that are of no effect that may be named.
+
+    Args:
+        names: of effects; None for the whole catalogue.
+
+    Raises:
+        ConfigError: one line with the name and what is allowed.
+    """
+    for name in names or ():
+        if name not in tried(None):
+            raise ConfigError(f"--effects {name}: allowed: {', '.join(tried(None))}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +62,11 @@ class UnknownNumber:
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
         return np.clip(np.vectorize(self.prior.at, otypes=[float])(zeta), *self.bounds)
+
+    @property
+    def gradient(self) -> str:
+        """Key of its derivative."""
+        return f"{self.key}[0]" if self.listed else self.key
 
     def change(self, value: float) -> Change:
         """Return the change of the configuration that gives it a value."""

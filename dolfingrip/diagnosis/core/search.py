@@ -13,8 +13,8 @@ from math import comb
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.case import Case, Subset
-from dolfingrip.diagnosis.core.evidence import Fit, Level
+from dolfingrip.diagnosis.core.evidence import CovarianceModel, MapFit
+from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.policy import POLICY
 
 NONE: Subset = ()
@@ -24,23 +24,23 @@ Key = tuple[Subset, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Posterior:
+class ModelPosterior:
     """Probabilities of all hypotheses.
 
     Attributes:
-        case: the readings.
+        problem: the readings.
         fits: of each hypothesis, by causes and level.
         probability: of each, in the same order.
         log_density: ln p(y), averaged over all.
-        as_told: χ² of the model without causes, its own numbers as told.
+        as_reported: χ² of the model without causes, its own numbers as told.
         names: of all causes that some reading feels, and of the model's own numbers.
     """
 
-    case: Case
-    fits: Sequence[Fit]
+    problem: InferenceProblem
+    fits: Sequence[MapFit]
     probability: np.ndarray
     log_density: float
-    as_told: float
+    as_reported: float
     names: tuple[str, ...]
 
     @property
@@ -51,12 +51,21 @@ class Posterior:
             found[fit.subset] += float(p)
         return dict(found)
 
-    def best(self, subset: Subset, *, level: float | None = None) -> Fit:
+    @property
+    def strengths(self) -> dict[str, float]:
+        """Strength of each name in the most probable fit that has it."""
+        found: dict[str, tuple[float, float]] = {}
+        for p, fit in zip(self.probability, self.fits, strict=True):
+            for name, strength in zip(fit.subset, fit.strengths, strict=True):
+                found[name] = max(found.get(name, (-1.0, 0.0)), (float(p), strength))
+        return {name: strength for name, (_, strength) in found.items()}
+
+    def best(self, subset: Subset, *, level: float | None = None) -> MapFit:
         """The most probable fit of these causes, at one level or at any.
 
-        The model's own numbers may be far from what was told.
+        The model's own numbers may be implausible by the prior.
         """
-        causes = self.case.causes
+        causes = self.problem.causes
         own = [
             (p, fit)
             for p, fit in zip(self.probability, self.fits, strict=True)
@@ -71,32 +80,36 @@ def levels() -> dict[float, float]:
     return {0.0: POLICY.discrepancy_off, **dict.fromkeys(POLICY.discrepancy_levels, share)}
 
 
-def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Posterior:
-    """The posterior over all hypotheses of a case.
+def search(
+    problem: InferenceProblem, rng: np.random.Generator, *, sample: bool = True
+) -> ModelPosterior:
+    """The posterior over all hypotheses of a problem.
 
     A pair of causes is left out where even its largest likelihood is far below the best evidence.
     """
-    every = {level: Level(case, level) for level in levels()}
-    names = tuple(case.emulators)
+    every = {level: CovarianceModel(problem, level) for level in levels()}
+    names = tuple(problem.emulators)
     singles: dict[str, np.ndarray] = {}
     none: dict[float, np.ndarray] = {}
-    fits: list[Fit] = []
-    start = np.zeros(case.own)
+    fits: list[MapFit] = []
+    start = np.zeros(problem.nuisance_count)
     for level, columns in every.items():
-        told = _told_and_far(columns, NONE, [start])
+        told = _fitted_with_implausible(columns, NONE, [start])
         none[level] = start = max(told, key=lambda fit: fit.log_evidence).zeta
         fits += told
     for name in names:
         warm: list[np.ndarray] = []
         for level, columns in every.items():
-            first = [np.r_[none[level], z] for z in _starts(case, name)]
-            told = _told_and_far(columns, (name,), [*warm, *(first if not warm else first[:1])])
+            first = [np.r_[none[level], z] for z in _starts(problem, name)]
+            told = _fitted_with_implausible(
+                columns, (name,), [*warm, *(first if not warm else first[:1])]
+            )
             warm = [fit.zeta for fit in told]
             fits += told
             if level == 0.0:
                 singles[name] = max(told, key=lambda fit: fit.log_evidence).zeta
     best = max(fit.log_evidence for fit in fits)
-    own = case.own
+    own = problem.nuisance_count
     for pair in _pairs(every, names):
         warm = []
         hopeful = [
@@ -108,23 +121,23 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
             if not hopeful or level not in (0.0, *hopeful):
                 continue
             first = [
-                np.r_[singles[pair[0]], _starts(case, pair[1])[0]],
-                np.r_[singles[pair[1]][:own], _starts(case, pair[0])[0], singles[pair[1]][own:]],
+                np.r_[singles[pair[0]], _starts(problem, pair[1])[0]],
+                np.r_[singles[pair[1]][:own], _starts(problem, pair[0])[0], singles[pair[1]][own:]],
                 np.r_[singles[pair[0]], singles[pair[1]][own:]],
             ]
-            told = _told_and_far(columns, pair, [*warm, *(first if not warm else ())])
+            told = _fitted_with_implausible(columns, pair, [*warm, *(first if not warm else ())])
             warm = [fit.zeta for fit in told]
             fits += told
             best = max(best, *(fit.log_evidence for fit in told))
-    return _weighed(case, fits, every, rng if sample else None)
+    return _weighed(problem, fits, every, rng if sample else None)
 
 
-def _told_and_far(
-    columns: Level,
+def _fitted_with_implausible(
+    columns: CovarianceModel,
     subset: Subset,
     starts: Sequence[np.ndarray],
     settled: float = POLICY.settled,
-) -> list[Fit]:
+) -> list[MapFit]:
     """Fits of causes with the model's own numbers as told, and with those far that may be so.
 
     A number that is far is fitted where that is not much less probable, by the fit without it.
@@ -132,26 +145,28 @@ def _told_and_far(
     found = [columns.of(subset).fit(starts, settled)]
     tried = {frozenset[str]()}
     for fit in found:
-        far = frozenset(fit.subset) - {*subset}
-        for name, place in columns.case.far.items():
-            more = far | {name}
-            if more in tried or _log_odds_of_far(fit, place) < np.log(POLICY.rival):
+        implausible = frozenset(fit.subset) - {*subset}
+        for name, place in columns.problem.implausible.items():
+            more = implausible | {name}
+            if more in tried or _log_odds_of_implausible(fit, place) < np.log(POLICY.rival):
                 continue
             tried.add(more)
-            own = tuple(each for each in columns.case.far if each in more)
+            own = tuple(each for each in columns.problem.implausible if each in more)
             found.append(columns.of((*subset, *own)).fit([fit.zeta, *starts], settled))
     return found
 
 
-def _log_odds_of_far(fit: Fit, place: int) -> float:
+def _log_odds_of_implausible(fit: MapFit, place: int) -> float:
     """ln of the odds that one of the model's own numbers is far rather than as told (Laplace)."""
-    relaxed = 1 - POLICY.far**-2
+    relaxed = 1 - POLICY.implausible_width**-2
     left = 1 - relaxed * float(np.linalg.inv(fit.hessian)[place, place])
     gain = 0.5 * relaxed * float(fit.zeta[place]) ** 2 / left - 0.5 * np.log(left)
-    return gain - float(np.log(POLICY.far)) + float(np.log(POLICY.far_odds))
+    return gain - float(np.log(POLICY.implausible_width)) + float(np.log(POLICY.implausible_odds))
 
 
-def one_at_a_time(every: Mapping[float, Level], before: dict[Key, np.ndarray]) -> Posterior:
+def one_at_a_time(
+    every: Mapping[float, CovarianceModel], before: dict[Key, np.ndarray]
+) -> ModelPosterior:
     """The posterior over none and each single cause, by Laplace's method, each from one start.
 
     Causes are left out where even their largest likelihood is so far below the best evidence that
@@ -161,77 +176,77 @@ def one_at_a_time(every: Mapping[float, Level], before: dict[Key, np.ndarray]) -
         every: all columns under the covariance of each level.
         before: where fits begin: at the numbers of readings before that were alike; it is updated.
     """
-    case = next(iter(every.values())).case
+    problem = next(iter(every.values())).problem
     prior = {level: float(np.log(p)) for level, p in levels().items()}
-    far = float(np.log(len(every) * (1 + len(case.emulators)) / (1 - POLICY.credible)))
-    fits: list[Fit] = []
+    far = float(np.log(len(every) * (1 + len(problem.emulators)) / (1 - POLICY.credible)))
+    fits: list[MapFit] = []
     best = -np.inf
 
     def fitted(subset: Subset, level: float, start: np.ndarray) -> np.ndarray:
         nonlocal best
         starts = [before.get((subset, level), start)]
-        told = _told_and_far(every[level], subset, starts, POLICY.nearly_settled)
+        told = _fitted_with_implausible(every[level], subset, starts, POLICY.coarsely_settled)
         fits.extend(told)
         before[subset, level] = told[0].zeta
         best = max(best, *(fit.log_evidence + prior[level] for fit in told))
         return told[0].zeta
 
-    zeta = np.zeros(case.own)
+    zeta = np.zeros(problem.nuisance_count)
     own = {level: (zeta := fitted(NONE, level, zeta)) for level in every}
     bounds = {
         (name,): {level: each.largest((name,)) + prior[level] for level, each in every.items()}
-        for name in case.emulators
+        for name in problem.emulators
     }
     for subset in sorted(bounds, key=lambda each: -max(bounds[each].values())):
-        start = np.r_[own[0.0], _starts(case, subset[0])[0]]
+        start = np.r_[own[0.0], _starts(problem, subset[0])[0]]
         for level, bound in bounds[subset].items():
             # the share that stays is counted without a discrepancy
             most = bound if level else max(bounds[subset].values())
             if most > best - far:
                 start = fitted(subset, level, start)
-    return _weighed(case, fits, every, None)
+    return _weighed(problem, fits, every, None)
 
 
 def searched_again(
-    case: Case, whole: Posterior, rng: np.random.Generator | None = None
-) -> Posterior:
+    problem: InferenceProblem, whole: ModelPosterior, rng: np.random.Generator | None = None
+) -> ModelPosterior:
     """The posterior over those causes that were likely before, and over parts of likely pairs.
 
     Args:
-        case: the same, with some of the readings or with better emulators.
+        problem: the same, with some of the readings or with better emulators.
         whole: before; fits begin at its numbers.
         rng: of samples; Laplace's method alone where None.
     """
-    every = {level: Level(case, level) for level in levels()}
+    every = {level: CovarianceModel(problem, level) for level in levels()}
     likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
     fits = [
         every[fit.level].of(fit.subset).fit([fit.zeta])
         for fit in whole.fits
         if any(set(fit.subset) <= each for each in likely)
     ]
-    return _weighed(case, fits, every, rng)
+    return _weighed(problem, fits, every, rng)
 
 
 def _weighed(
-    case: Case,
-    fits: list[Fit],
-    every: Mapping[float, Level],
+    problem: InferenceProblem,
+    fits: list[MapFit],
+    every: Mapping[float, CovarianceModel],
     rng: np.random.Generator | None,
-) -> Posterior:
+) -> ModelPosterior:
     """Probabilities by evidence and prior.
 
     An effect of the catalogue acts, or several do; each number of rig and finger is far from what
     was told, or is not.
     """
     prior = levels()
-    count = len(case.effects(tuple(case.emulators)))
+    count = len(problem.effects(tuple(problem.emulators)))
     by_size = [p / max(comb(count, size), 1) for size, p in enumerate(POLICY.prior_by_size)]
 
-    def weights(all_fits: list[Fit]) -> tuple[np.ndarray, float]:
-        sizes = [len(case.effects(fit.subset)) for fit in all_fits]
+    def weights(all_fits: list[MapFit]) -> tuple[np.ndarray, float]:
+        sizes = [len(problem.effects(fit.subset)) for fit in all_fits]
         logs = np.array([
             fit.log_evidence + np.log(prior[fit.level] * by_size[size])
-            + np.log(POLICY.far_odds) * (len(fit.subset) - size)
+            + np.log(POLICY.implausible_odds) * (len(fit.subset) - size)
             for size, fit in zip(sizes, all_fits, strict=True)
         ])  # fmt: skip
         total = float(np.logaddexp.reduce(logs))
@@ -244,12 +259,14 @@ def _weighed(
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    as_told = every[0.0].of(NONE).misfit(np.zeros(case.own))
-    return Posterior(case, fits, probability, total, as_told, (*case.emulators, *case.far))
+    as_reported = every[0.0].of(NONE).misfit(np.zeros(problem.nuisance_count))
+    return ModelPosterior(
+        problem, fits, probability, total, as_reported, (*problem.emulators, *problem.implausible)
+    )
 
 
-def _starts(case: Case, name: str) -> list[np.ndarray]:
-    box = case.boxes[name]
+def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
+    box = problem.boxes[name]
     middle = np.clip(np.zeros(len(box)), *box.T)
     found = []
     for amplitude in POLICY.starts:
@@ -264,7 +281,7 @@ def _starts(case: Case, name: str) -> list[np.ndarray]:
     return found
 
 
-def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
+def _pairs(every: Mapping[float, CovarianceModel], names: Sequence[str]) -> list[Subset]:
     """The pairs that could explain most, under any discrepancy."""
     found: dict[Subset, None] = {}
     everything = list(combinations(names, 2))
@@ -277,10 +294,10 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
     return list(found)
 
 
-def pairs_above(posterior: Posterior, least: float) -> list[Subset]:
+def pairs_above(posterior: ModelPosterior, least: float) -> list[Subset]:
     """The pairs of causes whose probability is above ``least``, the most probable first."""
     total: dict[Subset, float] = defaultdict(float)
     for subset, p in posterior.subsets.items():
-        total[posterior.case.causes(subset)] += p
+        total[posterior.problem.causes(subset)] += p
     order = sorted(total, key=lambda each: -total[each])
     return [each for each in order if len(each) > 1 and total[each] > least]

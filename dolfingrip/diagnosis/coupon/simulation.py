@@ -12,7 +12,7 @@ from dolfingrip.config import NO_CHANGE, Change, Config, changed
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
-from dolfingrip.diagnosis.simulation.legs import Route
+from dolfingrip.diagnosis.simulation.schedule import StopSchedule
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
@@ -21,7 +21,12 @@ from dolfingrip.parameter import named
 
 
 def in_closed_form(measurement: Measurement, config: Config) -> bool:
-    """Whether all tests are coupons that stretch evenly, of which forces and widths are read."""
+    """Tell whether all tests are coupons that stretch evenly, and forces and widths are read.
+
+    Args:
+        measurement: the tests.
+        config: the model that is diagnosed.
+    """
     applied = [test.setup.applied(config) for test in measurement.tests]
     known = {FORCE.name, TRANSVERSE_STRAIN.name}
     return set(measurement.listed()["column"]) <= known and all(
@@ -173,7 +178,7 @@ class CouponSimulation:
         found = np.full((places, len(self.measurement.listed())), np.nan)
         for group, values in solved:
             config = changed(group.config, overrides)
-            route: Route = group.in_time
+            route: StopSchedule = group.in_time
             time_s = np.array(route.time_s)
             shown = displayed(config, {**values, TIME.name: time_s})  # type: ignore[dict-item]
             for name, at in self.measurement.places(group.tests).items():

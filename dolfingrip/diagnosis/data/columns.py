@@ -49,5 +49,10 @@ def near(name: str, known: Sequence[str]) -> str:
 
 
 def allowed(name: str, known: Sequence[str]) -> str:
-    """What is allowed in place of ``name``, the nearest first."""
+    """Tell what is allowed in place of a name, the nearest first.
+
+    Args:
+        name: of a column or an experiment.
+        known: names that are allowed.
+    """
     return f"{near(name, known)}allowed: {', '.join(known)}"

@@ -11,11 +11,13 @@ how it would be controlled and read:
     cycles = 3
     tip = true                     # the camera sees the tip's place, too
     can_vary = ["hold", "coupon"]  # what could be added
+
+Tests that are not made yet have rows with readings of 0.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -25,13 +27,67 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from dolfingrip.channels import ANGLE, FORCE, TIP_X, TIP_Z, TRANSVERSE_STRAIN
+from dolfingrip.channels import ANGLE, FORCE, TIME, TIP_X, TIP_Z, TRANSVERSE_STRAIN
 from dolfingrip.config import Config, ConfigError, checked
-from dolfingrip.diagnosis.data import planned
+from dolfingrip.diagnosis.data.columns import NUMBERS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, SetupFile
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.policy import DATA
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.sections.section import Section
+
+
+def cycles(count: int, *, unload: bool = True) -> list[tuple[str, int]]:
+    """Branch and cycle of so many ramps up; they also go down if there are several, or if asked."""
+    branches = ["loading", "unloading"] if unload or count > 1 else ["loading"]
+    return [(branch, cycle) for cycle in range(1, count + 1) for branch in branches]
+
+
+def planned_rows(
+    test: SpecimenTest,
+    way: Iterable[tuple[str, int]],
+    ramp: Sequence[float] | np.ndarray,
+    rate: float,
+    columns: Sequence[str],
+    *,
+    hold_s: float = 60.0,
+) -> pd.DataFrame:
+    """Rows of a protocol, as in ``Measurement.readings``; the first is at rest.
+
+    Args:
+        test: test of the rows; its ``control`` column is prescribed.
+        way: branches, each with the number of its cycle; a ``hold`` is at the highest value.
+        ramp: (m,) rising values, above 0, at which loading is read.
+        rate: rate of ramps, in the unit of ``ramp`` per second.
+        columns: columns that are read.
+        hold_s: duration of a wait.
+    """
+    values = np.asarray(ramp, dtype=float)
+    found: list[dict[str, Any]] = []
+    time_s, here = 0.0, 0.0
+    for number, (branch, cycle) in enumerate(way):
+        if branch == "hold":
+            waits = hold_s * (np.arange(1, DATA.readings_of_wait + 1) / DATA.readings_of_wait) ** 2
+            steps = [(here, time_s + wait) for wait in waits]
+        else:
+            up = values if number else np.append(0.0, values)
+            steps = []
+            for value in up if branch == "loading" else np.append(values[-2::-1], 0.0):
+                time_s += abs(value - here) / rate
+                here = float(value)
+                steps.append((here, time_s))
+        time_s = float(steps[-1][1])
+        found += [
+            {
+                "line": 0, "test": test.number, "experiment": test.experiment,
+                "specimen": test.specimen, "cycle": cycle, "branch": branch,
+                **dict.fromkeys(NUMBERS, np.nan), TIME.name: moment, test.control: value,
+                **dict.fromkeys(columns, 0.0),
+            }
+            for value, moment in steps
+        ]  # fmt: skip
+    return pd.DataFrame(found)
+
 
 EXPERIMENTS: Final = ("bending", "blocked_force")
 """Experiments of the paper."""
@@ -113,7 +169,7 @@ def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataF
         if test.experiment == "blocked_force" and protocol.blocked_angle:
             columns += (ANGLE.name,)
     ramp = top * np.arange(1, count + 1) / count
-    way = planned.cycles(protocol.cycles, unload=protocol.unload)
+    way = cycles(protocol.cycles, unload=protocol.unload)
     if protocol.hold_s:
         way.insert(1, ("hold", 1))
-    return planned.rows(test, way, ramp, rate, columns, hold_s=protocol.hold_s)
+    return planned_rows(test, way, ramp, rate, columns, hold_s=protocol.hold_s)

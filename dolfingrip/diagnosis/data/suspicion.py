@@ -43,7 +43,7 @@ _OF_CONTROL: Final[Mapping[str, Mapping[str, float]]] = {
     "kPa": {"a pressure in bar": 100.0, "a pressure in MPa": 1000.0, "a pressure in psi": 6.895},
     "mm": {"a displacement in m": 1000.0, "a displacement in cm": 10.0},
 }
-"""Likewise by the control's unit."""
+"""Slips of the control, by its unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +193,7 @@ def _swapped(
 
 
 def _alike(ratio: float, factor: float) -> bool:
-    """Whether a ratio is close to a factor and far from 1."""
+    """Tell whether a ratio is close to a factor and not close to 1."""
     if ratio <= 0 or 1 / DATA.no_slip < ratio < DATA.no_slip:
         return False
     return abs(math.log(ratio / factor)) < math.log(DATA.slip_within)

@@ -1,4 +1,4 @@
-"""What causes change that follows from the model without them: no simulation is needed.
+"""Changes by causes that follow from the model without them: no simulation is needed.
 
 An instrument's error follows from the readings themselves, a stage of the supply and a modulus that
 drifts from the elastic curve, and relaxation nearly does.
@@ -14,20 +14,19 @@ from typing import Any
 import numpy as np
 
 from dolfingrip.config import changed
-from dolfingrip.diagnosis.core.curved import Simulations
-from dolfingrip.diagnosis.core.emulator import Emulator, places, trained
+from dolfingrip.diagnosis.core.curved import SimulatedChanges
+from dolfingrip.diagnosis.core.emulator import Emulator, Factor, places, trained
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
+from dolfingrip.diagnosis.simulation import elastic_curve
 from dolfingrip.extensions.effect import Displaying, Drifting, Relaxing, Stage
 from dolfingrip.extensions.index import effect
 
 
 def known(simulation: FingerSimulation, cause: Cause) -> bool:
-    """Whether there is a closed form; those by the elastic curve need that moduli scale it."""
+    """Tell whether there is a closed form; those by the elastic curve need that moduli scale it."""
     kind = effect(cause.name)
     by_curve = issubclass(kind, Stage | Drifting)
     return issubclass(kind, Displaying) or (by_curve and simulation.scales)
@@ -35,8 +34,8 @@ def known(simulation: FingerSimulation, cause: Cause) -> bool:
 
 def simulations(
     simulation: FingerSimulation, cause: Cause, nodes: np.ndarray, factor: Factor
-) -> Simulations:
-    """What a cause changes, as if it had been simulated.
+) -> SimulatedChanges:
+    """Compute what a cause changes, as if it had been simulated.
 
     Args:
         simulation: of the model without it.
@@ -55,7 +54,7 @@ def simulations(
         values.append([_changed(simulation, cause, z, c, rows) for z in zeta])
     told = np.array(values)
     slopes = np.full((*told.shape[:2], len(box), told.shape[2]), np.nan)
-    return Simulations(zeta, np.nan_to_num(told), slopes, nodes)
+    return SimulatedChanges(zeta, np.nan_to_num(told), slopes, nodes)
 
 
 def _changed(
@@ -89,7 +88,7 @@ def approximate(
     factor: Factor,
     moduli: tuple[float, float],
 ) -> Emulator | None:
-    """What a cause changes by a law that is nearly right, which simulations mend.
+    """Emulate a cause by an approximate law, which simulations correct.
 
     Args:
         simulation: of the model without it.
@@ -111,7 +110,7 @@ def approximate(
         viscous: Any = getattr(config.extensions, cause.name)
         c = float(factor(z[0]))
         changes.append(
-            relaxation.change(
+            elastic_curve.viscous_change(
                 simulation.measurement, simulation.base, viscous, c / simulation.centre
             )
         )

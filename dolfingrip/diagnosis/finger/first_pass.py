@@ -15,8 +15,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.errors import errors
-from dolfingrip.diagnosis.finger.model import fitted_moduli, model_case
+from dolfingrip.diagnosis.finger.model import baseline_problem, errors, fitted_moduli
 from dolfingrip.diagnosis.finger.simulation import (
     FingerSimulation,
     finger_simulation,
@@ -97,21 +96,21 @@ def _moduli(rough: FingerSimulation) -> float:
     told = np.isfinite(rough.base.readings)
     readings = np.where(told, rough.base.readings, 0.0)
     whole = replace(rough, base=replace(rough.base, readings=readings))
-    plain = model_case(whole, errors(whole)).rows(told)
+    plain = baseline_problem(whole, errors(whole)).rows(told)
     # walls are not fitted yet: they may take their part
     return fitted_moduli(plain, rough.centre, POLICY.recentred)
 
 
 def truncate_before_failure(told: FingerSimulation) -> FingerSimulation:
-    """Simulated no farther than it comes, where it ends beyond the readings.
+    """Simulate no farther than it comes, where it ends beyond the readings.
 
     To find out where a path ends takes many times what comes before.
     """
     headroom = told.headroom
     for run in told.plain.runs:
-        values = np.abs(run.route.value)
+        values = np.abs(run.schedule.value)
         reached = min((len(v) for v in run.result.columns.values() if len(v)), default=0)
-        rows = max(float(np.abs(leg.rows_at).max()) for leg in run.route.legs if leg.rows.size)
+        rows = max(float(np.abs(leg.rows_at).max()) for leg in run.schedule.legs if leg.rows.size)
         if run.result.failure is not None and reached > 1:
             headroom = min(headroom, max(MODEL.reached * float(values[reached - 1]) / rows, 1.0))
     if headroom == told.headroom:

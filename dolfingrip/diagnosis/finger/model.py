@@ -1,20 +1,75 @@
-"""The model of fingers without causes, as a case: any moduli, and any walls that are fitted."""
+"""The model of fingers without causes: any moduli, any walls that are fitted, and all errors."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from dolfingrip.diagnosis.answer.errors import Errors
-from dolfingrip.diagnosis.core import discrepancy
-from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
-from dolfingrip.diagnosis.core.evidence import Fit, Level
-from dolfingrip.diagnosis.core.scaled import Factor
+from dolfingrip.diagnosis.answer.errors import (
+    SLACK,
+    Along,
+    Errors,
+    followed,
+    kernel,
+    lying,
+    together,
+)
+from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
+from dolfingrip.diagnosis.core.emulator import Factor
+from dolfingrip.diagnosis.core.evidence import CovarianceModel, MapFit
+from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import levels
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
+
+FITTED = ("modulus",)
+"""Nuisances that every hypothesis fits."""
+
+
+def errors(simulation: FingerSimulation) -> Errors:
+    """Return the errors of a finger's readings, and of coupons beside it, with their covariance.
+
+    Args:
+        simulation: of the model without causes.
+    """
+    measurement, base = simulation.measurement, simulation.base
+    listed = measurement.listed()
+    along = _along(simulation)
+    signal = base.readings * followed(listed, along, base.readings)[0]
+    steep = np.nan_to_num(base.by_control) * _steeper(base.readings, signal)
+    told = (*FITTED, *([WALL] if simulation.walls else []))
+    shared = [
+        replace(each, change=np.nan_to_num(each.change))
+        for each in simulation.nuisances
+        if each.name not in told
+    ]
+    columns = list(np.nan_to_num(simulation.mesh.T))
+    for test in measurement.tests:
+        if test.experiment == "coupon":
+            own = np.where(listed["test"].to_numpy() == test.number, steep, 0.0)
+            columns.append(own * test.setup.nuisances[SLACK])
+    rest = np.zeros((len(listed), len(listed))) + sum(np.outer(each, each) for each in columns)
+    return together(measurement, along, signal, steep, shared, rest)
+
+
+def _steeper(base: np.ndarray, signal: np.ndarray) -> np.ndarray:
+    """How much more the readings change than the model does."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(np.abs(base) > 1e-9, signal / base, 1.0)
+    return np.clip(np.nan_to_num(ratio, nan=1.0), 1 / MODEL.steepest, MODEL.steepest)
+
+
+def _along(simulation: FingerSimulation) -> Along:
+    rows = simulation.measurement.readings
+    number, load = rows["test"].to_numpy(), np.zeros(len(rows))
+    for test in simulation.measurement.tests:
+        mine = np.flatnonzero(number == test.number)
+        own = rows[test.control].to_numpy()[mine]
+        load[mine] = own / (float(np.nanmax(np.abs(own))) or 1.0)
+    return lying(simulation.measurement, simulation.groups, load)
 
 
 def wall_std(simulation: FingerSimulation) -> float:
@@ -24,8 +79,8 @@ def wall_std(simulation: FingerSimulation) -> float:
     return min(t.setup.nuisances[WALL] for t in simulation.measurement.tests)
 
 
-def model_case(simulation: FingerSimulation, off: Errors) -> Case:
-    """The case without causes, whose ground is the model at any moduli and walls."""
+def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProblem:
+    """The problem without causes, whose baseline is the model at any moduli and walls."""
     measurement = simulation.measurement
     listed = measurement.listed()
     n = len(listed)
@@ -50,14 +105,14 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     if spread:
         slopes[:] = np.nan
     own = [Coordinate(lambda zeta: zeta, amplitude=False)] if spread else []
-    every = Simulations(zeta, told_values, slopes, nodes)
+    every = SimulatedChanges(zeta, told_values, slopes, nodes)
     takes = tuple(range(1 + len(own)))
-    ground = trained_on(every, own, off.noise, takes, exact=True)
+    baseline = trained_on(every, own, off.noise, takes, exact=True)
     others = np.tile([-POLICY.walls_reach, POLICY.walls_reach], (len(own), 1))
     names = ((("modulus",) if free else ()), (WALLS,))[: 1 + len(own)]
-    return Case(
+    return InferenceProblem(
         listed["value"].to_numpy(), simulation.base.readings, factor, {}, off.covariance,
-        discrepancy.kernel(off.along), {}, ground, others=others, ground_names=names,
+        kernel(off.along), {}, baseline, others=others, baseline_names=names,
     )  # fmt: skip
 
 
@@ -81,7 +136,7 @@ def nodes_of(ends: np.ndarray) -> np.ndarray:
     return spread(np.linspace(low, high, POLICY.nodes))
 
 
-def fitted_moduli(plain: Case, known: float, slack: float) -> float:
+def fitted_moduli(plain: InferenceProblem, known: float, slack: float) -> float:
     """The fitted factor of all moduli; a known one where that is near.
 
     In few steps, so that another measurement of the finger finds its simulations.
@@ -98,7 +153,7 @@ def fitted_moduli(plain: Case, known: float, slack: float) -> float:
     return float(np.exp(step * np.round(np.log(factor) / step)))
 
 
-def fitted_walls(plain: Case, spread: float) -> float:
+def fitted_walls(plain: InferenceProblem, spread: float) -> float:
     """The fitted thickness of the walls by that configured, in few steps.
 
     Args:
@@ -110,13 +165,13 @@ def fitted_walls(plain: Case, spread: float) -> float:
     return float(np.round(step * np.round(walls / step), 9))
 
 
-def plain_fit(plain: Case, level: Level) -> Fit:
+def plain_fit(plain: InferenceProblem, level: CovarianceModel) -> MapFit:
     """The fit of the model without causes, under one discrepancy; its numbers may be far off."""
-    rest = np.zeros(plain.own - 1)
-    return level.of(tuple(plain.far)).fit([np.r_[start, rest] for start in POLICY.starts])
+    rest = np.zeros(plain.nuisance_count - 1)
+    return level.of(tuple(plain.implausible)).fit([np.r_[start, rest] for start in POLICY.starts])
 
 
-def _fitted(plain: Case) -> np.ndarray:
+def _fitted(plain: InferenceProblem) -> np.ndarray:
     """ζ under whichever discrepancy the model without causes needs."""
-    fits = [plain_fit(plain, Level(plain, level)) for level in levels()]
+    fits = [plain_fit(plain, CovarianceModel(plain, level)) for level in levels()]
     return max(fits, key=lambda fit: fit.log_evidence).zeta

@@ -1,7 +1,7 @@
 """Readings of fingers at any moduli from a few simulations, and simulations of causes.
 
 Without weight and memory a change of all moduli scales a simulation exactly
-(:mod:`dolfingrip.diagnosis.simulation.modulus`). Where it does not, the model is simulated at
+(:mod:`dolfingrip.diagnosis.simulation.variants`). Where it does not, the model is simulated at
 several moduli, and what lies between them follows from a polynomial of their logarithm.
 """
 
@@ -17,28 +17,25 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import MODEL, ROUTES
-from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
-from dolfingrip.diagnosis.simulation.legs import Leg
-from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
+from dolfingrip.diagnosis.simulation.meshes import MeshMap
 from dolfingrip.diagnosis.simulation.nuisances import (
     Nuisance,
-    keys,
-    modulus_keys,
+    base_variant,
     neutral_stages,
     nuisances,
 )
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.schedule import StopInterpolant
 from dolfingrip.diagnosis.simulation.simulated import (
-    Case,
-    Simulated,
+    ModelVariant,
+    SimulatedReadings,
     SimulationFailure,
     simulate,
 )
-from dolfingrip.diagnosis.simulation.walls import simulate_walls
+from dolfingrip.diagnosis.simulation.variants import simulate_walls
 from dolfingrip.parameter import moduli
-
-"""``section.key=value``, as with ``--set``."""
 
 
 @dataclass(eq=False)
@@ -70,13 +67,13 @@ class FingerSimulation:
     workers: Workers
     flat: Change
     centre: float
-    base: Simulated
+    base: SimulatedReadings
     nuisances: Sequence[Nuisance]
     mesh: np.ndarray
-    plain: Simulated
-    others: dict[float, Simulated]
-    rough: dict[float, Simulated]
-    walls: Mapping[float, Simulated]
+    plain: SimulatedReadings
+    others: dict[float, SimulatedReadings]
+    rough: dict[float, SimulatedReadings]
+    walls: Mapping[float, SimulatedReadings]
     configured: np.ndarray
     failures: Sequence[SimulationFailure] = ()
     headroom: float = ROUTES.headroom
@@ -93,17 +90,23 @@ class FingerSimulation:
 
     @property
     def scales(self) -> bool:
-        """Whether the moduli scale the base model exactly."""
-        return modulus.scale_all(self.base.runs)
+        """True if the moduli scale the base model exactly."""
+        return variants.scale_all(self.base.runs)
 
     @property
     def applied(self) -> Config:
-        """As the first test was set up; its material is that of all."""
+        """Configuration of the first test's set-up; its material is that of all."""
         return self.measurement.tests[0].setup.applied(self.config)
+
+    @property
+    def lab(self) -> Config:
+        """A test's configuration, with weight where one has it."""
+        applied = [test.setup.applied(self.config) for test in self.measurement.tests]
+        return max(applied, key=lambda each: each.gravity.acceleration_m_s2)
 
     def moduli(self, factor: float) -> Change:
         """Return the change that makes all moduli ``factor`` times as large as configured."""
-        return {} if factor == 1.0 else modulus.overrides(self.applied, factor)
+        return {} if factor == 1.0 else variants.overrides(self.applied, factor)
 
     def with_walls(self, walls: float) -> FingerSimulation:
         """With the base simulation at other walls, too.
@@ -118,7 +121,7 @@ class FingerSimulation:
     # -- reading a simulation ---------------------------------------------------------------------
 
     def rows(
-        self, simulated: Simulated, factor: float, slope: str | None = None
+        self, simulated: SimulatedReadings, factor: float, slope: str | None = None
     ) -> list[dict[str, np.ndarray]]:
         """Readings of each run at the measured rows, by column, (rows,) each.
 
@@ -137,10 +140,10 @@ class FingerSimulation:
             for name, values in columns.items():
                 if name == "time_s" or not len(values):
                     continue
-                if run.route is not run.group.curve:
-                    own[name] = run.route.at_rows(values, count)
+                if run.schedule is not run.group.curve:
+                    own[name] = run.schedule.at_rows(values, count)
                     continue
-                (leg,) = run.route.legs
+                (leg,) = run.schedule.legs
                 by = 1.0 if run.group.experiment == "coupon" else 1 / factor
                 told = np.full(count, np.nan)
                 told[leg.rows] = self._leg(place, leg, len(values), by) @ np.pad(
@@ -150,7 +153,7 @@ class FingerSimulation:
             found.append(own)
         return found
 
-    def _leg(self, place: int, leg: Leg, reached: int, by: float) -> np.ndarray:
+    def _leg(self, place: int, leg: StopInterpolant, reached: int, by: float) -> np.ndarray:
         """Weights of stops, kept, as all simulations of a group are read alike."""
         key = place, 1000 * len(leg.stops) + reached, by
         if key not in self._weights:
@@ -167,7 +170,9 @@ class FingerSimulation:
                     found[at] = own[name][row[at]]
         return found
 
-    def at(self, simulated: Simulated, factor: float, slope: str | None = None) -> np.ndarray:
+    def at(
+        self, simulated: SimulatedReadings, factor: float, slope: str | None = None
+    ) -> np.ndarray:
         """(n,) readings; see :meth:`rows`. A slope that nothing feels is 0."""
         found = self.listed(self.rows(simulated, factor, slope))
         return found if slope is None else np.nan_to_num(found)
@@ -178,7 +183,9 @@ class FingerSimulation:
             return self.rows(self.base, factor / self.centre)
         return self._between(self.others, factor)
 
-    def _between(self, known: dict[float, Simulated], factor: float) -> list[dict[str, np.ndarray]]:
+    def _between(
+        self, known: dict[float, SimulatedReadings], factor: float
+    ) -> list[dict[str, np.ndarray]]:
         """Rows at moduli between those of some simulations."""
         parts = _lagrange(np.log([*known]), float(np.log(factor)))
         every = [self.rows(s, factor / c) for c, s in known.items()]
@@ -205,6 +212,11 @@ class FingerSimulation:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Readings, (n,), and derivatives, (n, d), as the graded mesh would have them."""
         return self._map.to_graded(readings, slopes, factor / self.centre)
+
+    def graded_at(self, factor: float) -> np.ndarray:
+        """(n,) readings of the model at other moduli, mapped from the mesh of the causes."""
+        plain = self.plain_at(factor / self.centre)
+        return self.graded(plain, np.zeros((len(plain), 0)), factor)[0]
 
 
 def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
@@ -245,11 +257,11 @@ def rough_simulation(
         ConfigError: one line: a set-up that cannot be built, no workers, or a store in use.
     """
     moved = _moved(measurement, config, centre)
-    case = Case({**flat, **moved}, headroom=headroom)
-    (plain,) = simulate(measurement, config, [case], workers)
+    variant = ModelVariant({**flat, **moved}, headroom=headroom)
+    (plain,) = simulate(measurement, config, [variant], workers)
     none = np.zeros((len(plain.readings), 0))
-    weighed = Case(flat, headroom=headroom)
-    scale = modulus.scale_all(plain.runs)
+    weighed = ModelVariant(flat, headroom=headroom)
+    scale = variants.scale_all(plain.runs)
     nodes = {} if scale else _nodes(measurement, config, workers, weighed, centre)
     rough = FingerSimulation(
         measurement, config, workers, flat, centre, plain, [], none, plain, nodes, nodes, {},
@@ -272,12 +284,11 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     measurement, config, workers = rough.measurement, rough.config, rough.workers
     flat, centre, headroom = rough.flat, rough.centre, rough.headroom
     moved = _moved(measurement, config, centre)
-    stages = neutral_stages(config)
     graded, plain = simulate(
         measurement, config,
         [
-            Case({**stages, **moved}, keys(measurement, config), headroom=headroom),
-            Case({**flat, **moved}, headroom=headroom),
+            base_variant(measurement, config, moved, headroom),
+            ModelVariant({**flat, **moved}, headroom=headroom),
         ],
         workers,
     )  # fmt: skip
@@ -287,11 +298,17 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
         told = replace(configured, measurement=kept)
         return replace(finger_simulation(again, told), failures=graded.failures)
     error = np.nan_to_num(MODEL.mesh_share * (graded.readings - plain.readings)[:, None])
-    others: dict[float, Simulated] = {}
-    coarse: dict[float, Simulated] = {}
-    if not modulus.scale_all(graded.runs):
-        others = _nodes(measurement, config, workers, Case(stages, headroom=headroom), centre)
-        coarse = _nodes(measurement, config, workers, Case(flat, headroom=headroom), centre)
+    others: dict[float, SimulatedReadings] = {}
+    coarse: dict[float, SimulatedReadings] = {}
+    if not variants.scale_all(graded.runs):
+        others = _nodes(
+            measurement,
+            config,
+            workers,
+            ModelVariant(neutral_stages(config), headroom=headroom),
+            centre,
+        )
+        coarse = _nodes(measurement, config, workers, ModelVariant(flat, headroom=headroom), centre)
     walls = simulate_walls(measurement, config, graded, workers)
     found = FingerSimulation(
         measurement, config, workers, flat, centre, graded, nuisances(measurement, graded),
@@ -300,8 +317,8 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     )  # fmt: skip
     if centre == 1.0:
         return found
-    case = Case(configured.flat, headroom=configured.headroom)
-    (first,) = simulate(measurement, config, [case], workers)
+    variant = ModelVariant(configured.flat, headroom=configured.headroom)
+    (first,) = simulate(measurement, config, [variant], workers)
     readings, _ = found.graded(first.readings, np.zeros((len(first.readings), 0)), 1.0)
     return replace(found, configured=readings)
 
@@ -309,18 +326,19 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
 def _moved(measurement: Measurement, config: Config, centre: float) -> Change:
     """Return the change that makes all moduli ``centre`` times as large as configured."""
     applied = measurement.tests[0].setup.applied(config)
-    return {} if centre == 1.0 else modulus.overrides(applied, centre)
+    return {} if centre == 1.0 else variants.overrides(applied, centre)
 
 
 def _nodes(
-    measurement: Measurement, config: Config, workers: Workers, case: Case, centre: float
-) -> dict[float, Simulated]:
+    measurement: Measurement, config: Config, workers: Workers, variant: ModelVariant, centre: float
+) -> dict[float, SimulatedReadings]:
     """Simulations about some moduli, by the factor of all moduli."""
     nodes = [centre * c for c in MODEL.weighing]
-    cases = [
-        replace(case, overrides={**case.overrides, **_moved(measurement, config, c)}) for c in nodes
+    variants = [
+        replace(variant, overrides={**variant.overrides, **_moved(measurement, config, c)})
+        for c in nodes
     ]
-    return dict(zip(nodes, simulate(measurement, config, cases, workers), strict=True))
+    return dict(zip(nodes, simulate(measurement, config, variants, workers), strict=True))
 
 
 def not_reached(
@@ -352,7 +370,7 @@ def not_reached(
     return found
 
 
-def _reached(measurement: Measurement, graded: Simulated) -> Measurement:
+def _reached(measurement: Measurement, graded: SimulatedReadings) -> Measurement:
     """The measurement without readings that the base simulation does not come to.
 
     Raises:
@@ -376,8 +394,5 @@ def _reached(measurement: Measurement, graded: Simulated) -> Measurement:
 
 
 def same_material(measurement: Measurement, config: Config) -> bool:
-    """Whether all tests are of one material, whose moduli one factor changes."""
+    """Tell whether all tests are of one material, whose moduli one factor changes."""
     return len({str(moduli(t.setup.applied(config))) for t in measurement.tests}) == 1
-
-
-__all__ = ["FingerSimulation", "finger_simulation", "modulus_keys", "same_material"]

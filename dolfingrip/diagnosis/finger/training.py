@@ -9,16 +9,15 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.case import Case as Readings
-from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
-from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places
+from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
+from dolfingrip.diagnosis.core.emulator import Emulator, Factor, Stacked, places
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.core.scaled import Factor
+from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import even, nodes_of, spread
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import (
-    FAR,
+    IMPLAUSIBLE,
     TILTED,
     box_of,
     coordinates_of,
@@ -26,7 +25,7 @@ from dolfingrip.diagnosis.finger.unknowns import (
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
-from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
 
@@ -55,13 +54,13 @@ class _Design:
     Attributes:
         zeta: places, the moduli's first where these do not scale it.
         scales: whether they do.
-        cases: one for each place.
+        variants: one for each place.
     """
 
     cause: Cause
     zeta: np.ndarray
     scales: bool
-    cases: list[Case]
+    variants: list[ModelVariant]
 
     def first(self) -> _Design:
         """The place nearest to the middle alone, on either side where these differ."""
@@ -70,7 +69,7 @@ class _Design:
         if not effect(self.cause.name).lopsided:
             sides = [np.ones(len(size), dtype=bool)]
         some = sorted({int(np.where(side, size, np.inf).argmin()) for side in sides if side.any()})
-        return replace(self, zeta=self.zeta[some], cases=[self.cases[i] for i in some])
+        return replace(self, zeta=self.zeta[some], variants=[self.variants[i] for i in some])
 
 
 def trained_causes(
@@ -79,7 +78,7 @@ def trained_causes(
     scale: np.ndarray,
     factor: Factor,
     middle: float,
-    plain: Readings,
+    plain: InferenceProblem,
     say: Callable[[str], None],
     *,
     fully: bool,
@@ -98,25 +97,25 @@ def trained_causes(
         say: told what is being done.
         fully: simulate every cause further.
     """
-    nodes = nodes_of(plain.ground_box[0])
+    nodes = nodes_of(plain.baseline_box[0])
     closed = {each.name: each for each in causes if closed_forms.known(simulation, each)}
     designs = {
         each.name: _design(simulation, each, factor, middle)
         for each in causes
         if each.name not in closed
     }
-    told: dict[str, Simulations | None] = {
+    told: dict[str, SimulatedChanges | None] = {
         name: closed_forms.simulations(simulation, each, nodes, factor)
         for name, each in closed.items()
     }
     failed: dict[str, str] = {}
 
     def compute(some: dict[str, _Design]) -> None:
-        every = [case for each in some.values() for case in each.cases]
+        every = [variant for each in some.values() for variant in each.variants]
         workers = simulation.workers
         runs = iter(simulate(simulation.measurement, simulation.config, every, workers))
         for name, each in some.items():
-            own = [next(runs) for _ in each.cases]
+            own = [next(runs) for _ in each.variants]
             told[name], failed[name] = _assembled(simulation, each, own, nodes, factor)
 
     more = designs
@@ -157,7 +156,7 @@ def trained_causes(
 def _by_moduli(
     simulation: FingerSimulation,
     cause: Cause,
-    told: Simulations,
+    told: SimulatedChanges,
     scale: np.ndarray,
     factor: Factor,
     middle: float,
@@ -187,17 +186,17 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
         box = np.vstack([even(middle) + MODEL.beside * np.array([-1.0, 1.0]), box])
     d = len(box)
     count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
-    zeta = _places(box, POLICY.far_places if cause.name in FAR else count, cause)
+    zeta = _places(box, POLICY.implausible_places if cause.name in IMPLAUSIBLE else count, cause)
     if not scales:
         zeta[:, 0] = spread(zeta[:, 0])
-    experiments = _felt_in(cause.name, _lab(simulation))
+    experiments = _felt_in(cause.name, simulation.lab)
     flat = simulation.flat
-    cases = []
+    variants = []
     for z in zeta:
         c = simulation.centre if scales else float(factor(z[0]))
         own = z if scales else z[1:]
         overrides = {**flat, **simulation.moduli(c), **cause.overrides(own, c)}
-        gradients = [_gradient(number.key, listed=number.listed) for number in cause.numbers]
+        gradients = [number.gradient for number in cause.numbers]
         if not scales:
             gradients += modulus_keys(simulation.applied)
         tilt_deg = 0.0
@@ -205,13 +204,13 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
             overrides, experiments = {**flat, **simulation.moduli(c)}, FINGERS
             gradients, tilt_deg = gradients[1:], float(cause.numbers[0].at(own[0]))
         elsewhere = {**flat, **simulation.moduli(simulation.centre)}
-        cases.append(
-            Case(
+        variants.append(
+            ModelVariant(
                 overrides, tuple(gradients), headroom=simulation.headroom, only_in=experiments,
                 elsewhere=elsewhere, tilt_deg=tilt_deg, derived_elsewhere=False,
             )
         )  # fmt: skip
-    return _Design(cause, zeta, scales, cases)
+    return _Design(cause, zeta, scales, variants)
 
 
 def _felt_in(name: str, config: Config) -> frozenset[str]:
@@ -228,13 +227,7 @@ def _felt_in(name: str, config: Config) -> frozenset[str]:
 
 
 def _turns(simulation: FingerSimulation, cause: Cause) -> bool:
-    return cause.name == TILTED and bool(_lab(simulation).gravity.acceleration_m_s2)
-
-
-def _lab(simulation: FingerSimulation) -> Config:
-    """A test's configuration, with weight where one has it."""
-    applied = [t.setup.applied(simulation.config) for t in simulation.measurement.tests]
-    return max(applied, key=lambda each: each.gravity.acceleration_m_s2)
+    return cause.name == TILTED and bool(simulation.lab.gravity.acceleration_m_s2)
 
 
 def _places(box: np.ndarray, count: int, cause: Cause) -> np.ndarray:
@@ -247,25 +240,21 @@ def _places(box: np.ndarray, count: int, cause: Cause) -> np.ndarray:
     return np.asarray(low + (high - low) * np.linspace(*ends, count))[:, None]
 
 
-def _gradient(key: str, *, listed: bool) -> str:
-    return f"{key}[0]" if listed else key
-
-
 def _assembled(
     simulation: FingerSimulation,
     design: _Design,
-    runs: Sequence[Simulated],
+    runs: Sequence[SimulatedReadings],
     nodes: np.ndarray,
     factor: Factor,
-) -> tuple[Simulations | None, str]:
+) -> tuple[SimulatedChanges | None, str]:
     """Changes and their derivatives by ζ; None and why where too few simulations ended well."""
     numbers = design.cause.numbers
     experiment = simulation.measurement.listed()["experiment"].to_numpy()
-    felt = np.isin(experiment, list(design.cases[0].only_in or ()))
+    felt = np.isin(experiment, list(design.variants[0].only_in or ()))
     values, slopes, kept = [], [], []
     at = nodes if design.scales else None
-    keys = [_gradient(number.key, listed=number.listed) for number in numbers]
-    known = set(design.cases[0].gradients)
+    keys = [number.gradient for number in numbers]
+    known = set(design.variants[0].gradients)
     for place, run in enumerate(runs):
         z = design.zeta[place]
         own = z if design.scales else z[1:]
@@ -283,7 +272,6 @@ def _assembled(
                 per = rate * (beside if number.modulus else 1.0)
                 slope = simulation.at(run, by, key) * per
                 first.append(slope if key in known else np.full(len(slope), np.nan))
-            plain = simulation.plain_at(c)
             if not design.scales:
                 step = 1e-3
                 by_log = by_log_modulus(simulation.measurement, run)
@@ -293,18 +281,11 @@ def _assembled(
                         by_log = by_log + simulation.at(run, 1.0, key) * value
                 first = [by_log, *first]
             graded, jacobian = simulation.graded(y, np.nan_to_num(np.column_stack(first)), whole)
-            base, _ = simulation.graded(plain, np.zeros((len(plain), 0)), whole)
+            base = simulation.graded_at(whole)
             jacobian[:, ~np.isfinite(np.column_stack(first)).all(axis=0)] = np.nan
             if not design.scales:
                 log_slope = float(np.log(factor(node + step) / factor(node - step)) / (2 * step))
-                more, less = (
-                    simulation.graded(
-                        simulation.plain_at(c * np.exp(w * step)),
-                        np.zeros((len(plain), 0)),
-                        whole * np.exp(w * step),
-                    )[0]
-                    for w in (1, -1)
-                )
+                more, less = (simulation.graded_at(whole * np.exp(w * step)) for w in (1, -1))
                 jacobian[:, 0] = (jacobian[:, 0] - (more - less) / (2 * step)) * log_slope
             told.append(np.where(felt, graded - base, 0.0))
             derived.append(np.where(felt, jacobian.T, 0.0))
@@ -318,14 +299,14 @@ def _assembled(
         why = next((f.sentence for run in runs for f in run.failures), "no simulation ended")
         return None, why
     return (
-        Simulations(
+        SimulatedChanges(
             design.zeta[kept], np.stack(values, axis=1), np.stack(slopes, axis=1), at
         ), "",
     )  # fmt: skip
 
 
-def _without(told: Simulations, approximation: Emulator) -> Simulations:
-    """What simulations changed beyond a law."""
+def _without(told: SimulatedChanges, approximation: Emulator) -> SimulatedChanges:
+    """Return what simulations change beyond an approximate law."""
     values, slopes = told.values.copy(), told.slopes.copy()
     for place, z in enumerate(told.zeta):
         g, dg = approximation.with_slopes(z)

@@ -19,7 +19,7 @@ from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import bounds_of
 
-FAR: Final = {
+IMPLAUSIBLE: Final = {
     "pressure_gain": ("gain", "pressure_gain", 1.0),
     "pressure_offset": ("offset_kPa", "pressure_offset_kPa", 0.0),
     "plate_gap": ("offset_mm", "plate_gap_mm", 0.0),
@@ -52,8 +52,10 @@ def unknowns(
         _tilted(each) if each.name == TILTED and config.gravity.acceleration_m_s2 else each
         for each in causes(config, names)
     ]
-    far = [each for each in _far(measurement, config) if not (walls and each.name == WALLS)]
-    return found if names is not None else [*found, *far]
+    implausible = [
+        each for each in _implausible(measurement, config) if not (walls and each.name == WALLS)
+    ]
+    return found if names is not None else [*found, *implausible]
 
 
 def _tilted(cause: Cause) -> Cause:
@@ -66,12 +68,12 @@ def _tilted(cause: Cause) -> Cause:
     )
 
 
-def _far(measurement: Measurement, config: Config) -> list[Cause]:
+def _implausible(measurement: Measurement, config: Config) -> list[Cause]:
     on = {each.name() for each in config.extensions.active()}
     experiments = {test.experiment for test in measurement.tests}
     fingers = [test for test in measurement.tests if test.control == PRESSURE.name]
     found = []
-    for name, (key, told, middle) in FAR.items():
+    for name, (key, told, middle) in IMPLAUSIBLE.items():
         if name in on or not fingers:
             continue
         if name == "plate_gap" and "blocked_force" not in experiments:
@@ -83,7 +85,7 @@ def _far(measurement: Measurement, config: Config) -> list[Cause]:
             std *= config.geometry.wall_mm
         if not std:
             continue
-        prior = Prior(middle, POLICY.far * std, "far from what was told")
+        prior = Prior(middle, POLICY.implausible_width * std, "implausible by the prior")
         low, high = -POLICY.finger_reach, POLICY.finger_reach
         if name == "plate_gap":
             gaps = [t.setup.applied(config).plate.gap_mm for t in fingers]
@@ -102,7 +104,7 @@ def box_of(cause: Cause) -> np.ndarray:
 
 
 def coordinates_of(cause: Cause, first: int = 0) -> tuple[Coordinate, ...]:
-    """What a cause's change is a polynomial of.
+    """Return the coordinates that a cause's change is a polynomial of.
 
     Args:
         cause: whose numbers are ζ.

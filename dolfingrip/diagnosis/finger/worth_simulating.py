@@ -13,17 +13,17 @@ from itertools import combinations
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.diagnosis.core.case import Case, Subset
-from dolfingrip.diagnosis.core.curved import Simulations
+from dolfingrip.diagnosis.core.curved import SimulatedChanges
 from dolfingrip.diagnosis.core.emulator import principal
-from dolfingrip.diagnosis.core.evidence import Level
+from dolfingrip.diagnosis.core.evidence import CovarianceModel
+from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import NONE, Key, levels
 from dolfingrip.diagnosis.finger.model import plain_fit
 from dolfingrip.diagnosis.policy import POLICY
 
 
-def columns_of(told: Simulations, scale: np.ndarray) -> np.ndarray:
-    """What a cause changes, and how that differs by its numbers, at the middle moduli; (n, k).
+def columns_of(told: SimulatedChanges, scale: np.ndarray) -> np.ndarray:
+    """Return what a cause changes, and its derivatives, at the middle moduli, (n, k).
 
     Args:
         told: its simulations.
@@ -36,7 +36,7 @@ def columns_of(told: Simulations, scale: np.ndarray) -> np.ndarray:
 
 
 def worth_simulating(
-    plain: Case, columns: Mapping[str, np.ndarray], finished: Set[str]
+    plain: InferenceProblem, columns: Mapping[str, np.ndarray], finished: Set[str]
 ) -> set[str]:
     """The next causes to simulate further: each could be seen in a hypothesis that may be likely.
 
@@ -72,14 +72,14 @@ def worth_simulating(
 
 
 def _bounds(
-    plain: Case, columns: Mapping[str, np.ndarray]
+    plain: InferenceProblem, columns: Mapping[str, np.ndarray]
 ) -> tuple[dict[Key, float], dict[Key, float]]:
     """How much χ² each hypothesis explains at most, and ln of its largest likelihood."""
     explained: dict[Key, float] = {}
     largest: dict[Key, float] = {}
     every: list[Subset] = [NONE, *((name,) for name in columns), *combinations(columns, 2)]
     for size, prior in levels().items():
-        level = Level(plain, size)
+        level = CovarianceModel(plain, size)
         rest, own = _about_fit(plain, level)
         rest = rest - own @ (own.T @ rest)
         beside = {}
@@ -98,12 +98,12 @@ def _bounds(
     return explained, largest
 
 
-def _about_fit(plain: Case, level: Level) -> tuple[np.ndarray, np.ndarray]:
-    """What the model without causes leaves, (n,), and a basis of what it may change; white."""
+def _about_fit(plain: InferenceProblem, level: CovarianceModel) -> tuple[np.ndarray, np.ndarray]:
+    """Return the residual without causes, (n,), and a basis of what the model may change; white."""
     zeta = plain_fit(plain, level).zeta
     here = plain.predicted(NONE, zeta)
     ways = []
-    for step in np.diag(np.full(plain.own, POLICY.parabola)):
+    for step in np.diag(np.full(plain.nuisance_count, POLICY.parabola)):
         more, less = (plain.predicted(NONE, zeta + by * step) - here for by in (1.0, -1.0))
         ways += [more - less, more + less]
     return level.whitened(plain.value - here), _basis(level.whitened(np.column_stack(ways)))

@@ -1,1 +1,1 @@
-"""What a rig could find out, before anything is measured."""
+"""A plan of what a rig could find out, before anything is measured."""

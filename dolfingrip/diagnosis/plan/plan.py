@@ -8,16 +8,75 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
+import numpy as np
+import pandas as pd
+
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.plan.case import joined, planned_case
+from dolfingrip.diagnosis.finger.analysis import analyse_fingers
 from dolfingrip.diagnosis.plan.naming import namings, share, share_of_classes
-from dolfingrip.diagnosis.simulation.runner import NotAtHand, staying
+from dolfingrip.diagnosis.simulation.nuisances import base_variant
+from dolfingrip.diagnosis.simulation.runner import NotAtHand, Workers, staying
+from dolfingrip.diagnosis.simulation.simulated import simulate
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
 from dolfingrip.jobs.run import Progress, silent
+
+
+def analyse_plan(
+    measurement: Measurement, config: Config, workers: Workers, names: Sequence[str] | None
+) -> Analysis[Any]:
+    """The problem of a measurement that is still to be made.
+
+    Args:
+        measurement: whose readings are all 0.
+        config: the model.
+        workers: where simulations are computed and kept.
+        names: of the causes that are tried; the whole catalogue where None.
+
+    Raises:
+        ConfigError: one line, where the base simulation does not reach all readings.
+        NotAtHand: simulations are missing, and the workers do not compute.
+    """
+    if in_closed_form(measurement, config):
+        told = _reading(measurement, CouponSimulation(measurement, config).base())
+        return analyse_coupons(told, config, names)
+    wanted = base_variant(measurement, config)
+    (base,) = simulate(measurement, config, [wanted], workers)
+    if np.isnan(base.readings).any():
+        why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
+        raise ConfigError(f"the simulation does not reach all readings: {why}")
+    finger = analyse_fingers(
+        _reading(measurement, base.readings), config, workers, names, fully=True
+    )
+    causes = {name: each for name, each in finger.causes.items() if name not in finger.problem.rig}
+    return replace(finger, causes=causes)
+
+
+def _reading(measurement: Measurement, values: np.ndarray) -> Measurement:
+    """The measurement with these readings, shape (n,)."""
+    rows = measurement.readings.copy()
+    places = measurement.listed()[["row", "column"]].itertuples(index=False)
+    for (row, column), value in zip(places, values, strict=True):
+        rows.loc[rows.index[row], column] = value
+    return Measurement(rows, measurement.tests, measurement.warnings)
+
+
+def joined(first: Measurement, second: Measurement) -> Measurement:
+    """Both together, without tests of the second that nothing is read of."""
+    read = sorted(set(second.listed()["test"]))
+    number = {old: len(first.tests) + place for place, old in enumerate(read)}
+    rows = second.readings[second.readings["test"].isin(read)]
+    later = rows.assign(test=rows["test"].map(number))
+    tests = [replace(t, number=number[t.number]) for t in second.tests if t.number in number]
+    both = pd.concat([first.readings, later], ignore_index=True)
+    return Measurement(both, [*first.tests, *tests], first.warnings)
+
 
 ALONE: Final = (
     "these effects alone were compared: one that is named among them may still be like another "
@@ -27,7 +86,7 @@ ALONE: Final = (
 
 
 @dataclass(frozen=True)
-class Settings:
+class PlanSettings:
     """How a plan is made.
 
     Attributes:
@@ -50,11 +109,11 @@ class Settings:
 def plan(
     file: Path | None,
     config: Config,
-    settings: Settings,
+    settings: PlanSettings,
     changes: Mapping[str, Any] = MappingProxyType({}),
     noise: Mapping[str, float] | None = None,
 ) -> PlanFile:
-    """What a rig could find out.
+    """Plan: tell which causes a rig could name, and which addition buys most.
 
     Args:
         file: TOML of the rig, see :mod:`dolfingrip.diagnosis.data.rig`; the paper's where None.
@@ -71,7 +130,7 @@ def plan(
     names = settings.effects
     with staying(settings.store, settings.workers, settings.progress) as workers:
         settings.say("simulating the rig's protocol, and with each effect")
-        own = planned_case(measurement, config, workers, names)
+        own = analyse_plan(measurement, config, workers, names)
         found = namings(own)
         before = share(found)
         additions: list[AdditionWorth] = []
@@ -84,11 +143,11 @@ def plan(
             hands = workers.at_hand() if settings.quick else workers
             try:
                 whole = joined(measurement, read_alike(proposal, measurement))
-                more = namings(planned_case(whole, config, hands, names), found)
+                more = namings(analyse_plan(whole, config, hands, names), found)
             except (NotAtHand, ConfigError) as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
-            additions.append(_judged(proposal, found, before, more))
+            additions.append(_addition_worth(proposal, found, before, more))
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
     return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
@@ -112,7 +171,7 @@ def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
     return replace(own, tests=tests)
 
 
-def _judged(
+def _addition_worth(
     proposal: Proposal,
     before: Sequence[EffectOutlook],
     share_before: float,

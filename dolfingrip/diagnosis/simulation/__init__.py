@@ -1,4 +1,4 @@
-"""What the simulation says about a measurement: its readings, and how they change with causes.
+"""Simulations of a measurement: its readings, and how they change with causes.
 
 From the bottom up:
 

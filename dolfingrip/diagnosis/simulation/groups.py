@@ -10,9 +10,9 @@ import numpy as np
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.simulation import routes
-from dolfingrip.diagnosis.simulation.legs import Route
-from dolfingrip.diagnosis.simulation.routes import Segment
+from dolfingrip.diagnosis.simulation import stops
+from dolfingrip.diagnosis.simulation.schedule import StopSchedule
+from dolfingrip.diagnosis.simulation.stops import ControlSegment
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,11 @@ class SimulationGroup:
     experiment: str
     config: Config
     tests: tuple[int, ...]
-    curve: Route
-    in_time: Route
-    settled: Route
+    curve: StopSchedule
+    in_time: StopSchedule
+    settled: StopSchedule
 
-    def route(self, config: Config) -> Route:
+    def schedule(self, config: Config) -> StopSchedule:
         """The stops that ``config``, this group's with other values, has to be simulated at."""
         if path_independent(config):
             return self.curve
@@ -44,7 +44,11 @@ class SimulationGroup:
 
 
 def path_independent(config: Config) -> bool:
-    """Whether readings depend on the control alone: no effect has a memory or a clock."""
+    """Tell whether readings depend on the control alone: no effect has a memory or a clock.
+
+    Args:
+        config: with its effects.
+    """
     return not any(
         effect.kind == "dissipative" or effect.clock for effect in config.extensions.active()
     )
@@ -56,7 +60,7 @@ class _Led:
 
     test: SpecimenTest
     config: Config
-    segments: list[Segment]
+    segments: list[ControlSegment]
 
 
 def groups(
@@ -72,13 +76,13 @@ def groups(
     led = []
     for test in measurement.tests:
         sigma = test.setup.noise.get(test.control, 0.0)
-        segments = routes.segments(measurement.rows(test.number), test.control, sigma)
+        segments = stops.segments(measurement.rows(test.number), test.control, sigma)
         led.append(_Led(test, test.setup.applied(config), segments))
     found = []
     for of_setup in _together(led, _same_setup):
         control = of_setup[0].test.control
         more = headroom if control == PRESSURE.name else 1.0
-        curve = routes.elastic([each.segments for each in of_setup], control, more)
+        curve = stops.elastic([each.segments for each in of_setup], control, more)
         for part in _together(of_setup, _same_way):
             tests = tuple(each.test.number for each in part)
             led_by = [each.segments for each in part]
@@ -88,8 +92,8 @@ def groups(
                     part[0].config,
                     tests,
                     _of(curve, measurement, tests),
-                    routes.in_time(led_by, control),
-                    routes.in_time(led_by, control, settles=True),
+                    stops.in_time(led_by, control),
+                    stops.in_time(led_by, control, settles=True),
                 )
             )
     return found
@@ -112,10 +116,10 @@ def _same_setup(first: _Led, second: _Led) -> bool:
 
 
 def _same_way(first: _Led, second: _Led) -> bool:
-    return routes.alike(first.segments, second.segments)
+    return stops.alike(first.segments, second.segments)
 
 
-def _of(route: Route, measurement: Measurement, tests: Sequence[int]) -> Route:
+def _of(route: StopSchedule, measurement: Measurement, tests: Sequence[int]) -> StopSchedule:
     """``route`` with the rows of these tests alone."""
     belongs = measurement.readings["test"].to_numpy()
     legs = []

@@ -17,7 +17,7 @@ import numpy as np
 from dolfingrip.diagnosis.policy import ROUTES
 
 
-class Stop(NamedTuple):
+class NominalStop(NamedTuple):
     """Where a test is simulated."""
 
     time_s: float
@@ -69,7 +69,15 @@ def end(value: float, distance: float, sigma: float) -> float:
 
 
 def values(read: np.ndarray, sigma: float) -> np.ndarray:
-    """(m,) Round values for rising ``read`` (n,), the last by :func:`end`."""
+    """Round rising values of a control, the last by :func:`end`.
+
+    Args:
+        read: (n,) values as read, rising.
+        sigma: standard deviation of the gauge; nothing is rounded where it is 0.
+
+    Returns:
+        (m,) round values.
+    """
     if len(read) < 2 or not sigma:
         return read
     distance = float(read[-1] - read[0]) / (len(read) - 1)
@@ -78,7 +86,9 @@ def values(read: np.ndarray, sigma: float) -> np.ndarray:
     return np.array([*(value for value in inner if value < last), last])
 
 
-def ramp(found: Sequence[Stop], before: Stop | None, sigma: float, leads_to: float) -> list[Stop]:
+def ramp(
+    found: Sequence[NominalStop], before: NominalStop | None, sigma: float, leads_to: float
+) -> list[NominalStop]:
     """The stops of a ramp at round values, at one rate where its rows allow.
 
     Args:

@@ -1,10 +1,10 @@
-"""What a laboratory can never know exactly, and no diagnosis names as a cause.
+"""Nuisances: numbers that a laboratory never knows exactly, and no diagnosis names as a cause.
 
 Each is a change of all readings at one standard deviation. They come from the forward
 sensitivities of one base simulation; the numbers are those of
 :data:`dolfingrip.diagnosis.data.lab_setup.NUISANCES`, or the laboratory's own, in the table
 ``[nuisance]`` of its TOML. There it can give any parameter of the configuration one, too. A
-modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.modulus`.
+modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.variants`.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.config import Change, Config, ConfigError
+from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
-from dolfingrip.diagnosis.simulation.simulated import Simulated
+from dolfingrip.diagnosis.policy import ROUTES
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings
 from dolfingrip.parameter import every, find, moduli, named
 from dolfingrip.sections.geometry.index import TABLES
 
@@ -82,12 +83,33 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
+def base_variant(
+    measurement: Measurement,
+    config: Config,
+    moved: Change = NO_CHANGE,
+    headroom: float = ROUTES.headroom,
+) -> ModelVariant:
+    """Return the variant of the base simulation, with derivatives by all nuisances.
+
+    Args:
+        measurement: that is simulated.
+        config: the model.
+        moved: changes of the moduli.
+        headroom: pressure to go on to, by the highest of the rows.
+
+    Raises:
+        ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
+    """
+    stages = neutral_stages(config)
+    return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=headroom)
+
+
 def modulus_keys(config: Config) -> tuple[str, ...]:
     """Parameters that :func:`by_log_modulus` needs the derivatives by."""
     return tuple(key for key in moduli(config) if not key.endswith("bulk_MPa"))
 
 
-def by_log_modulus(measurement: Measurement, simulated: Simulated) -> np.ndarray:
+def by_log_modulus(measurement: Measurement, simulated: SimulatedReadings) -> np.ndarray:
     """(n,) derivative of readings by the logarithm of a factor of all moduli.
 
     Args:
@@ -112,7 +134,7 @@ def _own(measurement: Measurement) -> tuple[str, ...]:
     return tuple(dict.fromkeys(key for key in told if key not in NUISANCES))
 
 
-def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
+def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisance]:
     """All nuisances that change any reading.
 
     Args:

@@ -101,7 +101,7 @@ class Workers:
         return self._computed(requests)
 
     def at_hand(self) -> Workers:
-        """The same, which raise :class:`NotAtHand` where something is missing."""
+        """Return workers that raise :class:`NotAtHand` where a simulation is missing."""
         return replace(self, computes=False)
 
     def pool(self) -> AbstractContextManager[Pool]:

@@ -4,11 +4,16 @@ An answer serves a request of the same configuration whose protocol is the begin
 loads once, or unloads, is served by three cycles. A file is stale where the code has changed since:
 answers with an effect count only with that effect's code unchanged, and where the mechanics have
 changed at all, one simulation is computed anew and has to agree before any other is believed.
+
+Digests of the code are of its syntax trees, comments and texts aside.
 """
 
 from __future__ import annotations
 
+import ast
 import gzip
+import hashlib
+import importlib.util
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -21,10 +26,71 @@ from pydantic import TypeAdapter
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.policy import MODEL
-from dolfingrip.diagnosis.simulation import sources
 from dolfingrip.experiments.request import FORMAT, Answer, Request
 from dolfingrip.files import whole
 from dolfingrip.jobs.job import content_key
+
+CORE: Final = ("dolfingrip.forms", "dolfingrip.meshes", "dolfingrip.mechanics",
+               "dolfingrip.experiments")  # fmt: skip
+"""Packages that every simulation of a finger depends on."""
+
+
+@cache
+def core_digest() -> str:
+    """Digest of the solver's sources."""
+    return _digest(file for name in CORE for file in sorted(_folder(name).rglob("*.py")))
+
+
+@cache
+def effect_digest(name: str) -> str:
+    """Digest of an effect's file, and of the files of this package that it imports itself."""
+    own = _folder("dolfingrip.extensions") / f"{name}.py"
+    imported = {
+        node.module
+        for node in ast.walk(ast.parse(own.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.module
+    }
+    files = [_file(each) for each in sorted(imported) if each.startswith("dolfingrip.")]
+    return _digest([own, *(file for file in files if file is not None)])
+
+
+def _folder(package: str) -> Path:
+    spec = importlib.util.find_spec(package)
+    assert spec is not None
+    assert spec.submodule_search_locations
+    return Path(next(iter(spec.submodule_search_locations)))
+
+
+def _file(module: str) -> Path | None:
+    spec = importlib.util.find_spec(module)
+    return Path(spec.origin) if spec and spec.origin else None
+
+
+def _digest(files: Iterable[Path]) -> str:
+    found = hashlib.sha256()
+    for file in files:
+        found.update(file.name.encode())
+        found.update(structure(file.read_text(encoding="utf-8")).encode())
+    return found.hexdigest()
+
+
+def structure(text: str) -> str:
+    """The syntax tree without docstrings."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [each for each in body if not _is_text(each)]  # type: ignore[attr-defined]
+    return ast.dump(tree)
+
+
+def _is_text(node: ast.AST) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
+
 
 FILE: Final = Path(__file__).with_name("reference.json.gz")
 
@@ -104,7 +170,7 @@ class Known:
 
 @dataclass(slots=True)
 class Shipped:
-    """What a file holds.
+    """The answers of a file.
 
     Attributes:
         core: digest of the code that computed it.
@@ -141,7 +207,7 @@ class Shipped:
     def _believed(
         self, computed: Callable[[Request], Answer], found: Sequence[tuple[Request, Known]]
     ) -> bool:
-        if self.agrees is None and self.core == sources.core_digest():
+        if self.agrees is None and self.core == core_digest():
             self.agrees = True
         plain = [(one, known) for one, known in found if not known.effects]
         if self.agrees is None and plain:
@@ -150,7 +216,7 @@ class Shipped:
         return bool(self.agrees)
 
     def _checked(self, computed: Callable[[Request], Answer], request: Request, own: Known) -> bool:
-        """Whether a request comes out as it did, within the tolerance of each channel."""
+        """Tell whether a request comes out as it did, within the tolerance of each channel."""
         anew, before = computed(request).columns, own.part(request).columns
         return all(
             len(anew.get(name, ())) == len(values)
@@ -161,7 +227,7 @@ class Shipped:
 
 
 def key_without_protocol(request: Request) -> str:
-    """Hash a request without its protocol and its derivatives.
+    """Hash of the request without protocol and gradients.
 
     Args:
         request: of a diagnosis.
@@ -210,9 +276,11 @@ def write_known(file: Path, every: Sequence[Known]) -> None:
         every: its entries.
     """
     names = sorted({name for each in every for name in each.effects})
-    effects = {name: sources.effect_digest(name) for name in names}
+    effects = {name: effect_digest(name) for name in names}
     rounded = [replace(each, answer=_rounded(each.answer)) for each in every]
-    _replace(file, _File(FORMAT, sources.core_digest(), effects, rounded))
+    content = _File(FORMAT, core_digest(), effects, rounded)
+    with whole.stream(file) as stream:
+        stream.write(gzip.compress(TypeAdapter(_File).dump_json(content), mtime=0))
 
 
 def _rounded(answer: Answer) -> Answer:
@@ -226,14 +294,12 @@ def _rounded(answer: Answer) -> Answer:
 
 def restamp(file: Path) -> None:
     """Give a file the digests of today's code, which is known to compute what the file has."""
-    found = _loaded(file)
-    effects = {name: sources.effect_digest(name) for name in found.effects}
-    _replace(file, replace(found, core=sources.core_digest(), effects=effects))
+    write_known(file, _loaded(file).known)
 
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """What a file holds: version, digests of the code, entries."""
+    """The content of a file: version, digests of the code, entries."""
 
     format: int
     core: str
@@ -243,11 +309,6 @@ class _File:
 
 def _loaded(file: Path) -> _File:
     return TypeAdapter(_File).validate_json(gzip.decompress(file.read_bytes()))
-
-
-def _replace(file: Path, content: _File) -> None:
-    with whole.stream(file) as stream:
-        stream.write(gzip.compress(TypeAdapter(_File).dump_json(content), mtime=0))
 
 
 @cache
@@ -276,6 +337,6 @@ def read(file: Path = FILE) -> Shipped | None:
 
 def _now(name: str) -> str | None:
     try:
-        return sources.effect_digest(name)
+        return effect_digest(name)
     except FileNotFoundError:
         return None

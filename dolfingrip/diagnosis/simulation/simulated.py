@@ -1,7 +1,8 @@
-"""All readings of a measurement, simulated, for each of several cases.
+"""All readings of a measurement, simulated, for each of several variants.
 
-cases = [Case(), Case({"extensions.prony.g": [0.2]}), Case(gradients=("material.mu_MPa",))]
-base, prony, slopes = simulate(measurement, config, cases, Workers(folder, Where(workers=2)))
+viscous = ModelVariant({"extensions.prony.g": [0.2]})
+variants = [ModelVariant(), viscous, ModelVariant(gradients=("material.mu_MPa",))]
+base, prony, slopes = simulate(measurement, config, variants, Workers(folder, Where(workers=2)))
 prony.readings - base.readings     # (n,), aligned with measurement.listed()
 slopes.slope("material.mu_MPa")    # (n,)
 """
@@ -17,8 +18,8 @@ import numpy as np
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
-from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.runner import Workers, request
+from dolfingrip.diagnosis.simulation.schedule import StopSchedule
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.parameter import every
@@ -26,15 +27,15 @@ from dolfingrip.sections.geometry.geometry import Geometry
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
-    """What is changed for one simulation of all tests.
+class ModelVariant:
+    """The changes of one simulation of all tests.
 
     Attributes:
         overrides: values by key, which take precedence over the set-up of each test.
         gradients: keys of parameters that readings are derived by; those that an experiment does
             not have are left out there.
         headroom: pressure to go on to where the model has no memory, by the highest of the rows,
-            for :mod:`dolfingrip.diagnosis.simulation.modulus`.
+            for :mod:`dolfingrip.diagnosis.simulation.variants`.
         only_in: experiments that ``overrides`` are for; all where None.
         elsewhere: overrides for the other experiments.
         derived_elsewhere: whether these are derived by ``gradients``, too.
@@ -68,13 +69,13 @@ class SimulatedGroup:
     Attributes:
         group: the tests.
         config: of the simulation.
-        route: its stops.
+        schedule: its stops.
         result: readings at the stops.
     """
 
     group: SimulationGroup
     config: Config
-    route: Route
+    schedule: StopSchedule
     result: Answer
 
 
@@ -92,11 +93,11 @@ class SimulationFailure:
 
 
 @dataclass(slots=True)
-class Simulated:
-    """The readings of a measurement as one case has them.
+class SimulatedReadings:
+    """The readings of a measurement as one variant has them.
 
     Attributes:
-        case: what was simulated.
+        variant: what was simulated.
         readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
         by_control: (n,) change of the reading by an error of the control, for each kPa or mm of the
             gauge's noise: the derivative, in a wait divided by the root of its number of rows,
@@ -107,7 +108,7 @@ class Simulated:
         runs: the simulations themselves.
     """
 
-    case: Case
+    variant: ModelVariant
     readings: np.ndarray
     by_control: np.ndarray
     slopes: Mapping[str, np.ndarray]
@@ -123,7 +124,7 @@ class Simulated:
         if key in self.slopes:
             return self.slopes[key]
         entries = [name for name in self.slopes if name.startswith(f"{key}[")]
-        if entries or key not in self.case.gradients:
+        if entries or key not in self.variant.gradients:
             raise KeyError(f"{key}; there are {', '.join(entries or self.slopes)}")
         return np.zeros_like(self.readings)
 
@@ -131,36 +132,42 @@ class Simulated:
 def simulate(
     measurement: Measurement,
     config: Config,
-    cases: Sequence[Case],
+    variants: Sequence[ModelVariant],
     workers: Workers,
-) -> list[Simulated]:
-    """Simulate all tests of ``measurement`` for each of ``cases``.
+) -> list[SimulatedReadings]:
+    """Simulate all tests of ``measurement`` for each of ``variants``.
 
     Args:
         measurement: whose protocols are followed.
-        config: that set-ups and cases differ from.
-        cases: what is changed; those that come to the same simulation share it.
+        config: that set-ups and variants differ from.
+        variants: what is changed; those that come to the same simulation share it.
         workers: where simulations are computed and kept.
 
     Raises:
-        ConfigError: one line, where a case is not allowed or there are no workers.
+        ConfigError: one line, where a variant is not allowed or there are no workers.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    parts = {h: groups(measurement, config, h) for h in {case.headroom for case in cases}}
-    planned = [[_planned(case, group) for group in parts[case.headroom]] for case in cases]
+    parts = {h: groups(measurement, config, h) for h in {variant.headroom for variant in variants}}
+    planned = [
+        [_planned(variant, group) for group in parts[variant.headroom]] for variant in variants
+    ]
     results = iter(workers.results([asked for row in planned for *_, asked in row]))
     found = []
-    for case, row in zip(cases, planned, strict=True):
+    for variant, row in zip(variants, planned, strict=True):
         runs = [SimulatedGroup(group, own, route, next(results)) for group, own, route, _ in row]
-        found.append(_assembled(measurement, case, runs))
+        found.append(_assembled(measurement, variant, runs))
     return found
 
 
-def _planned(case: Case, group: SimulationGroup) -> tuple[SimulationGroup, Config, Route, Request]:
-    config = case.of(group)
-    route = group.route(config)
-    felt = case.derived_elsewhere or case.only_in is None or group.experiment in case.only_in
-    gradients = case.gradients if felt else ()
+def _planned(
+    variant: ModelVariant, group: SimulationGroup
+) -> tuple[SimulationGroup, Config, StopSchedule, Request]:
+    config = variant.of(group)
+    route = group.schedule(config)
+    felt = (
+        variant.derived_elsewhere or variant.only_in is None or group.experiment in variant.only_in
+    )
+    gradients = variant.gradients if felt else ()
     # the gradients' keys of effects at their neutral values do not make the readings others
     asked = request(
         group.experiment,
@@ -180,7 +187,9 @@ def _feels(experiment: str, config: Config, key: str) -> bool:
     )
 
 
-def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGroup]) -> Simulated:
+def _assembled(
+    measurement: Measurement, variant: ModelVariant, runs: Sequence[SimulatedGroup]
+) -> SimulatedReadings:
     listed = measurement.listed()
     count = len(measurement.readings)
     row = listed["row"].to_numpy()
@@ -191,18 +200,18 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
     for run in runs:
         for name, at in measurement.places(run.group.tests).items():
             values = run.result.columns.get(name, np.empty(0))
-            readings[at] = run.route.at_rows(values, count)[row[at]]
-            by_control[at] = run.route.slopes(values, count)[row[at]]
+            readings[at] = run.schedule.at_rows(values, count)[row[at]]
+            by_control[at] = run.schedule.slopes(values, count)[row[at]]
             for (read, key), slope in run.result.slopes.items():
                 if read == name:
                     own = slopes.setdefault(key, np.zeros(len(listed)))
-                    own[at] = run.route.at_rows(slope, count)[row[at]]
+                    own[at] = run.schedule.at_rows(slope, count)[row[at]]
         lost = np.isnan(readings[listed["test"].isin(run.group.tests)]).any()
         if run.result.failure_class is not None and lost:
             tests = tuple(measurement.tests[number] for number in run.group.tests)
             failures.append(SimulationFailure(tests, run.result.failure or ""))
     by_control /= np.sqrt(_in_a_mean(measurement))[row]
-    return Simulated(case, readings, by_control, slopes, failures, runs)
+    return SimulatedReadings(variant, readings, by_control, slopes, failures, runs)
 
 
 def _in_a_mean(measurement: Measurement) -> np.ndarray:

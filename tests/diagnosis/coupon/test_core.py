@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from dolfingrip.diagnosis.core import sampling
-from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.discrepancy import Along, kernel
-from dolfingrip.diagnosis.core.emulator import linear, places, trained
-from dolfingrip.diagnosis.core.evidence import Level
-from dolfingrip.diagnosis.core.scaled import Factor, Scaled
+from dolfingrip.diagnosis.answer.errors import Along, kernel
+from dolfingrip.diagnosis.core import evidence
+from dolfingrip.diagnosis.core.decision import decide, sensitivity
+from dolfingrip.diagnosis.core.emulator import Factor, Scaled, linear, places, trained
+from dolfingrip.diagnosis.core.evidence import CovarianceModel
+from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search, searched_again
-from dolfingrip.diagnosis.core.sensitivity import sensitivity
 
 SEED = 5
 X = np.linspace(0.1, 1.0, 12)
@@ -24,10 +22,10 @@ BASE = 3.0 * X
 NOISE = 0.05
 
 
-def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> Case:
+def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> InferenceProblem:
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
     every, factor = np.ones(len(X), dtype=bool), Factor(0.1, -8.0, 8.0)
-    return Case(
+    return InferenceProblem(
         value, BASE, factor,
         {name: Scaled.of(linear(change), every, factor) for name, change in changes.items()},
         NOISE**2 * np.eye(len(X)), kernel(along),
@@ -48,7 +46,7 @@ WAVES = {"bent": 0.6 * X**3, "wave": 0.5 * np.sin(6 * X), "twin": 0.61 * X**3}
 def test_the_evidence_is_the_integral() -> None:
     """Laplace's method against quadrature over both numbers."""
     own = case(drawn(0.5 * BENT["bent"]), BENT)
-    hypothesis = Level(own, 0.0).of(("bent",))
+    hypothesis = CovarianceModel(own, 0.0).of(("bent",))
     found = hypothesis.fit([np.zeros(2)]).log_evidence
 
     def density(a: float, z: float) -> float:
@@ -133,7 +131,7 @@ def test_draws_follow_a_curved_ridge() -> None:
 
     print("seed", SEED)
     about_mode = np.diag([1.0, 0.16])
-    found = sampling.drawn(log_density, np.zeros(2), about_mode, np.random.default_rng(SEED))
+    found = evidence.drawn(log_density, np.zeros(2), about_mode, np.random.default_rng(SEED))
     assert found is not None
     assert found.effective > 100
     assert found.log_integral == pytest.approx(0.0, abs=0.15)
@@ -149,7 +147,7 @@ def test_draws_of_a_density_in_a_corner(width: float) -> None:
         return np.where(inside, -2 * np.log(width), -np.inf)
 
     print("seed", SEED)
-    found = sampling.drawn(log_density, np.zeros(2), np.eye(2), np.random.default_rng(SEED))
+    found = evidence.drawn(log_density, np.zeros(2), np.eye(2), np.random.default_rng(SEED))
     assert found is None or found.log_integral == pytest.approx(0.0, abs=0.2)
     assert found is not None or width < 0.1
 
@@ -161,7 +159,7 @@ def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     decision = decide(posterior)
     factor = own.factor(decision.best.zeta[0])
     assert decision.answer == "cause"
-    assert (decision.first,) == own.ground_names
+    assert (decision.first,) == own.baseline_names
     assert decision.probability > 0.9
     assert float(factor) == pytest.approx(1.6, rel=0.02)
 
@@ -171,8 +169,8 @@ def test_a_cause_that_needs_no_far_modulus_stands_beside_it() -> None:
     own = case(1.6 * drawn(), WAVES | {"gain": 0.4 * BASE})
     decision, under = sensitivity(search(own, np.random.default_rng(SEED)))
     assert decision.answer == "cause"
-    assert {*decision.first} == {*own.ground_names[0], "gain"}
-    assert decision.own
+    assert {*decision.first} == {*own.baseline_names[0], "gain"}
+    assert decision.nuisance_only
     assert under.least > 0.5
 
 
@@ -206,7 +204,7 @@ def test_what_was_likely_is_found_again_without_some_readings() -> None:
 
 def test_a_pair_cannot_be_more_likely_than_its_columns_allow() -> None:
     own = case(drawn(1.5 * WAVES["bent"]), WAVES)
-    level = Level(own, 0.0)
+    level = CovarianceModel(own, 0.0)
     fit = level.of(("bent", "wave")).fit([np.zeros(3)])
     assert level.largest(("bent", "wave")) > fit.log_evidence
 

@@ -8,7 +8,7 @@ from support.example import EXAMPLES
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.errors import SLACK, Errors
-from dolfingrip.diagnosis.coupon.errors import errors
+from dolfingrip.diagnosis.coupon.analysis import errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.selection import selected

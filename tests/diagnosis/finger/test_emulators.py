@@ -8,15 +8,13 @@ import pytest
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
-from dolfingrip.diagnosis.core.emulator import Emulator
-from dolfingrip.diagnosis.core.numbers import causes
-from dolfingrip.diagnosis.core.scaled import Factor
+from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
+from dolfingrip.diagnosis.core.decision import sensitivity
+from dolfingrip.diagnosis.core.emulator import Emulator, Factor
+from dolfingrip.diagnosis.core.numbers import causes, tried
+from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.sensitivity import sensitivity
-from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, coordinates_of, unknowns
-from dolfingrip.diagnosis.tried import tried
+from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, coordinates_of, unknowns
 from dolfingrip.extensions.index import effect
 
 SEED = 11
@@ -51,7 +49,7 @@ def softening() -> Emulator:
     places, nodes = np.array([-2.0, 0.3, 2.3]), np.linspace(-2.5, 2.5, 33)
     values = np.array([[changed(z, factor(m)) for z in places] for m in nodes])
     slopes = np.array([[[slope(z, factor(m))] for z in places] for m in nodes])
-    told = Simulations(places[:, None], values, slopes, nodes)
+    told = SimulatedChanges(places[:, None], values, slopes, nodes)
     return trained_on(told, [AMPLITUDE], SCALE, (0,))
 
 
@@ -74,12 +72,12 @@ def test_no_strength_changes_nothing() -> None:
     assert np.abs(found.columns @ found.at(np.array([[0.3, -60.0]]))[0]).max() < 1e-6
 
 
-def case_of(readings: np.ndarray) -> Case:
+def case_of(readings: np.ndarray) -> InferenceProblem:
     """The invented model at any modulus, with the softening as its only cause."""
     nodes = np.linspace(-2.5, 2.5, 33)
     values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
-    told = Simulations(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
-    return Case(
+    told = SimulatedChanges(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
+    return InferenceProblem(
         readings, bend(1.0), Factor(STD, -2.5, 2.5), {"softening": softening()}, np.diag(SCALE**2),
         np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
         trained_on(told, [], SCALE, (0,), exact=True),
@@ -102,7 +100,7 @@ def test_exact_simulations_correct_values_and_slopes() -> None:
     print("seed", SEED)
     rng, before, subset = np.random.default_rng(SEED), case_of(bend(1.0)), ("softening",)
 
-    def missed(case: Case, subset: tuple[str, ...], zeta: np.ndarray) -> np.ndarray:
+    def missed(case: InferenceProblem, subset: tuple[str, ...], zeta: np.ndarray) -> np.ndarray:
         told = np.column_stack([case.predicted(subset, zeta), case.slopes(subset, zeta)])
         return told + 0.3 * rng.standard_normal(told.shape)
 
@@ -141,11 +139,11 @@ def test_numbers_of_the_rig_are_causes_where_all_are_tried() -> None:
     """Four times as wide as told; a plate that touches already cannot be nearer."""
     measurement = reference_measurement(1)
     found = {each.name: each for each in unknowns(measurement, Config(), None)}
-    assert set(FAR) <= set(found)
+    assert set(IMPLAUSIBLE) <= set(found)
     gain = found["pressure_gain"].numbers[0]
     assert (gain.prior.mean, gain.prior.spread) == pytest.approx((1.0, 0.06))
     assert box_of(found["plate_gap"])[0, 0] == pytest.approx(-Config().plate.gap_mm / 1.2)
-    assert not set(FAR) & {each.name for each in unknowns(measurement, Config(), ["gent"])}
+    assert not set(IMPLAUSIBLE) & {each.name for each in unknowns(measurement, Config(), ["gent"])}
     tilt = coordinates_of(found["plate_tilt"])
     assert len(tilt) == 2  # one for either side
     zeta = np.array([-1.0, 0.0, 2.0])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.curved import Simulations
-from dolfingrip.diagnosis.core.scaled import Factor, Scaled
+from dolfingrip.diagnosis.core.curved import SimulatedChanges
+from dolfingrip.diagnosis.core.emulator import Factor, Scaled
+from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 
 SEED = 23
@@ -23,7 +23,7 @@ CHANGES = {
 }
 
 
-def read(**strengths: float) -> Case:
+def read(**strengths: float) -> InferenceProblem:
     """Readings of a model 10 % too stiff, with causes of so many standard deviations of noise."""
     rng = np.random.default_rng(SEED)
     value = 0.9 * BASE + NOISE * rng.standard_normal(len(X))
@@ -31,7 +31,7 @@ def read(**strengths: float) -> Case:
         value = value + sigma * NOISE * CHANGES[name] / np.linalg.norm(CHANGES[name])
     n, factor = len(X), Factor(0.2, -4.0, 4.0)
     kernel = np.diag((0.1 * BASE) ** 2)
-    return Case(
+    return InferenceProblem(
         value, BASE, factor, {}, np.eye(n) * NOISE**2, kernel, {},
         Scaled.alone(BASE, np.ones(n, bool), factor),
     )  # fmt: skip
@@ -70,7 +70,7 @@ def test_columns_are_changes_and_their_derivatives() -> None:
     values = np.stack([np.stack([CHANGES["kink"]]) * by for by in (0.5, 1.0, 2.0)])
     slopes = np.full((3, 1, 2, len(X)), np.nan)
     slopes[:, 0, 0] = CHANGES["waver"]
-    told = Simulations(np.zeros((1, 2)), values, slopes, np.array([-1.0, 0.0, 1.0]))
+    told = SimulatedChanges(np.zeros((1, 2)), values, slopes, np.array([-1.0, 0.0, 1.0]))
     found = columns_of(told, np.full(len(X), NOISE))
     assert found.shape == (len(X), 2)
     both = np.column_stack([CHANGES["kink"], CHANGES["waver"]])

@@ -12,17 +12,22 @@ import scipy.linalg
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.answer.analysed import Analysed
-from dolfingrip.diagnosis.core.case import Case
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.plan.case import joined, planned_case
-from dolfingrip.diagnosis.plan.hiding import Hidden, Judge, Judged
-from dolfingrip.diagnosis.plan.naming import namings, share, threshold
-from dolfingrip.diagnosis.plan.plan import read_alike
+from dolfingrip.diagnosis.plan.naming import (
+    Hidden,
+    RecoveryOutcome,
+    RecoveryTrial,
+    namings,
+    share,
+    threshold,
+)
+from dolfingrip.diagnosis.plan.plan import analyse_plan, joined, read_alike
 from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.files.plan import EffectOutlook
@@ -38,8 +43,8 @@ force_N = 0.05
 EFFECTS = ("mooney_rivlin", "ogden_terms", "print_anisotropy", "yeoh", "permanent_set", "prony")
 
 
-def made(measurement: Measurement) -> Analysed[Any]:
-    return planned_case(measurement, Config(), Workers(Path("nowhere")), EFFECTS)
+def made(measurement: Measurement) -> Analysis[Any]:
+    return analyse_plan(measurement, Config(), Workers(Path("nowhere")), EFFECTS)
 
 
 @pytest.fixture(scope="module")
@@ -50,13 +55,13 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 
 @pytest.fixture(scope="module")
-def planned(measurement: Measurement) -> Analysed[Any]:
+def planned(measurement: Measurement) -> Analysis[Any]:
     """A coupon, loaded once at one rate."""
     return made(measurement)
 
 
 @pytest.fixture(scope="module")
-def found(planned: Analysed[Any]) -> dict[str, EffectOutlook]:
+def found(planned: Analysis[Any]) -> dict[str, EffectOutlook]:
     return by_name(namings(planned))
 
 
@@ -66,7 +71,7 @@ def by_name(found: list[EffectOutlook]) -> dict[str, EffectOutlook]:
 
 @pytest.mark.parametrize("name", ["mooney_rivlin", "permanent_set"])
 def test_it_takes_the_strength_that_is_told(
-    name: str, planned: Analysed[Any], found: dict[str, EffectOutlook]
+    name: str, planned: Analysis[Any], found: dict[str, EffectOutlook]
 ) -> None:
     """Named in most of noisy cases at 1.4 times the least strength, in few at 0.6 times.
 
@@ -76,16 +81,16 @@ def test_it_takes_the_strength_that_is_told(
     assert least is not None
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
-    root = np.linalg.cholesky(planned.case.covariance)
-    judge = Judge(planned)
-    hidden = Hidden(judge, planned.causes[name])
+    root = np.linalg.cholesky(planned.problem.covariance)
+    trial = RecoveryTrial(planned)
+    hidden = Hidden(trial, planned.causes[name])
     shares = []
     for factor in (0.6, 1.4):
         named = 0
         for _ in range(DRAWS):
             own = root @ rng.standard_normal(len(root))
-            value = planned.case.base + judge.change(name, hidden.at(factor * least, rng)) + own
-            decision = decide(search(replace(planned.case, value=value), rng, sample=False))
+            value = planned.problem.base + trial.change(name, hidden.at(factor * least, rng)) + own
+            decision = decide(search(replace(planned.problem, value=value), rng, sample=False))
             named += decision.answer == "cause" and decision.first == (name,)
         shares.append(named / DRAWS)
     print(found[name], shares)
@@ -124,27 +129,27 @@ def test_one_loading_does_not_tell_viscosity_from_elasticity(
 
 
 def test_what_is_read_again_tells_more(
-    measurement: Measurement, planned: Analysed[Any], found: dict[str, EffectOutlook]
+    measurement: Measurement, planned: Analysis[Any], found: dict[str, EffectOutlook]
 ) -> None:
     """Twice the readings: at most √2 times the strength, as all else is shared."""
     twice = made(joined(measurement, measurement))
-    n = len(planned.case.value)
-    assert len(twice.case.value) == 2 * n
+    n = len(planned.problem.value)
+    assert len(twice.problem.value) == 2 * n
     after = namings(twice, list(found.values()))
     for each in after:
         assert 1.0 < each.strength_sigma / found[each.effect].strength_sigma < 1.42
     often = joined(joined(measurement, measurement), joined(measurement, measurement))
     assert share(namings(made(often))) > share(list(found.values()))
     # what the addition does not feel is no weaker for it
-    judges = Judge(planned), Judge(replace(planned, case=blind(planned, n)))
+    trials = RecoveryTrial(planned), RecoveryTrial(replace(planned, problem=blind(planned, n)))
     for name, cause in planned.causes.items():
-        alone, beside = (judge.strength(name, Hidden(judge, cause).at(1.0)) for judge in judges)
+        alone, beside = (trial.strength(name, Hidden(trial, cause).at(1.0)) for trial in trials)
         assert beside == pytest.approx(alone)
 
 
-def blind(planned: Analysed[Any], count: int) -> Case:
+def blind(planned: Analysis[Any], count: int) -> InferenceProblem:
     """With readings that nothing changes."""
-    case, more = planned.case, np.zeros(count)
+    case, more = planned.problem, np.zeros(count)
 
     def longer(each: Emulator) -> Emulator:
         below = ((0, count), (0, 0))
@@ -152,17 +157,17 @@ def blind(planned: Analysed[Any], count: int) -> Case:
 
     return replace(
         case, value=np.r_[case.value, more], base=np.r_[case.base, more],
-        ground=longer(case.ground),
+        baseline=longer(case.baseline),
         emulators={name: longer(each) for name, each in case.emulators.items()},
         covariance=scipy.linalg.block_diag(case.covariance, np.eye(count)),
         kernel=scipy.linalg.block_diag(case.kernel, np.zeros((count, count))),
     )  # fmt: skip
 
 
-def test_strengths_are_parts_of_the_prior(planned: Analysed[Any]) -> None:
+def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
     """The ordinary strength is among those that occur, and ζ follows from a strength."""
     for cause in planned.causes.values():
-        hidden = Hidden(Judge(planned), cause)
+        hidden = Hidden(RecoveryTrial(planned), cause)
         assert hidden.strengths[0] < 1.0 < hidden.strengths[-1]
         assert (np.diff(hidden.strengths) >= 0).all()
         first = [hidden.at(float(s))[0] for s in hidden.strengths]
@@ -170,17 +175,20 @@ def test_strengths_are_parts_of_the_prior(planned: Analysed[Any]) -> None:
 
 
 @pytest.mark.parametrize("least", [0, 1, 5, ADDITIONS.strengths])
-def test_strengths_between_are_not_drawn(planned: Analysed[Any], least: int) -> None:
+def test_strengths_between_are_not_drawn(planned: Analysis[Any], least: int) -> None:
     """As where all are: none below a place is named, one draw there, and all above."""
     told = np.clip(1 + np.arange(ADDITIONS.strengths) - least, 0, ADDITIONS.noises)
     drawn: list[int] = []
 
     class Told(Hidden):
-        def drawn(self, place: int) -> list[Judged]:
+        def drawn(self, place: int) -> list[RecoveryOutcome]:
             drawn.append(place)
-            return [Judged(i < told[place], within=False, mass={}) for i in range(ADDITIONS.noises)]
+            return [
+                RecoveryOutcome(i < told[place], within=False, mass={})
+                for i in range(ADDITIONS.noises)
+            ]
 
-    hidden = Told(Judge(planned), planned.causes["yeoh"])
+    hidden = Told(RecoveryTrial(planned), planned.causes["yeoh"])
     assert (hidden.counted(lambda each: each.alone) == told).all()
     assert len(drawn) < ADDITIONS.strengths
 

@@ -15,13 +15,13 @@ from support.measured_files import written
 from dolfingrip import config as configuration
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.selection import selected
-from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.nuisances import keys
-from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.sections.tables import assignments
 
 TOLD = """experiment = "bending"
@@ -71,12 +71,12 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
 
 
 @pytest.fixture(scope="module")
-def base(simulation: FingerSimulation) -> Simulated:
+def base(simulation: FingerSimulation) -> SimulatedReadings:
     return simulation.base
 
 
-def with_all(measurement: Measurement, store: Path, overrides: Change) -> Simulated:
-    return simulate(measurement, block(), [Case(overrides)], Here(store))[0]
+def with_all(measurement: Measurement, store: Path, overrides: Change) -> SimulatedReadings:
+    return simulate(measurement, block(), [ModelVariant(overrides)], Here(store))[0]
 
 
 def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store: Path) -> None:
@@ -101,7 +101,7 @@ def test_moduli_scale_exactly(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations with the moduli of all terms and of the film changed."""
-    changes = modulus.overrides(simulation.base.runs[0].config, 1.25)
+    changes = variants.overrides(simulation.base.runs[0].config, 1.25)
     assert changes["material.ogden_mu_MPa"] == [0.01875, 0.00625]
     assert changes[FILM] == 3.75
     there = with_all(measurement, store, changes).readings
@@ -135,7 +135,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], ends)
-    (run,) = simulate(ended, ends, [Case(headroom=ROUTES.headroom)], Here(store))
+    (run,) = simulate(ended, ends, [ModelVariant(headroom=ROUTES.headroom)], Here(store))
     (said,) = not_reached(ended, ended, run.readings, run.failures)
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
@@ -144,7 +144,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,B,{p},loading,{p},1\n" for p in (60, 70))
     nothing = read([written(tmp_path, lines, told)], ends)
     with pytest.raises(ConfigError, match=r"^bending of B: the base simulation reaches no reading"):
-        judged(nothing, ends, Here(store), Settings(quick=True, effects=()))
+        diagnose_measurement(nothing, ends, Here(store), DiagnosisSettings(quick=True, effects=()))
 
 
 def test_a_nuisance_of_no_test_is_refused(tmp_path: Path) -> None:

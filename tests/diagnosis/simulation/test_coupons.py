@@ -14,7 +14,7 @@ from support.measured_files import written
 from dolfingrip.config import Change, Config, changed, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.experiments import run, synthetic
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.sections.tables import assignments
@@ -47,7 +47,7 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
 
 
 @pytest.fixture(scope="module")
-def base(simulation: FingerSimulation) -> Simulated:
+def base(simulation: FingerSimulation) -> SimulatedReadings:
     return simulation.base
 
 
@@ -56,7 +56,7 @@ def nuisance(simulation: FingerSimulation, name: str) -> np.ndarray:
 
 
 def test_readings_are_those_of_a_run_at_every_row(
-    base: Simulated, measurement: Measurement
+    base: SimulatedReadings, measurement: Measurement
 ) -> None:
     """25 stops stand for 101 rows: the error is below the noise."""
     every = run("coupon", load(None, assignments(["coupon.step_strain=0.005"]))).column("force_N")
@@ -84,13 +84,13 @@ def test_modulus_scales(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     assert simulation.scales
-    soft = simulate(measurement, Config(), [Case({"material.mu_MPa": 2.344})], Here(store))
+    soft = simulate(measurement, Config(), [ModelVariant({"material.mu_MPa": 2.344})], Here(store))
     np.testing.assert_allclose(
         simulation.at(simulation.base, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
     )
 
 
-def test_gauge_noise_counts_by_the_slope(base: Simulated, measurement: Measurement) -> None:
+def test_gauge_noise_counts_by_the_slope(base: SimulatedReadings, measurement: Measurement) -> None:
     listed = measurement.listed()
     control, first = listed["control"].to_numpy(), (listed["specimen"] == "A").to_numpy()
     slope = np.gradient(base.readings[first], control[first])
@@ -111,7 +111,7 @@ def test_stops_stand_for_all_rows_where_there_is_memory(tmp_path: Path, store: P
     told = 'experiment = "coupon"\n' + TOLD
     long = read([written(tmp_path, "\n".join(lines) + "\n", told)])
     viscous = {"extensions.prony.g": [0.3], "extensions.prony.tau_s": [3.0]}
-    (found,) = simulate(long, Config(), [Case(viscous)], Here(store))
+    (found,) = simulate(long, Config(), [ModelVariant(viscous)], Here(store))
     rows = long.readings
     every = load(None, viscous).changed(
         protocol={
@@ -119,7 +119,7 @@ def test_stops_stand_for_all_rows_where_there_is_memory(tmp_path: Path, store: P
             "branch": rows["branch"].tolist(),
         }
     )  # fmt: skip
-    assert len(found.runs[0].route.value) < 65
+    assert len(found.runs[0].schedule.value) < 65
     there = run("coupon", every).column("force_N")
     relaxed = there[100] - there[121]
     error = np.abs(found.readings - there).max()
@@ -136,7 +136,7 @@ def test_derivatives_through_memory(measurement: Measurement, store: Path) -> No
 
     ends = [(0.2, 3.0), (0.201, 3.0), (0.199, 3.0), (0.2, 3.01), (0.2, 2.99)]
     keys = ("extensions.prony.g", "extensions.prony.tau_s[0]", "finger.wall_mm")
-    cases = [Case(viscous(*end), keys if not i else ()) for i, end in enumerate(ends)]
+    cases = [ModelVariant(viscous(*end), keys if not i else ()) for i, end in enumerate(ends)]
     base, *there = simulate(measurement, Config(), cases, Here(store))
     for key, (up, down), step in (
         ("extensions.prony.g[0]", there[:2], 2e-3), ("extensions.prony.tau_s[0]", there[2:], 2e-2)
@@ -169,7 +169,8 @@ def test_a_simulation_that_fails_is_told_and_leaves_no_numbers(
 ) -> None:
     """Up to where it came its readings are good."""
     whole, part = (
-        simulate(measurement, Config(), [Case()], workers(store))[0] for workers in (Here, Failing)
+        simulate(measurement, Config(), [ModelVariant()], workers(store))[0]
+        for workers in (Here, Failing)
     )
     assert not whole.failures
     (failure,) = part.failures

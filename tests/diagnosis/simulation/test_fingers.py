@@ -14,9 +14,9 @@ from support.measured_files import written
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.simulation import elastic_curve, modulus
+from dolfingrip.diagnosis.simulation import elastic_curve, variants
 from dolfingrip.diagnosis.simulation.nuisances import GAP
-from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.experiments import run
 
 TOLD = """experiment = ["bending", "blocked_force"]
@@ -48,12 +48,12 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
 
 
 @pytest.fixture(scope="module")
-def base(simulation: FingerSimulation) -> Simulated:
+def base(simulation: FingerSimulation) -> SimulatedReadings:
     return simulation.base
 
 
-def one(measurement: Measurement, store: Path, overrides: Change) -> Simulated:
-    return simulate(measurement, finger(), [Case(overrides)], Here(store))[0]
+def one(measurement: Measurement, store: Path, overrides: Change) -> SimulatedReadings:
+    return simulate(measurement, finger(), [ModelVariant(overrides)], Here(store))[0]
 
 
 def of(measurement: Measurement, experiment: str, column: str = "angle_deg") -> np.ndarray:
@@ -61,7 +61,7 @@ def of(measurement: Measurement, experiment: str, column: str = "angle_deg") -> 
     return ((listed["experiment"] == experiment) & (listed["column"] == column)).to_numpy()
 
 
-def test_one_curve_serves_all_branches(base: Simulated, measurement: Measurement) -> None:
+def test_one_curve_serves_all_branches(base: SimulatedReadings, measurement: Measurement) -> None:
     """Readings are those of a run through all branches; of five stops 30 kPa is between two."""
     config = finger().changed(
         plate={"gap_mm": 0.1}, protocol={"time_s": range(7), "pressure_kPa": [*UP, 60, *DOWN]}
@@ -82,7 +82,9 @@ def test_modulus_scales_exactly(
     assert simulation.scales
     for factor in (0.8, 1.25):
         scaled = simulation.at(simulation.base, factor)
-        changed = one(measurement, store, modulus.overrides(simulation.base.runs[1].config, factor))
+        changed = one(
+            measurement, store, variants.overrides(simulation.base.runs[1].config, factor)
+        )
         for name, column, allowed in (
             ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
         ):  # fmt: skip
@@ -118,7 +120,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
 
 
 def test_a_line_that_lags_is_the_elastic_curve_behind_it(
-    base: Simulated, measurement: Measurement, store: Path
+    base: SimulatedReadings, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations in time, free to all digits. Blocked, interpolation over 20 kPa leaves a
     part where the gap of 0.1 mm closes, as it does of the base readings."""

@@ -12,7 +12,7 @@ from support.measured_files import written
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.simulation.groups import groups
-from dolfingrip.diagnosis.simulation.legs import Route
+from dolfingrip.diagnosis.simulation.schedule import StopSchedule
 from dolfingrip.experiments.index import find
 
 SEED = 11
@@ -98,7 +98,7 @@ def measured(folder: Path, rows: list[Row], named: str, sigma: float = 0.0) -> M
     return read([written(folder, text, f'experiment = "bending"\n{told}')])
 
 
-def routes(measurement: Measurement) -> list[Route]:
+def routes(measurement: Measurement) -> list[StopSchedule]:
     (group,) = groups(measurement, Config())
     return [group.curve, group.in_time, group.settled]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.simulation.legs import Leg, Route
+from dolfingrip.diagnosis.simulation.schedule import StopInterpolant, StopSchedule
 
 
-def leg(stops: np.ndarray, rows_at: np.ndarray) -> Leg:
-    return Leg(np.arange(len(stops)), stops, np.arange(len(rows_at)), rows_at)
+def leg(stops: np.ndarray, rows_at: np.ndarray) -> StopInterpolant:
+    return StopInterpolant(np.arange(len(stops)), stops, np.arange(len(rows_at)), rows_at)
 
 
 def test_a_cubic_is_met_and_a_stop_is_itself() -> None:
@@ -50,9 +50,11 @@ def test_what_was_not_reached_has_no_number() -> None:
 
 
 def test_a_route_puts_legs_together() -> None:
-    up = Leg(np.array([0, 1, 2]), np.array([0.0, 10, 20]), np.array([0, 1]), np.array([0.0, 15]))
-    wait = Leg(np.array([2, 3]), np.array([2.0, 12.0]), np.array([2]), np.array([7.0]))
-    made = Route(
+    up = StopInterpolant(
+        np.array([0, 1, 2]), np.array([0.0, 10, 20]), np.array([0, 1]), np.array([0.0, 15])
+    )
+    wait = StopInterpolant(np.array([2, 3]), np.array([2.0, 12.0]), np.array([2]), np.array([7.0]))
+    made = StopSchedule(
         "pressure_kPa", (0.0, 1.0, 2.0, 12.0), (0.0, 10.0, 20.0, 20.0), (1, 1, 1, 1),
         ("loading", "loading", "loading", "hold"), (up, wait),
     )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
+from dolfingrip.diagnosis.simulation.meshes import MeshMap
 
 PRESSURE_kPa = np.linspace(0, 250, 11)
 
@@ -22,7 +22,7 @@ def test_a_mesh_is_off_by_the_deformation_not_by_the_pressure() -> None:
         group = SimpleNamespace(tests=(0,))
         route = SimpleNamespace(value=tuple(PRESSURE_kPa))
         result = SimpleNamespace(columns={"angle_deg": values})
-        return SimpleNamespace(config=Config(), group=group, route=route, result=result)
+        return SimpleNamespace(config=Config(), group=group, schedule=route, result=result)
 
     measurement = SimpleNamespace(places=lambda tests: {"angle_deg": np.arange(11)})
     plain = true_deg - off_deg

@@ -13,7 +13,7 @@ from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.groups import groups, path_independent
-from dolfingrip.diagnosis.simulation.simulated import Case
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant
 from dolfingrip.experiments.index import find
 from dolfingrip.sections.tables import assignments
 
@@ -178,7 +178,7 @@ def test_a_settled_cycle_is_read_again(tmp_path: Path) -> None:
 def test_what_has_no_clock_settles(tmp_path: Path, effects: tuple[str, ...], route: str) -> None:
     (group,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config())
     config = changed(Config(), assignments([f"extensions.{name}={{}}" for name in effects]))
-    assert group.route(config) is getattr(group, route)
+    assert group.schedule(config) is getattr(group, route)
 
 
 def test_pulses_are_waits_apart(tmp_path: Path) -> None:
@@ -209,7 +209,7 @@ def test_gravity_is_tilted_from_where_each_test_has_it(tmp_path: Path) -> None:
     more = "[specimen.down.gravity]\ndirection = [0, 0, 1]\n"
     more += "[specimen.up.gravity]\ndirection = [0, 0, -1]\n"
     found = {
-        each.tests: Case(tilt_deg=90.0).of(each).gravity
+        each.tests: ModelVariant(tilt_deg=90.0).of(each).gravity
         for each in groups(measured(tmp_path, lines, more), Config())
     }
     np.testing.assert_allclose(found[(0,)].direction, [1, 0, 0], atol=1e-12)

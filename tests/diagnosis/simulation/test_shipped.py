@@ -13,7 +13,7 @@ from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import shipped, sources
+from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.simulation.groups import groups
 from dolfingrip.diagnosis.simulation.meshes import coarser
 from dolfingrip.diagnosis.simulation.runner import Workers, request, staying
@@ -86,7 +86,7 @@ def test_other_configurations_protocols_and_derivatives_are_not(file: Path) -> N
 
 def test_stale_results_are_not_used(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The mechanics have changed: one simulation is computed, and decides."""
-    monkeypatch.setattr(sources, "core_digest", lambda: "changed")
+    monkeypatch.setattr(shipped, "core_digest", lambda: "changed")
     asked = [coupon(3), coupon(3, *PRONY)]
     again: list[str] = []
 
@@ -105,23 +105,23 @@ def test_stale_results_are_not_used(file: Path, monkeypatch: pytest.MonkeyPatch)
 def test_an_effect_whose_code_has_changed_is_left_out(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sources, "effect_digest", lambda name: "changed")
+    monkeypatch.setattr(shipped, "effect_digest", lambda name: "changed")
     found = opened(file).answers([coupon(3), coupon(3, *PRONY)], never)
     assert [each for each, _ in found] == [coupon(3)]
 
 
 def test_an_effects_digest_follows_its_energy() -> None:
-    assert sources.effect_digest("mooney_rivlin") != sources.effect_digest("yeoh")
-    assert "Constant" in sources.structure("x = 1")
+    assert shipped.effect_digest("mooney_rivlin") != shipped.effect_digest("yeoh")
+    assert "Constant" in shipped.structure("x = 1")
     same = [
-        sources.structure(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")
+        shipped.structure(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")
     ]
     assert same[0] == same[1]
 
 
 def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None:
     """One of its simulations computed anew, whatever has changed since: it is there, and agrees."""
-    monkeypatch.setattr(sources, "core_digest", lambda: "changed")
+    monkeypatch.setattr(shipped, "core_digest", lambda: "changed")
     measurement = reference_measurement(1, unload=False, experiments=["bending"])
     (group,) = groups(measurement, Config())
     config = changed(group.config, coarser(Config())[0])

@@ -1,4 +1,4 @@
-"""What was found: the answer, fitted numbers and their intervals."""
+"""A diagnosis: the answer, fitted numbers and their intervals."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dolfingrip.config import Change, Config, changed
-from dolfingrip.diagnosis.additions.next_experiment import Then
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.answer.analysed import Analysed
+from dolfingrip.diagnosis.additions.worth import PredictedAddition
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.gain import HeldOut
-from dolfingrip.diagnosis.core.decision import Decision
-from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.search import NONE, Posterior
-from dolfingrip.diagnosis.core.sensitivity import Sensitivity
+from dolfingrip.diagnosis.core.decision import Decision, Sensitivity
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.search import NONE, ModelPosterior
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
@@ -30,7 +29,7 @@ class Diagnosis(ABC):
 
     Attributes:
         config: the model that was diagnosed.
-        analysed: readings, emulators and covariance.
+        analysis: readings, emulators and covariance.
         posterior: probabilities of all hypotheses.
         decision: the answer.
         sensitivity: answers under other priors.
@@ -48,8 +47,8 @@ class Diagnosis(ABC):
     """
 
     config: Config
-    analysed: Analysed[Any]
-    posterior: Posterior
+    analysis: Analysis[Any]
+    posterior: ModelPosterior
     decision: Decision
     sensitivity: Sensitivity
     left_by_emulator: float
@@ -65,7 +64,7 @@ class Diagnosis(ABC):
     beside: ClassVar[str]
 
     @property
-    def none(self) -> Fit:
+    def none(self) -> MapFit:
         """The model as it is, its modulus fitted."""
         return self.posterior.best(NONE, level=0.0)
 
@@ -74,7 +73,7 @@ class Diagnosis(ABC):
     def model(self) -> Config:
         """Whose moduli are fitted."""
 
-    def own(self, c: np.ndarray, zeta: np.ndarray) -> dict[str, np.ndarray]:
+    def nuisance_values(self, c: np.ndarray, zeta: np.ndarray) -> dict[str, np.ndarray]:
         """The model's own numbers that are fitted, by key, shape (places,).
 
         Args:
@@ -87,45 +86,62 @@ class Diagnosis(ABC):
         }
 
     def configured(self) -> dict[str, float]:
-        """These as configured."""
-        middle = np.zeros((1, self.analysed.case.own))
-        return {key: float(values[0]) for key, values in self.own(np.ones(1), middle).items()}
+        """Return the nuisances as configured."""
+        middle = np.zeros((1, self.analysis.problem.nuisance_count))
+        return {
+            key: float(values[0])
+            for key, values in self.nuisance_values(np.ones(1), middle).items()
+        }
 
-    def numbers(self, fit: Fit) -> list[FittedNumber]:
+    def numbers(self, fit: MapFit) -> list[FittedNumber]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
-        told, case = self.analysed, self.analysed.case
+        told, problem = self.analysis, self.analysis.problem
         draws, weights = fit.draws or _by_hessian(fit)
         every = np.vstack([fit.zeta, draws])
-        c = case.factor(every[:, 0])
-        values = list(self.own(c, every).items())
-        for name, places in case.places(fit.subset).items():
-            cause = told.causes.get(name) or told.far[name]
+        c = problem.factor(every[:, 0])
+        values = list(self.nuisance_values(c, every).items())
+        for name, places in problem.places(fit.subset).items():
+            cause = told.causes.get(name) or told.implausible[name]
             for number, place in zip(cause.numbers, places, strict=True):
                 scale = c if name in told.causes and number.modulus else 1.0
                 values.append((number.key, number.at(every[:, place]) * scale))
         return [_estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
-    def fitted(self, fit: Fit) -> str:
-        """What of the model's own was fitted, in a sentence."""
+    def fitted(self, fit: MapFit) -> str:
+        """Tell in a sentence which numbers of the model were fitted."""
         sigma = abs(float(fit.zeta[0]))
-        told = f"A modulus {_times(self.analysed.factor(fit))} the configured one"
-        if sigma > POLICY.far_sigma:
-            std = 100 * self.analysed.case.factor.std
-            told += f" (±{std:.2g} % was told: {sigma:.1f} standard deviations)"
+        told = f"A modulus {_times(self.analysis.factor(fit))} the configured one"
+        if sigma > POLICY.implausible_sigma:
+            std = 100 * self.analysis.problem.factor.std
+            told += f" (prior ±{std:.2g} %: {sigma:.1f} standard deviations)"
         walls = self.walls(fit)
         return f"{told} and {walls} are fitted." if walls else f"{told} is fitted."
 
-    def walls(self, fit: Fit) -> str:
+    def walls(self, fit: MapFit) -> str:
         """How thick the walls are that were fitted, in words; empty where they were not."""
         return ""
 
-    def nuisances(self, fit: Fit) -> dict[str, float]:
+    def nuisances(self, fit: MapFit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
         return {"modulus": float(fit.zeta[0])}
 
     @abstractmethod
-    def rig(self, fit: Fit) -> list[OfTheRig]:
-        """Numbers of the rig at a fit."""
+    def setup_deviations(self, fit: MapFit) -> dict[str, float]:
+        """Deviations of the rig's numbers from their priors' means, in standard deviations."""
+
+    def setup_estimates(self, fit: MapFit) -> list[SetupEstimate]:
+        """Numbers of the rig at a fit, but those known exactly."""
+        deviations, found = self.setup_deviations(fit), []
+        for each in self.analysis.errors.shared:
+            if not each.std or each.name.startswith("specimen_scale"):
+                continue
+            # a number of the configuration is absolute, all others without a unit are relative
+            relative = not each.unit and "." not in each.name
+            size, unit = (100.0, "%") if relative else (1.0, each.unit)
+            sigma, std = deviations[each.name], size * each.std
+            share = self.share(sigma * each.change)
+            found.append(SetupEstimate(each.name, unit, std, sigma * std, share))
+        return found
 
     @abstractmethod
     def as_configured(self) -> np.ndarray:
@@ -141,23 +157,23 @@ class Diagnosis(ABC):
 
     @abstractmethod
     def cautions(self) -> list[str]:
-        """What to beware of, a sentence each."""
+        """List what to beware of, a sentence each."""
 
     @abstractmethod
-    def then(self, proposal: Proposal, fits: Sequence[Fit]) -> Then:
+    def predict_addition(self, proposal: Proposal, fits: Sequence[MapFit]) -> PredictedAddition:
         """Tied hypotheses at the readings of an addition."""
 
     @abstractmethod
-    def afterwards(self) -> str:
-        """What to do next where no cause is tied with another."""
+    def advice(self) -> str:
+        """Advise what to do next where no cause is tied with another."""
 
     @abstractmethod
-    def overrides(self, fit: Fit) -> Change:
+    def overrides(self, fit: MapFit) -> Change:
         """Return the change that makes the configuration the fitted one."""
 
     def share(self, change: np.ndarray) -> float:
         """A change of the readings, (n,), by what the model as configured misses, both rms."""
-        off = self.analysed.case.value - self.as_configured()
+        off = self.analysis.problem.value - self.as_configured()
         come = np.isfinite(off)
         missed = float(np.linalg.norm(off[come]))
         return float(np.linalg.norm(change[come])) / missed if missed else 0.0
@@ -168,44 +184,47 @@ class Diagnosis(ABC):
         return changed(self.config, self.overrides(self.decision.best))
 
 
-def left(analysed: Analysed[Any], fit: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """What an exact simulation at a fit leaves of the readings, by C⁻¹ and itself, (n,) each."""
-    case = analysed.case
-    rest = case.value - analysed.exact(fit)
-    total = case.covariance + fit.level**2 * case.kernel
+def left(analysis: Analysis[Any], fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
+    """Return the residual of an exact simulation at a fit, by C⁻¹ and itself, (n,) each."""
+    problem = analysis.problem
+    rest = problem.value - analysis.exact(fit)
+    total = problem.covariance + fit.level**2 * problem.kernel
     return np.asarray(np.linalg.solve(total, rest)), rest
 
 
-def fitted(analysed: Analysed[Any], fit: Fit) -> np.ndarray:
+def fitted(analysis: Analysis[Any], fit: MapFit) -> np.ndarray:
     """(n,) exact readings at a fit, with the slack and the stiffness that coupons have there."""
-    weighed, rest = left(analysed, fit)
-    return np.asarray(analysed.case.value - rest + analysed.errors.fitted @ weighed)
+    weighed, rest = left(analysis, fit)
+    return np.asarray(analysis.problem.value - rest + analysis.errors.fitted @ weighed)
 
 
 @dataclass(frozen=True, slots=True)
-class OfTheRig:
+class SetupEstimate:
     """A number of the rig, as the readings tell it.
 
     Attributes:
         name, unit: of it.
-        told: standard deviation that it was told with.
+        prior_std: its prior standard deviation.
         value: difference from what was told.
         share: what it changes by what the model misses as configured, root mean square.
     """
 
     name: str
     unit: str
-    told: float
+    prior_std: float
     value: float
     share: float
 
     @property
     def telling(self) -> bool:
-        """Whether it is far from what was told, or explains much of what the model misses."""
-        return abs(self.value) > POLICY.far_sigma * self.told or self.share >= POLICY.telling
+        """True if it is implausible by its prior, or explains much of what the model misses."""
+        return (
+            abs(self.value) > POLICY.implausible_sigma * self.prior_std
+            or self.share >= POLICY.telling
+        )
 
 
-def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+def _by_hessian(fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
     """Draws from the normal distribution about the most probable numbers."""
     rng = np.random.default_rng(0)
     lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))

@@ -1,34 +1,107 @@
-"""A measurement of coupons as a case: emulators of all causes, and the covariance."""
+"""An analysis of coupons: emulators of all causes, and one covariance of all errors."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.answer.analysed import Analysed
-from dolfingrip.diagnosis.answer.errors import Errors
-from dolfingrip.diagnosis.core import discrepancy
-from dolfingrip.diagnosis.core.case import Case, Subset
-from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
-from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.errors import (
+    SLACK,
+    Along,
+    Errors,
+    followed,
+    kernel,
+    lying,
+    together,
+)
+from dolfingrip.diagnosis.core.emulator import Emulator, Factor, Scaled, linear, places, trained
+from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
-from dolfingrip.diagnosis.core.scaled import Factor, Scaled
-from dolfingrip.diagnosis.coupon.errors import errors
+from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.extensions.effect import Prior
+from dolfingrip.parameter import named
+
+
+def errors(simulation: CouponSimulation) -> Errors:
+    """Return the errors of a measurement's coupons, with their covariance.
+
+    Args:
+        simulation: of the coupons.
+    """
+    measurement = simulation.measurement
+    base = simulation.base()
+    along = _along(simulation)
+    signal, steep = smooth(simulation, along, base)
+    test = measurement.listed()["test"].to_numpy()
+    slack = np.array([each.setup.nuisances[SLACK] for each in measurement.tests])
+    late = slack[test] * steep
+    own = POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
+    share = float(np.sqrt(1 - POLICY.own_slack))
+    shared = (
+        Nuisance(SLACK, "mm", share * float(slack.max()), share * late),
+        *_told(simulation, base, signal),
+    )
+    return together(measurement, along, signal, steep, shared, own)
+
+
+def smooth(
+    simulation: CouponSimulation, along: Along, base: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A smooth curve through the readings of each channel, protocol and branch, and its slope.
+
+    The configured model times a polynomial of the load. The slope is the curve's own: a material
+    that softens answers a slip of the travel at its toe by more, and later by less, than the
+    configured one.
+
+    Returns:
+        Shapes (n,), and (n,) for each mm of travel.
+    """
+    listed = simulation.measurement.listed()
+    slope = simulation.slopes()
+    slope = np.where(np.isfinite(slope), slope, 0.0)
+    travel = listed["control"].to_numpy()
+    moved = np.abs(travel) > 1e-9
+    by_mm = np.where(moved, along.load / np.where(moved, travel, 1.0), 0.0)
+    factor, turned = followed(listed, along, base)
+    moves = slope != 0  # a wait has no slope
+    return base * factor, slope * factor + moves * base * turned * by_mm
+
+
+def _along(simulation: CouponSimulation) -> Along:
+    measurement = simulation.measurement
+    rows = measurement.readings
+    gauges = np.array(
+        [test.setup.applied(simulation.config).coupon.gauge_length_mm for test in measurement.tests]
+    )
+    number = rows["test"].to_numpy()
+    load = rows[DISPLACEMENT.name].to_numpy() / gauges[number]
+    largest = float(np.nanmax(np.abs(load))) or 1.0
+    return lying(measurement, simulation.groups, load / largest)
+
+
+def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) -> Iterator[Nuisance]:
+    """Numbers of the configuration that the laboratory gave a standard deviation."""
+    ratio = np.where(np.abs(base) > 1e-12, signal / np.where(base == 0, 1.0, base), 1.0)
+    for key, std in simulation.measurement.tests[0].setup.nuisances.items():
+        if "." in key and std:
+            change = simulation.base(moved={key: std}) - base
+            yield Nuisance(key, named(key).unit, std, change * ratio)
 
 
 @dataclass(frozen=True, eq=False)
-class CouponCase(Analysed[CouponSimulation]):
+class CouponAnalysis(Analysis[CouponSimulation]):
     """Coupons, and what could explain them."""
 
-    def exact(self, fit: Fit) -> np.ndarray:
+    def exact(self, fit: MapFit) -> np.ndarray:
         """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
         return self.readings(fit.subset, fit.zeta[None], self.simulation)[0]
 
@@ -36,7 +109,7 @@ class CouponCase(Analysed[CouponSimulation]):
         self, subset: Subset, zeta: np.ndarray, simulation: CouponSimulation, *, rig: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
         """Readings, (m,), and their derivatives by ζ, (m, d); see :meth:`readings`."""
-        high = np.vstack([self.case.ground_box, self.case.box(subset)])[:, 1]
+        high = np.vstack([self.problem.baseline_box, self.problem.box(subset)])[:, 1]
         steps = np.where(zeta + POLICY.step > high, -POLICY.step, POLICY.step)
         every = np.vstack([zeta, zeta + np.diag(steps)])
         first, *moved = self.readings(subset, every, simulation, rig=rig)
@@ -53,25 +126,25 @@ class CouponCase(Analysed[CouponSimulation]):
             simulation: of these coupons, or of others.
             rig: whether numbers of the rig that are far out are so there, too.
         """
-        case, places = self.case, self.case.places(subset)
+        problem, places = self.problem, self.problem.places(subset)
         found = np.tile(simulation.base(), (len(zeta), 1))
         if acting := [name for name in places if name in self.causes]:
             own = np.concatenate([places[name] for name in acting])
             found += simulation.changed([self.causes[name] for name in acting], zeta[:, own])
         scaled = in_proportion(simulation.measurement)
-        found *= np.where(scaled, case.factor(zeta[:, :1]), 1.0)
-        for name in [each for each in places if rig and each in self.far]:
-            emulator = case.emulators[name]
+        found *= np.where(scaled, problem.factor(zeta[:, :1]), 1.0)
+        for name in [each for each in places if rig and each in self.implausible]:
+            emulator = problem.emulators[name]
             found += emulator.at(zeta[:, np.r_[0, places[name]]]) @ emulator.columns.T
         return found
 
 
-def coupon_case(
+def analyse_coupons(
     measurement: Measurement,
     config: Config,
     names: Sequence[str] | None = None,
     kept: Kept | None = None,
-) -> CouponCase:
+) -> CouponAnalysis:
     """Simulate what every cause changes about the coupons, and make emulators of it.
 
     Args:
@@ -94,7 +167,7 @@ def coupon_case(
     emulators: dict[str, Emulator] = {}
     boxes: dict[str, np.ndarray] = {}
     felt: dict[str, Cause] = {}
-    far: dict[str, Cause] = {}
+    implausible: dict[str, Cause] = {}
     unseen: list[str] = []
     for cause in causes(config, names):
         found = _emulated(simulation, cause, off)
@@ -103,29 +176,29 @@ def coupon_case(
             continue
         felt[cause.name] = cause
         emulators[cause.name], boxes[cause.name] = found, cause.box()
-    for each in off.shared:  # far from what was told, it is a cause
+    for each in off.shared:  # where it is implausible it is a cause
         if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible:
-            far[each.name] = _far(each)
-            emulators[each.name] = linear(POLICY.far * each.change)
-            boxes[each.name] = far[each.name].box()
+            implausible[each.name] = _implausible(each)
+            emulators[each.name] = linear(POLICY.implausible_width * each.change)
+            boxes[each.name] = implausible[each.name].box()
     setups = [test.setup.nuisances for test in measurement.tests]
     std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
     reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
     factor = Factor(std, -reach, reach)
     scaled = in_proportion(measurement)
-    case = Case(
+    problem = InferenceProblem(
         measurement.listed()["value"].to_numpy(), base, factor,
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
-        off.covariance, discrepancy.kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
-        rig=frozenset(far),
-        ground_names=(("modulus", "coupon_area"),),
+        off.covariance, kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
+        rig=frozenset(implausible),
+        baseline_names=(("modulus", "coupon_area"),),
     )  # fmt: skip
-    return CouponCase(case, felt, off, simulation, tuple(unseen), far=far)
+    return CouponAnalysis(problem, felt, off, simulation, tuple(unseen), implausible=implausible)
 
 
-def _far(shared: Nuisance) -> Cause:
-    """A number of the rig, in its unit, that may be far from what was told."""
-    prior = Prior(0.0, POLICY.far * shared.std, "far from what was told")
+def _implausible(shared: Nuisance) -> Cause:
+    """A number of the rig, in its unit, that may be implausible by the prior."""
+    prior = Prior(0.0, POLICY.implausible_width * shared.std, "implausible by the prior")
     any_value = (-np.inf, np.inf)
     number = UnknownNumber(
         shared.name, prior, -POLICY.reach, POLICY.reach, any_value, amplitude=True, listed=False
@@ -133,62 +206,64 @@ def _far(shared: Nuisance) -> Cause:
     return Cause(shared.name, (number,), ())
 
 
-def with_pairs(coupons: CouponCase, pairs: Sequence[Subset]) -> CouponCase:
-    """The case with what pairs of causes change beyond the sum of what each changes alone.
+def with_pairs(coupons: CouponAnalysis, pairs: Sequence[Subset]) -> CouponAnalysis:
+    """The problem with what pairs of causes change beyond the sum of what each changes alone.
 
     The sum is not exact: a coupon that is pulled harder changes its volume more.
     """
-    mended: dict[Subset, Emulator] = {}
+    corrections: dict[Subset, Emulator] = {}
     for pair in pairs:
-        if len(coupons.case.effects(pair)) > 1:
+        if len(coupons.problem.effects(pair)) > 1:
             box = np.vstack([coupons.causes[name].box() for name in pair])
-            mended[pair] = _beyond(coupons, pair, box)
-    return replace(coupons, case=replace(coupons.case, mended=mended))
+            corrections[pair] = _beyond(coupons, pair, box)
+    return replace(coupons, problem=replace(coupons.problem, corrections=corrections))
 
 
-def refined(coupons: CouponCase, fits: Sequence[Fit]) -> CouponCase:
-    """The case with emulators that are exact about some fits, where all of these are likely.
+def refined(coupons: CouponAnalysis, fits: Sequence[MapFit]) -> CouponAnalysis:
+    """The problem with emulators that are exact about some fits, where all of these are likely.
 
     Args:
-        coupons: the case.
+        coupons: the problem.
         fits: of likely hypotheses, several of the same causes where levels differ.
     """
-    case = coupons.case
-    mended, local = dict(case.mended), dict(case.local)
-    for effects in dict.fromkeys(case.effects(fit.subset) for fit in fits):
+    problem = coupons.problem
+    corrections, local = dict(problem.corrections), dict(problem.local)
+    for effects in dict.fromkeys(problem.effects(fit.subset) for fit in fits):
         if not effects:
             continue
         ends = []
         wide = np.vstack([coupons.causes[name].box() for name in effects])
         for fit in fits:
-            if case.effects(fit.subset) == effects:
+            if problem.effects(fit.subset) == effects:
                 own = slice(1, 1 + len(wide))
                 std = np.sqrt(np.diag(np.linalg.inv(fit.hessian)))[own]
                 ends.append(fit.zeta[own] + POLICY.near * np.outer([-1, 1], np.maximum(std, 0.02)))
         reached = np.vstack(ends)
         box = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
         box = np.clip(box, wide[:, :1], wide[:, 1:])
-        mended[effects] = _beyond(coupons, effects, box, POLICY.fewer)
+        corrections[effects] = _beyond(coupons, effects, box, POLICY.fewer)
         local[effects] = box
-    return replace(coupons, case=replace(case, mended=mended, local=local))
+    return replace(coupons, problem=replace(problem, corrections=corrections, local=local))
 
 
-def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray, part: float = 1.0) -> Emulator:
-    """What causes change together beyond the sum of their emulators, within a box of ζ."""
-    case = coupons.case
+def _beyond(
+    coupons: CouponAnalysis, effects: Subset, box: np.ndarray, part: float = 1.0
+) -> Emulator:
+    """Emulate what causes change together beyond the sum of their emulators, within a box of ζ."""
+    problem = coupons.problem
     count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
     zeta = places(box, int(part * count))
     together = coupons.simulation.changed([coupons.causes[name] for name in effects], zeta)
     at = 0
     for name in effects:
-        d = len(case.boxes[name])
-        emulator = case.emulators[name]
+        d = len(problem.boxes[name])
+        emulator = problem.emulators[name]
         alone = np.column_stack([np.zeros(len(zeta)), zeta[:, at : at + d]])
         together = together - emulator.at(alone) @ emulator.columns.T
         at += d
     solved = np.isfinite(together).all(axis=1)
     found = trained(zeta[solved], together[solved], coupons.errors.noise, box)
-    return Scaled.of(found, coupons.scaled, case.factor)
+    return Scaled.of(found, coupons.scaled, problem.factor)
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:

@@ -1,4 +1,4 @@
-"""A measurement of fingers as a case: emulators of the model and of all causes, and errors."""
+"""An analysis of fingers: emulators of the model and of all causes, and errors."""
 
 from __future__ import annotations
 
@@ -9,36 +9,95 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.config import Change, Config
-from dolfingrip.diagnosis.answer.analysed import Analysed
+from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import Errors
-from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.errors import errors
 from dolfingrip.diagnosis.finger.first_pass import (
     first_pass,
     refine_until_consistent,
     truncate_before_failure,
 )
 from dolfingrip.diagnosis.finger.model import (
+    baseline_problem,
+    errors,
     fitted_moduli,
     fitted_walls,
-    model_case,
     wall_std,
 )
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached, rough_simulation
 from dolfingrip.diagnosis.finger.training import trained_causes
-from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
+from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
+from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance, by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
 from dolfingrip.parameter import every
 from dolfingrip.sections.section import Role
 
 
+def simulated(
+    finger: FingerAnalysis,
+    fit: MapFit,
+    measurement: Measurement,
+    mesh: Change = NO_CHANGE,
+    *,
+    rig: bool = True,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Readings, (n,), and their derivatives by ζ, (n, d); linear nuisances are left out.
+
+    Args:
+        finger: whose causes and moduli these are.
+        fit: the hypothesis.
+        measurement: whose protocols are followed.
+        mesh: changes to the mesh.
+        rig: whether numbers of the rig that are far out are so here, too.
+
+    Raises:
+        ConfigError: one line, where the simulation does not reach all readings.
+    """
+    problem = finger.problem
+    numbers = [
+        (number, place)
+        for name, places in problem.places(fit.subset).items()
+        for number, place in zip(finger.causes[name].numbers, places, strict=True)
+        if rig or name not in IMPLAUSIBLE
+    ]
+    overrides = {k: v for k, v in finger.overrides(fit).items() if rig or not _of_rig(k)}
+    gradients = [number.gradient for number, _ in numbers]
+    every = [*gradients, *modulus_keys(finger.simulation.applied)]
+    if finger.wall_std:
+        every.append(finger.wall()[0])
+    wanted = ModelVariant({**mesh, **overrides}, tuple(every))
+    (run,) = simulate(measurement, finger.simulation.config, [wanted], finger.simulation.workers)
+    if not np.isfinite(run.readings).all():
+        why = "; ".join(each.sentence for each in run.failures) or "no reading"
+        raise ConfigError(f"{' with '.join(fit.subset) or 'the model'}: {why}")
+    none = np.zeros(len(run.readings))
+    slopes = np.zeros((len(run.readings), len(fit.zeta)))
+    c = finger.factor(fit)
+    by_log = by_log_modulus(measurement, run)
+    for (number, place), key in zip(numbers, gradients, strict=True):
+        slope = run.slopes.get(key, none)
+        if number.modulus:
+            slope = slope * c
+            by_log = by_log + slope * float(number.at(fit.zeta[place]))
+        slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
+    slopes[:, 0] = by_log * problem.factor.std
+    if finger.wall_std:
+        key, wall_mm = finger.wall()
+        slopes[:, 1] = run.slopes.get(key, none) * wall_mm * finger.wall_std
+    return run.readings, slopes
+
+
+def _of_rig(key: str) -> bool:
+    return any(key.startswith(f"extensions.{name}.") for name in IMPLAUSIBLE)
+
+
 @dataclass(frozen=True, eq=False)
-class FingerCase(Analysed[FingerSimulation]):
+class FingerAnalysis(Analysis[FingerSimulation]):
     """Fingers, coupons beside them, and what could explain their readings.
 
     Attributes:
@@ -51,7 +110,7 @@ class FingerCase(Analysed[FingerSimulation]):
         """Thickness of the walls by that configured."""
         return np.asarray(1 + self.wall_std * np.asarray(zeta))
 
-    def overrides(self, fit: Fit) -> dict[str, Any]:
+    def overrides(self, fit: MapFit) -> dict[str, Any]:
         """Return the change of the configuration to a fit's numbers."""
         c = self.factor(fit)
         found = dict(self.simulation.moduli(c))
@@ -65,11 +124,11 @@ class FingerCase(Analysed[FingerSimulation]):
         applied = self.simulation.applied
         return f"{applied.geometry_table}.wall_mm", applied.geometry.wall_mm
 
-    def exact(self, fit: Fit) -> np.ndarray:
+    def exact(self, fit: MapFit) -> np.ndarray:
         """(n,) readings at a fit's numbers, linear nuisances left out."""
-        return self.case.predicted(fit.subset, fit.zeta)
+        return self.problem.predicted(fit.subset, fit.zeta)
 
-    def own(self) -> dict[str, tuple[Nuisance, float]]:
+    def nuisance_parameters(self) -> dict[str, tuple[Nuisance, float]]:
         """The finger's own numbers that are linear nuisances, with their unit of change, by key.
 
         They are what the laboratory told a deviation of by its key, such as a chamber's width.
@@ -91,25 +150,25 @@ class FingerCase(Analysed[FingerSimulation]):
                 found[key] = each, std
         return found
 
-    def own_overrides(self, fit: Fit) -> Change:
+    def nuisance_overrides(self, fit: MapFit) -> Change:
         """Return the change of these numbers to a fit."""
         fitted, applied = self.nuisances(fit), self.simulation.applied
         known = {each.key: each.value(applied) for each in every(applied)}
         moved = known | self.overrides(fit)
         return {
             key: float(moved[key]) + std * fitted[each.name]
-            for key, (each, std) in self.own().items()
+            for key, (each, std) in self.nuisance_parameters().items()
         }
 
-    def by_own(self, fit: Fit) -> np.ndarray:
+    def nuisance_change(self, fit: MapFit) -> np.ndarray:
         """(n,) what these change of the readings at a fit, linear in them."""
         fitted = self.nuisances(fit)
-        found = np.zeros(len(self.case.value))
-        for each, _ in self.own().values():
+        found = np.zeros(len(self.problem.value))
+        for each, _ in self.nuisance_parameters().values():
             found += fitted[each.name] * each.change
         return found
 
-    def relinearised(self, fit: Fit, missed: np.ndarray) -> FingerCase:
+    def relinearised(self, fit: MapFit, missed: np.ndarray) -> FingerAnalysis:
         """With the finger's own numbers linear between their middle and a fit.
 
         Args:
@@ -119,7 +178,7 @@ class FingerCase(Analysed[FingerSimulation]):
         """
         fitted = self.nuisances(fit)
         most = max(
-            (each for each, _ in self.own().values()),
+            (each for each, _ in self.nuisance_parameters().values()),
             key=lambda each: float(np.linalg.norm(fitted[each.name] * each.change)),
         )
         change = most.change + missed / fitted[most.name]
@@ -129,17 +188,17 @@ class FingerCase(Analysed[FingerSimulation]):
             self.errors, shared=shared, fitted=self.errors.fitted + more,
             covariance=self.errors.covariance + more,
         )  # fmt: skip
-        case = replace(self.case, covariance=self.case.covariance + more)
-        return replace(self, errors=off, case=case)
+        problem = replace(self.problem, covariance=self.problem.covariance + more)
+        return replace(self, errors=off, problem=problem)
 
-    def nuisances(self, fit: Fit) -> dict[str, float]:
+    def nuisances(self, fit: MapFit) -> dict[str, float]:
         """The most probable linear nuisances at a fit, by their standard deviations."""
-        rest = self.case.value - self.case.predicted(fit.subset, fit.zeta)
-        left = scipy.linalg.solve(self.case.covariance, rest, assume_a="pos")
+        rest = self.problem.value - self.problem.predicted(fit.subset, fit.zeta)
+        left = scipy.linalg.solve(self.problem.covariance, rest, assume_a="pos")
         return {each.name: float(each.change @ left) for each in self.errors.shared}
 
 
-def finger_case(
+def analyse_fingers(
     measurement: Measurement,
     config: Config,
     workers: Workers,
@@ -147,7 +206,7 @@ def finger_case(
     say: Callable[[str], None] = lambda text: None,
     *,
     fully: bool = False,
-) -> FingerCase:
+) -> FingerAnalysis:
     """Simulate the model and what causes change, and make emulators of it.
 
     Args:
@@ -163,21 +222,21 @@ def finger_case(
     """
     simulation, off, plain = _model(measurement, config, workers, say)
     centre = simulation.centre
-    causes = unknowns(simulation.measurement, _lab(simulation), names, walls=bool(simulation.walls))
+    causes = unknowns(simulation.measurement, simulation.lab, names, walls=bool(simulation.walls))
     say(f"simulating what {len(causes)} causes change")
-    middle = float(np.clip(np.log(centre) / plain.factor.std, *plain.ground_box[0]))
+    middle = float(np.clip(np.log(centre) / plain.factor.std, *plain.baseline_box[0]))
     trained = trained_causes(
         simulation, causes, off.noise, plain.factor, middle, plain, say, fully=fully
     )  # fmt: skip
     felt = {each.name: each for each in causes if each.name in trained.emulators}
-    case = replace(
+    problem = replace(
         plain, emulators={name: trained.emulators[name] for name in felt},
         boxes={name: box_of(each) for name, each in felt.items()},
-        rig=frozenset(FAR) & frozenset(felt),
+        rig=frozenset(IMPLAUSIBLE) & frozenset(felt),
     )  # fmt: skip
     std = wall_std(simulation)
-    return FingerCase(
-        case, felt, off, simulation, trained.unseen, trained.failed, wall_std=std,
+    return FingerAnalysis(
+        problem, felt, off, simulation, trained.unseen, trained.failed, wall_std=std,
         not_reached=not_reached(
             measurement, simulation.measurement, simulation.base.readings,
             simulation.failures or simulation.base.failures,
@@ -187,18 +246,18 @@ def finger_case(
 
 def _model(
     measurement: Measurement, config: Config, workers: Workers, say: Callable[[str], None]
-) -> tuple[FingerSimulation, Errors, Case]:
+) -> tuple[FingerSimulation, Errors, InferenceProblem]:
     """The model without causes, simulated where its moduli and walls follow the readings."""
     rough, configured = first_pass(measurement, config, workers, say)
     for _ in range(POLICY.passes):
         say("simulating the measurement on a graded mesh")
         simulation = refine_until_consistent(rough, configured)
         off = errors(simulation)
-        plain = model_case(simulation, off)
+        plain = baseline_problem(simulation, off)
         while (walls := _beyond(simulation, plain)) is not None:
             say(f"the walls are about {walls:.2g} times as thick as configured; simulating there")
             simulation = simulation.with_walls(walls)
-            plain = model_case(simulation, off)
+            plain = baseline_problem(simulation, off)
         centre = fitted_moduli(plain, simulation.centre, POLICY.near_enough)
         if centre == simulation.centre:
             break
@@ -209,7 +268,7 @@ def _model(
     return simulation, off, plain
 
 
-def _beyond(simulation: FingerSimulation, plain: Case) -> float | None:
+def _beyond(simulation: FingerSimulation, plain: InferenceProblem) -> float | None:
     """Walls that the readings ask for beyond those that were simulated; None where they do not."""
     known = simulation.walls
     if not known:
@@ -219,8 +278,3 @@ def _beyond(simulation: FingerSimulation, plain: Case) -> float | None:
     if min(known) <= walls <= max(known) or walls in tried or walls <= 0:
         return None
     return walls
-
-
-def _lab(simulation: FingerSimulation) -> Config:
-    applied = [t.setup.applied(simulation.config) for t in simulation.measurement.tests]
-    return max(applied, key=lambda each: each.gravity.acceleration_m_s2)

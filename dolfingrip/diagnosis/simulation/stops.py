@@ -2,7 +2,7 @@
 
 Branches of few rows are simulated at their rows, at round values where these were read with noise
 (:mod:`dolfingrip.diagnosis.simulation.nominal`). Of more rows some stops are made and the rows are
-interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has stops that grow ever sparser.
+interpolated (:mod:`dolfingrip.diagnosis.simulation.schedule`). A wait has stops that grow sparser.
 How many there are, :class:`~dolfingrip.diagnosis.policy.RoutePolicy` says. The control is taken as
 one-directional within a ramp and constant within a wait, at the mean of what was read: the gauge's
 own noise is no motion of the finger. Where a ramp begins behind the end of the one before, the way
@@ -23,12 +23,12 @@ from dolfingrip.channels import PRESSURE
 from dolfingrip.diagnosis.data.motion import smallest_change
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation import nominal
-from dolfingrip.diagnosis.simulation.legs import Leg, Route
-from dolfingrip.diagnosis.simulation.nominal import Stop
+from dolfingrip.diagnosis.simulation.nominal import NominalStop
+from dolfingrip.diagnosis.simulation.schedule import StopInterpolant, StopSchedule
 
 
 @dataclass(frozen=True, slots=True)
-class Segment:
+class ControlSegment:
     """Successive rows of a test in one branch of one cycle.
 
     Attributes:
@@ -76,7 +76,7 @@ class Segment:
         return min(ROUTES.most, max(ROUTES.fewest, told_apart))
 
 
-def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
+def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[ControlSegment]:
     """The segments of one test's rows, in order; ``sigma`` is the control's gauge's."""
     value, time_s = rows[control].to_numpy(), rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
@@ -90,7 +90,7 @@ def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
     cuts = np.flatnonzero(np.concatenate([[True], new]))
     ends = [*cuts[1:], len(rows)]
     places = rows.index.to_numpy()
-    found: list[Segment] = []
+    found: list[ControlSegment] = []
     for a, b in zip(cuts, ends, strict=True):
         own = value[a:b]
         if branch[a] == "hold":
@@ -102,7 +102,7 @@ def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
             if before.size and found[-1].branch != "hold":
                 found[-1] = replace(found[-1], leads_to=meant)
         found.append(
-            Segment(
+            ControlSegment(
                 int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma,
                 rounds_by, jump,
             )
@@ -110,8 +110,8 @@ def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[Segment]:
     return found
 
 
-def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
-    """Whether two tests went the same way, so that one simulation serves both."""
+def alike(first: Sequence[ControlSegment], second: Sequence[ControlSegment]) -> bool:
+    """Tell whether two tests went the same way, so that one simulation serves both."""
     size = max(abs(s.end) for s in first)
     return _as_far(first, second, ROUTES.alike * size) and all(
         a.cycle == b.cycle and abs(a.lasts_s - b.lasts_s) <= ROUTES.alike_in_time * a.lasts_s + 0.5
@@ -119,7 +119,9 @@ def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
     )
 
 
-def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float) -> Route:
+def elastic(
+    tests: Sequence[Sequence[ControlSegment]], control: str, headroom: float
+) -> StopSchedule:
     """One curve from rest to the largest value, from which all rows of ``tests`` are read.
 
     For models without memory and clock. The curve goes on to ``headroom`` times the largest value.
@@ -141,13 +143,17 @@ def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float) -
         last = float(at[-1])
         at = np.append(at, np.linspace(last, headroom * last, min(more, ROUTES.most) + 1)[1:])
     rows = np.concatenate([segment.rows for segment in every])
-    leg = Leg(np.arange(len(at)), at, rows, values, core)
+    leg = StopInterpolant(np.arange(len(at)), at, rows, values, core)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
     count = len(at)
-    return Route(control, tuple(time_s), tuple(at), (1,) * count, ("loading",) * count, (leg,))
+    return StopSchedule(
+        control, tuple(time_s), tuple(at), (1,) * count, ("loading",) * count, (leg,)
+    )
 
 
-def in_time(tests: Sequence[Sequence[Segment]], control: str, *, settles: bool = False) -> Route:
+def in_time(
+    tests: Sequence[Sequence[ControlSegment]], control: str, *, settles: bool = False
+) -> StopSchedule:
     """The way that the tests went, in time; all have to be alike.
 
     The test with most rows says where the stops are.
@@ -160,8 +166,8 @@ def in_time(tests: Sequence[Sequence[Segment]], control: str, *, settles: bool =
     """
     told = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
     again = _settled(told) if settles else {}
-    stops: list[Stop] = []
-    legs: list[Leg] = []
+    stops: list[NominalStop] = []
+    legs: list[StopInterpolant] = []
     for i, segment in enumerate(told):
         same = [test[i] for test in tests]
         waits = segment.branch == "hold"
@@ -185,12 +191,12 @@ def in_time(tests: Sequence[Sequence[Segment]], control: str, *, settles: bool =
             rows_at = np.concatenate([each.value for each in same])
             at = np.array([stop.value for stop in own])
         rows = np.concatenate([each.rows for each in same])
-        legs.append(Leg(places, at, rows, rows_at))
+        legs.append(StopInterpolant(places, at, rows, rows_at))
     time_s, value, cycle, branch = zip(*stops, strict=True)
-    return Route(control, time_s, value, cycle, branch, tuple(legs))
+    return StopSchedule(control, time_s, value, cycle, branch, tuple(legs))
 
 
-def _settled(told: Sequence[Segment]) -> dict[int, int]:
+def _settled(told: Sequence[ControlSegment]) -> dict[int, int]:
     """Segments of cycles that go as the one before them did, where that was not the first so far.
 
     Returns:
@@ -211,30 +217,30 @@ def _settled(told: Sequence[Segment]) -> dict[int, int]:
     return found
 
 
-def _as_far(first: Sequence[Segment], second: Sequence[Segment], off: float) -> bool:
-    """Whether the same branches lead to the same ends, but for ``off``."""
+def _as_far(first: Sequence[ControlSegment], second: Sequence[ControlSegment], off: float) -> bool:
+    """Tell whether the same branches lead to the same ends, but for ``off``."""
     return [each.branch for each in first] == [each.branch for each in second] and all(
         abs(a.end - b.end) <= off for a, b in zip(first, second, strict=True)
     )
 
 
 def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
-    """What a wait is read by: the logarithm of its time, in which its stops are evenly spread."""
+    """Return the logarithm of a wait's time, in which its stops are evenly spread."""
     first_s = float(stops_s[1] - stops_s[0]) if len(stops_s) > 1 else 1.0
     return np.log1p(np.maximum(time_s - stops_s[0], 0.0) / first_s)
 
 
-def _back(segment: Segment, stops: Sequence[Stop]) -> list[Stop]:
+def _back(segment: ControlSegment, stops: Sequence[NominalStop]) -> list[NominalStop]:
     """The way back to where a ramp begins, if nothing was read along it."""
     way = {"loading": 1.0, "unloading": -1.0}.get(segment.branch, 0.0)
     start = nominal.end(float(segment.value[0]), segment.size / ROUTES.most, segment.rounds_by)
     if not stops or way * (start - stops[-1].value) >= -segment.jump:
         return []
     time_s = max(float(segment.time_s[0]), stops[-1].time_s + 1e-6)
-    return [Stop(time_s, start, segment.cycle, "unloading" if way > 0 else "loading")]
+    return [NominalStop(time_s, start, segment.cycle, "unloading" if way > 0 else "loading")]
 
 
-def _ramp(segment: Segment, before: Stop | None) -> list[Stop]:
+def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
     """Stops of a ramp."""
     way = 1.0 if segment.branch == "loading" else -1.0
     time_s, value = segment.time_s, segment.value
@@ -251,19 +257,19 @@ def _ramp(segment: Segment, before: Stop | None) -> list[Stop]:
         there = way * value < way * segment.leads_to - ROUTES.closest * segment.size
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
-    found: list[Stop] = []
+    found: list[NominalStop] = []
     last_s, last = (before.time_s, before.value) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
         if way * (here - last) > ROUTES.closest * segment.size:
             last_s, last = max(float(moment), last_s), float(here)
-            found.append(Stop(last_s, last, segment.cycle, segment.branch))
+            found.append(NominalStop(last_s, last, segment.cycle, segment.branch))
     if not found:  # a ramp that does not move
         end_s = max(float(time_s[-1]), last_s)
-        found.append(Stop(end_s, float(last), segment.cycle, segment.branch))
+        found.append(NominalStop(end_s, float(last), segment.cycle, segment.branch))
     return nominal.ramp(found, before, segment.rounds_by, segment.leads_to)
 
 
-def _wait(segment: Segment, before: Stop | None) -> list[Stop]:
+def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
     """Stops of a wait, at the value that came before where that is the same."""
     value = segment.end
     if before is not None and abs(value - before.value) <= segment.jump:
@@ -277,12 +283,12 @@ def _wait(segment: Segment, before: Stop | None) -> list[Stop]:
         delays = segment.time_s - since
         spread = np.geomspace(delays[delays > 0].min(), end_s - since, ROUTES.most_of_wait)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
-    found: list[Stop] = []
+    found: list[NominalStop] = []
     for moment in moments:
         if (not found and before is None) or moment > last_s:
             last_s = moment
-            found.append(Stop(moment, value, segment.cycle, "hold"))
-    return found or [Stop(last_s + 1e-6, value, segment.cycle, "hold")]
+            found.append(NominalStop(moment, value, segment.cycle, "hold"))
+    return found or [NominalStop(last_s + 1e-6, value, segment.cycle, "hold")]
 
 
 def _rising(values: Sequence[float], least: float) -> np.ndarray:

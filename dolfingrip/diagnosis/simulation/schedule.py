@@ -1,7 +1,9 @@
-"""A leg: successive stops of a simulation, and the measured rows that are read between them.
+"""The stops of a simulation, and how measured rows are read between them.
+
+An interpolant has successive stops of one branch, and the rows that are read between them.
 
 Readings at rows are weighted sums of those at stops, y_rows = W y_stops, by a cubic spline through
-the leg's stops in the control (in the logarithm of time where that rests). A row that is a stop has
+its stops in the control (in the logarithm of time where that rests). A row that is a stop has
 that stop's reading itself. Beyond the ends a straight line goes on. W does not depend on what is
 interpolated, so changes and derivatives are interpolated as the readings themselves are.
 """
@@ -19,7 +21,7 @@ from dolfingrip.diagnosis.policy import ROUTES
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class StopInterpolant:
     """Stops and rows along one branch.
 
     Attributes:
@@ -113,7 +115,7 @@ def _spline(at: tuple[float, ...]) -> CubicSpline:
 
 
 @dataclass(frozen=True, slots=True)
-class Route:
+class StopSchedule:
     """All stops of a simulation, in order, and its legs.
 
     Attributes:
@@ -127,7 +129,7 @@ class Route:
     value: tuple[float, ...]
     cycle: tuple[int, ...]
     branch: tuple[str, ...]
-    legs: tuple[Leg, ...]
+    legs: tuple[StopInterpolant, ...]
 
     def protocol(self) -> dict[str, object]:
         """The table ``[protocol]`` of the configuration."""
@@ -151,7 +153,7 @@ class Route:
         return self._spread(values, count, [leg.weights(len(values)) for leg in self.legs])
 
     def slopes(self, values: np.ndarray, count: int) -> np.ndarray:
-        """Likewise, the derivative by the control; 0 where that rests."""
+        """Derivatives of the readings at the measured rows by the control; 0 where that rests."""
         weights = []
         for leg in self.legs:
             rests = self.branch[int(leg.stops[-1])] == "hold"
