@@ -179,9 +179,9 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     """
     named = {*decision.first, *decision.second}
     fits: dict[frozenset[str], list[tuple[float, MapFit]]] = defaultdict(list)
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+    for p, fit in posterior.weighed:
         if acting := named.intersection(fit.subset):
-            fits[frozenset(acting)].append((float(p), fit))
+            fits[frozenset(acting)].append((p, fit))
     total = {acting: sum(p for p, _ in own) for acting, own in fits.items()}
     least = POLICY.rival * max(total.values(), default=0.0)
     likely = [acting for acting, p in total.items() if p > least]

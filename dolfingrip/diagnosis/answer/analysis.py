@@ -69,6 +69,11 @@ class Analysis[S: Simulation](ABC):
                 found |= self.causes[name].overrides(fit.zeta[places[name]], factor)
         return found
 
+    def emulator_error(self, fit: MapFit, exact: np.ndarray) -> float:
+        """Largest difference of the emulators at a fit from exact readings, (n,), by the noise."""
+        missed = exact - self.problem.predicted(fit.subset, fit.zeta)
+        return float(np.abs(missed / self.errors.noise).max())
+
     @abstractmethod
     def exact(self, fit: MapFit) -> np.ndarray:
         """(n,) readings at a fit's numbers, linear nuisances left out."""

@@ -145,7 +145,7 @@ def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float
         for posterior in (whole, rest):
             logs = [
                 np.log(p) + posterior.log_density
-                for p, fit in zip(posterior.probability, posterior.fits, strict=True)
+                for p, fit in posterior.weighed
                 if p > 0 and model(fit)
             ]
             if not logs:

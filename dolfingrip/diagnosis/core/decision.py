@@ -160,17 +160,17 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     none = 0.0
     seen: list[tuple[float, Subset, MapFit]] = []
     problem = posterior.problem
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+    for p, fit in posterior.weighed:
         visible = tuple(
             name
             for name, strength in zip(fit.subset, fit.strengths, strict=True)
             if strength >= POLICY.visible_sigma
         )
-        mass[visible] += float(p)
-        by_effects[(problem.effects(visible) or visible)[:2]] += float(p)
-        seen.append((float(p), visible, fit))
+        mass[visible] += p
+        by_effects[(problem.effects(visible) or visible)[:2]] += p
+        seen.append((p, visible, fit))
         if not visible and fit.level == 0:
-            none += float(p)
+            none += p
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }

@@ -6,7 +6,7 @@ Beside each the model's own numbers are as told, or far from it where the readin
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
@@ -44,20 +44,25 @@ class ModelPosterior:
     names: tuple[str, ...]
 
     @property
+    def weighed(self) -> Iterator[tuple[float, MapFit]]:
+        """Each hypothesis' fit with its probability."""
+        return zip(map(float, self.probability), self.fits, strict=True)
+
+    @property
     def subsets(self) -> dict[Subset, float]:
         """Probability of each set of causes, at any level."""
         found: dict[Subset, float] = defaultdict(float)
-        for p, fit in zip(self.probability, self.fits, strict=True):
-            found[fit.subset] += float(p)
+        for p, fit in self.weighed:
+            found[fit.subset] += p
         return dict(found)
 
     @property
     def strengths(self) -> dict[str, float]:
         """Strength of each name in the most probable fit that has it."""
         found: dict[str, tuple[float, float]] = {}
-        for p, fit in zip(self.probability, self.fits, strict=True):
+        for p, fit in self.weighed:
             for name, strength in zip(fit.subset, fit.strengths, strict=True):
-                found[name] = max(found.get(name, (-1.0, 0.0)), (float(p), strength))
+                found[name] = max(found.get(name, (-1.0, 0.0)), (p, strength))
         return {name: strength for name, (_, strength) in found.items()}
 
     def best(self, subset: Subset, *, level: float | None = None) -> MapFit:
@@ -66,12 +71,9 @@ class ModelPosterior:
         The model's own numbers may be implausible by the prior.
         """
         causes = self.problem.causes
-        own = [
-            (p, fit)
-            for p, fit in zip(self.probability, self.fits, strict=True)
-            if causes(fit.subset) == causes(subset) and (level is None or fit.level == level)
-        ]
-        return max(own, key=lambda each: each[0])[1]
+        own = (each for each in self.weighed if causes(each[1].subset) == causes(subset))
+        at_level = (each for each in own if level is None or each[1].level == level)
+        return max(at_level, key=lambda each: each[0])[1]
 
 
 def levels() -> dict[float, float]:

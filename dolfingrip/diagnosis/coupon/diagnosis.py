@@ -16,12 +16,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, left
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.problem import Subset
-from dolfingrip.diagnosis.core.search import (
-    ModelPosterior,
-    pairs_above,
-    search,
-    searched_again,
-)
+from dolfingrip.diagnosis.core.search import ModelPosterior, pairs_above, search, searched_again
 from dolfingrip.diagnosis.coupon.analysis import (
     CouponAnalysis,
     analyse_coupons,
@@ -162,7 +157,7 @@ def compared(
     while True:
         decision, under = sensitivity(posterior)
         best = decision.best
-        left = _left(coupons, best)
+        left = coupons.emulator_error(best, coupons.exact(best))
         if np.isfinite(left):
             return CouponDiagnosis(config, coupons, posterior, decision, under, left)
         posterior = _without(posterior, coupons.problem.effects(best.subset))
@@ -175,25 +170,19 @@ def _without(posterior: ModelPosterior, effects: Subset) -> ModelPosterior:
     return replace(posterior, probability=rest / rest.sum())
 
 
-def _left(coupons: CouponAnalysis, fit: MapFit) -> float:
-    """Largest difference between emulator and exact simulation at a fit, by the noise."""
-    told = coupons.problem.predicted(fit.subset, fit.zeta)
-    return float(np.abs((coupons.exact(fit) - told) / coupons.errors.noise).max())
-
-
 def _inexact_fits(coupons: CouponAnalysis, posterior: ModelPosterior) -> list[MapFit]:
     """Likely fits of those causes whose emulator is not exact there."""
     total: dict[Subset, float] = defaultdict(float)
     likely: dict[Subset, list[MapFit]] = defaultdict(list)
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+    for p, fit in posterior.weighed:
         effects = coupons.problem.effects(fit.subset)
-        total[effects] += float(p)
+        total[effects] += p
         if p > POLICY.joint:
             likely[effects].append(fit)
     return [
         fit
         for effects, fits in likely.items()
         if effects and total[effects] > POLICY.verified
-        and max(_left(coupons, each) for each in fits) > POLICY.exact
+        and max(coupons.emulator_error(each, coupons.exact(each)) for each in fits) > POLICY.exact
         for fit in fits
     ]  # fmt: skip

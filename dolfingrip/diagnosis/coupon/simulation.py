@@ -169,9 +169,7 @@ class CouponSimulation:
         return found
 
     def _displayed(
-        self,
-        overrides: Change,
-        solved: Sequence[tuple[SimulationGroup, dict[str, np.ndarray]]],
+        self, overrides: Change, solved: Sequence[tuple[SimulationGroup, dict[str, np.ndarray]]]
     ) -> np.ndarray:
         """(places, n) what the instruments show."""
         places = max(len(next(iter(values.values()))) for _, values in solved)

@@ -157,9 +157,7 @@ def _scaled(
 
 
 def _of_control(
-    test: SpecimenTest,
-    ratios: dict[str, float],
-    columns: dict[str, tuple[np.ndarray, np.ndarray]],
+    test: SpecimenTest, ratios: dict[str, float], columns: dict[str, tuple[np.ndarray, np.ndarray]]
 ) -> list[Suspicion]:
     """Slips of the pressure's or displacement's unit, which every reading shows."""
     left = max((_left(*columns[name], ratio) for name, ratio in ratios.items()), default=1.0)

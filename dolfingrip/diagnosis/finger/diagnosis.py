@@ -199,8 +199,7 @@ def verified(
         except ConfigError as error:
             say(f"a simulation at fitted numbers failed: {error}")
             return finger, posterior, float("nan")
-        missed = exact[:, 0] - finger.problem.predicted(fit.subset, fit.zeta)
-        worst = float(np.abs(missed / finger.errors.noise).max())
+        worst = finger.emulator_error(fit, exact[:, 0])
         say(
             f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
             "deviations of the noise at most"
@@ -232,14 +231,14 @@ def _verify_nuisances(
         if not np.isfinite(run.readings).all():
             say("the finger's own numbers, as fitted, could not be simulated")
             break
-        missed = run.readings - finger.problem.predicted(fit.subset, fit.zeta) - change
-        worst = float(np.abs(missed / finger.errors.noise).max())
+        worst = finger.emulator_error(fit, run.readings - change)
         say(
             f"a simulation at the finger's own fitted numbers differs by {worst:.2g} standard "
             "deviations of the noise at most"
         )
         if worst <= 1.0:
             break
+        missed = run.readings - change - finger.problem.predicted(fit.subset, fit.zeta)
         finger = finger.relinearised(fit, missed)
         posterior = search(finger.problem, np.random.default_rng(0))
     return finger, posterior

@@ -16,12 +16,7 @@ from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import even, nodes_of, spread
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.finger.unknowns import (
-    IMPLAUSIBLE,
-    TILTED,
-    box_of,
-    coordinates_of,
-)
+from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, TILTED, box_of, coordinates_of
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys

@@ -34,11 +34,7 @@ TILTED: Final = "gravity_pitch"
 
 
 def unknowns(
-    measurement: Measurement,
-    config: Config,
-    names: Sequence[str] | None,
-    *,
-    walls: bool = False,
+    measurement: Measurement, config: Config, names: Sequence[str] | None, *, walls: bool = False
 ) -> list[Cause]:
     """All that may be named: of the catalogue, and of the nuisances where all are tried.
 

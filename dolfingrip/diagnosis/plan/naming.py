@@ -102,9 +102,9 @@ class RecoveryTrial:
         decision = decide(posterior, single=True)
         within = decision.answer == "cause" and name in decision.first
         mass: dict[str, float] = defaultdict(float)
-        for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        for p, fit in posterior.weighed:
             for each in self.problem.effects(fit.subset):
-                mass[each] += float(p)
+                mass[each] += p
         return RecoveryOutcome(within and decision.first == (name,), within, dict(mass))
 
 

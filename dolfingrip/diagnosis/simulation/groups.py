@@ -83,7 +83,7 @@ def groups(
         control = of_setup[0].test.control
         more = headroom if control == PRESSURE.name else 1.0
         curve = stops.elastic([each.segments for each in of_setup], control, more)
-        for part in _together(of_setup, _same_way):
+        for part in _together(of_setup, lambda a, b: stops.alike(a.segments, b.segments)):
             tests = tuple(each.test.number for each in part)
             led_by = [each.segments for each in part]
             found.append(
@@ -99,6 +99,10 @@ def groups(
     return found
 
 
+def _same_setup(first: _Led, second: _Led) -> bool:
+    return first.test.experiment == second.test.experiment and first.config == second.config
+
+
 def _together(tests: Sequence[_Led], alike: Callable[[_Led, _Led], bool]) -> list[list[_Led]]:
     """Tests that are like the first of their part, in their order."""
     parts: list[list[_Led]] = []
@@ -109,14 +113,6 @@ def _together(tests: Sequence[_Led], alike: Callable[[_Led, _Led], bool]) -> lis
         else:
             part.append(test)
     return parts
-
-
-def _same_setup(first: _Led, second: _Led) -> bool:
-    return first.test.experiment == second.test.experiment and first.config == second.config
-
-
-def _same_way(first: _Led, second: _Led) -> bool:
-    return stops.alike(first.segments, second.segments)
 
 
 def _of(route: StopSchedule, measurement: Measurement, tests: Sequence[int]) -> StopSchedule:

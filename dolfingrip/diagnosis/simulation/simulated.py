@@ -130,10 +130,7 @@ class SimulatedReadings:
 
 
 def simulate(
-    measurement: Measurement,
-    config: Config,
-    variants: Sequence[ModelVariant],
-    workers: Workers,
+    measurement: Measurement, config: Config, variants: Sequence[ModelVariant], workers: Workers
 ) -> list[SimulatedReadings]:
     """Simulate all tests of ``measurement`` for each of ``variants``.
 
