@@ -57,8 +57,8 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     extended = None
     try:
         extended = found.extended
-        told = _extended_toml(found, extended)
-        whole.write(out / "extended.toml", told)
+        content = _extended_toml(found, extended)
+        whole.write(out / "extended.toml", content)
     except ConfigError as error:
         found.warnings.append(f"extended.toml is not written: {error}")
     result = _outcome_of(found, extended, [str(file) for file in data], out)
@@ -168,11 +168,11 @@ def _sentence(found: Diagnosis) -> str:
         return f"nothing beyond noise and nuisances is to be seen (probability {sure})"
     if decision.answer == "unknown":
         return f"something is off that the catalogue does not explain (probability {sure})"
-    told = " or ".join(decision.first)
+    causes = " or ".join(decision.first)
     if decision.second:
-        told += f", with {' or '.join(decision.second)}"
+        causes += f", with {' or '.join(decision.second)}"
     head = "the cause is" if decision.probability >= POLICY.likelier else "nearest comes"
-    return f"{head} {told} (probability {sure})"
+    return f"{head} {causes} (probability {sure})"
 
 
 def _off(found: Diagnosis) -> list[str]:
@@ -181,7 +181,7 @@ def _off(found: Diagnosis) -> list[str]:
     off = found.with_best_modulus() - problem.value
     listed = found.analysis.measurement.listed()
     experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
-    told = []
+    sentences = []
     for of in dict.fromkeys(experiment):
         for name, at in channels(found).items():
             here = at & (experiment == of)
@@ -191,13 +191,13 @@ def _off(found: Diagnosis) -> list[str]:
                 if own.any():
                     unit = CHANNELS[name].unit
                     largest = float(control[here].max())
-                    told.append(
+                    sentences.append(
                         f"{of}, {name}, {low * largest:.3g} to {high * largest:.3g} "
                         f"{CHANNELS[CONTROL[of]].unit}: simulated less measured "
                         f"{off[own].mean():+.3g} {unit} "
                         f"({100 * off[own].mean() / abs(problem.value[own].mean()):+.2g} %)"
                     )
-    return told
+    return sentences
 
 
 def _changes(config: Config, extended: Config) -> dict[str, Any]:

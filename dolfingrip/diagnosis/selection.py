@@ -76,5 +76,5 @@ def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndar
             f"max_pressure_kPa = {highest:g} of {test.file.name}: below all readings of "
             f"{test.specimen}; allowed: from {least:g} kPa on"
         )
-    told = f"{highest:g} kPa (max_pressure_kPa of {test.file.name})"
-    yield rows["pressure_kPa"].to_numpy() <= highest, f"readings above {told} are left out"
+    limit = f"{highest:g} kPa (max_pressure_kPa of {test.file.name})"
+    yield rows["pressure_kPa"].to_numpy() <= highest, f"readings above {limit} are left out"

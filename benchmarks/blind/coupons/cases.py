@@ -98,7 +98,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     # by the analyser's priors each number is far from what was told, or is not
     chance = POLICY.implausible_odds / (1 + POLICY.implausible_odds) if kind == "prior" else 0.0
     far = tuple(name for name in NUISANCES if chance and rng.random() < chance)
-    width = {name: POLICY.far if name in far else 1.0 for name in NUISANCES}
+    width = {name: POLICY.implausible_width if name in far else 1.0 for name in NUISANCES}
     modulus = width["modulus"] * float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":

@@ -232,10 +232,12 @@ def together(
         fitted: covariance of what else a fit gives the rig and each specimen, shape (n, n).
     """
     listed = measurement.listed()
-    told = instruments.noise(measurement)
-    covariance = np.diag(np.maximum(told.independent, 1e-9) ** 2) + drifting(listed, told)
+    instrument = instruments.noise(measurement)
+    covariance = np.diag(np.maximum(instrument.independent, 1e-9) ** 2) + drifting(
+        listed, instrument
+    )
     # one reading of the control stands behind all readings of its row
-    gauge, row = steep * told.control, listed["row"].to_numpy()
+    gauge, row = steep * instrument.control, listed["row"].to_numpy()
     covariance += np.outer(gauge, gauge) * (row[:, None] == row)
     noise = np.sqrt(np.diag(covariance))
     fitted = fitted + sum(np.outer(each.change, each.change) for each in shared)
@@ -245,7 +247,14 @@ def together(
     stiff = scatter.scale * signal
     fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
     return Errors(
-        covariance + apart, noise, along, signal, tuple(shared), fitted, scatter, told.sentences
+        covariance + apart,
+        noise,
+        along,
+        signal,
+        tuple(shared),
+        fitted,
+        scatter,
+        instrument.sentences,
     )
 
 
@@ -299,13 +308,13 @@ def lying(measurement: Measurement, groups: Sequence[SimulationGroup], load: np.
     return Along(load[row], path[row], block, size)
 
 
-def drifting(listed: pd.DataFrame, told: instruments.InstrumentNoise) -> np.ndarray:
+def drifting(listed: pd.DataFrame, noise: instruments.InstrumentNoise) -> np.ndarray:
     """Noise that drifts along a run, told by the laboratory."""
-    if not told.correlated.any():
+    if not noise.correlated.any():
         return np.zeros((len(listed), len(listed)))
     time_s = listed["time_s"].to_numpy()
     run = (listed["test"].astype(str) + listed["column"].astype(str)).to_numpy()
-    lasting = np.where(np.isfinite(told.correlation_time_s), told.correlation_time_s, 1e6)
+    lasting = np.where(np.isfinite(noise.correlation_time_s), noise.correlation_time_s, 1e6)
     same = run[:, None] == run
     fading = np.exp(-np.abs(time_s[:, None] - time_s) / lasting[:, None])
-    return np.outer(told.correlated, told.correlated) * np.where(same, fading, 0.0)
+    return np.outer(noise.correlated, noise.correlated) * np.where(same, fading, 0.0)

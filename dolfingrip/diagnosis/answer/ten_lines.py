@@ -28,9 +28,9 @@ ONE_OF = {
 }
 """What is left out, by kind."""
 NUISANCES: Final = {
-    "coupon_slack_mm": "the force of the coupons begins at another travel than was told",
-    "coupon.gauge_length_mm": "another gauge length than was told",
-    "coupon_area": "another cross-section of the coupons than was told",
+    "coupon_slack_mm": "the force of the coupons begins at another travel than reported",
+    "coupon.gauge_length_mm": "another gauge length than reported",
+    "coupon_area": "another cross-section of the coupons than reported",
     "modulus": "a stiffer or softer material",
 }
 """Causes that are no effects of the catalogue, in words."""
@@ -79,20 +79,20 @@ def _in_words(name: str) -> str:
 
 def _one_of(names: Sequence[str]) -> str:
     """Causes that cannot be told apart, the most probable first."""
-    told = [_in_words(name) for name in names[: PAGE.in_words]]
-    text = told[0] if len(told) == 1 else " or ".join(told)
+    words = [_in_words(name) for name in names[: PAGE.in_words]]
+    text = words[0] if len(words) == 1 else " or ".join(words)
     rest = names[PAGE.in_words :]
     return f"{text} or, less probably, {' or '.join(rest)}" if rest else text
 
 
 def _doubts(found: Diagnosis) -> str:
     """Tell what to know about the data before the result."""
-    told = ""
+    text = ""
     if found.suspicions:
-        told = f"Check the data first: {' Or: '.join(found.suspicions[:2])} PredictedAddition: "
+        text = f"Check the data first: {' Or: '.join(found.suspicions[:2])} Then: "
     if found.analysis.not_reached:
-        told += f"Not all readings are compared: {found.analysis.not_reached[0]}. "
-    return told
+        text += f"Not all readings are compared: {found.analysis.not_reached[0]}. "
+    return text
 
 
 def _configured(found: Diagnosis) -> str:
@@ -103,12 +103,12 @@ def _configured(found: Diagnosis) -> str:
     share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(value[come] ** 2))) if come.any() else 0.0
     lost = int((~come).sum())
     so_far = f" and does not come to {lost} of {len(value)} readings" if lost else ""
-    told = [
+    sentences = [
         f"As configured the model is {_percent(share)} off (root mean square){so_far}. "
         f"{found.fitted(found.decision.best)}"
     ]
-    told += [f"{each}." for each in _off(found.setup_estimates(found.decision.best))]
-    return " ".join(told)
+    sentences += [f"{each}." for each in _off(found.setup_estimates(found.decision.best))]
+    return " ".join(sentences)
 
 
 def _off(rig: Sequence[SetupEstimate], *, every: bool = False) -> list[str]:
@@ -153,13 +153,13 @@ def _result(found: Diagnosis) -> str:
     if decision.answer == "none":
         return f"Nothing else is to be seen: probability {sure}."
     if decision.answer == "unknown":
-        told = f"Something is off that no effect of the catalogue explains: probability {sure}."
+        sentence = f"Something is off that no effect of the catalogue explains: probability {sure}."
         if decision.nearest:
-            told += (
+            sentence += (
                 f" Nearest comes {_one_of(decision.nearest)}, but "
                 f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
             )
-        return told
+        return sentence
     if len(decision.first) > 1 and decision.first == found.analysis.problem.baseline_names[0]:
         return (
             "Nothing else is off: either the material is so much stiffer or softer, or the "
@@ -167,17 +167,16 @@ def _result(found: Diagnosis) -> str:
         )
     if decision.nuisance_only and decision.probability >= POLICY.likelier:
         return f"Nothing else is off: {_one_of(decision.first)}; probability {sure}."
-    told = _one_of(decision.first)
+    sentence = _one_of(decision.first)
     if decision.second:
-        told += f", together with {_one_of(decision.second)}"
+        sentence += f", together with {_one_of(decision.second)}"
     explained = 100 * (1 - decision.unexplained)
     least = found.sensitivity.least
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
     share = "all" if explained > 99.95 else f"{explained:.3g} %"
     named = "The cause of the rest" if decision.probability >= POLICY.likelier else "Nearest comes"
-    return (
-        f"{named}: {told}; probability {sure}{doubt}. It explains {share} of what the model misses."
-    )
+    explains = f"It explains {share} of what the model misses."
+    return f"{named}: {sentence}; probability {sure}{doubt}. {explains}"
 
 
 def _size(found: Diagnosis) -> str:

@@ -264,11 +264,11 @@ def trained(
     while len(exponents) > count / 2 and degree > 1:  # which half of the simulations can tell
         degree -= 1
         exponents = exponents_up_to(degree, d)
-    told = monomials((zeta - middle) / half, exponents)
+    basis_values = monomials((zeta - middle) / half, exponents)
     score = white @ basis.T
-    weights, *_ = np.linalg.lstsq(told[~left_out], score[~left_out], rcond=1e-10)
-    rest = white[left_out] - told[left_out] @ weights @ basis
-    weights, *_ = np.linalg.lstsq(told, score, rcond=1e-10)
+    weights, *_ = np.linalg.lstsq(basis_values[~left_out], score[~left_out], rcond=1e-10)
+    rest = white[left_out] - basis_values[left_out] @ weights @ basis
+    weights, *_ = np.linalg.lstsq(basis_values, score, rcond=1e-10)
     errors, left = error_of(rest, zeta[left_out] - np.clip(0.0, *box.T), scale)
     return PolynomialEmulator(
         basis.T * scale[:, None], errors, left, exponents, weights, middle, half

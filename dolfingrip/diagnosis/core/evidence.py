@@ -73,7 +73,7 @@ def drawn(
     """
     middle, spread = mode, covariance
     proposals, places = [], np.empty((0, len(mode)))
-    told, before = np.empty(0), np.inf
+    densities, before = np.empty(0), np.inf
     for _ in range(POLICY.adaptations):
         fresh = [
             scipy.stats.multivariate_t(middle, wider * _regular(spread), POLICY.freedom)
@@ -82,9 +82,9 @@ def drawn(
         proposals += fresh
         each = POLICY.draws // len(fresh)
         new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
-        places, told = np.vstack([places, new]), np.r_[told, log_density(new)]
+        places, densities = np.vstack([places, new]), np.r_[densities, log_density(new)]
         mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
-        log = told - (mixture - np.log(len(proposals)))
+        log = densities - (mixture - np.log(len(proposals)))
         if not np.isfinite(log.max()):
             return None
         total = float(logsumexp(log))

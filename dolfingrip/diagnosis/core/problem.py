@@ -167,9 +167,9 @@ class InferenceProblem:
         found = replace(self, corrections={})
         for each in sorted(known, key=len):  # fewer causes count where more act
             places, every = known[each]
-            told = [
+            emulated = [
                 np.column_stack([found.predicted(each, z), found.slopes(each, z)]) for z in places
             ]
-            own = Local.of(places, every, np.array(told), POLICY.correction_length)
+            own = Local.of(places, every, np.array(emulated), POLICY.correction_length)
             found = replace(found, corrections={**found.corrections, each: own})
         return found

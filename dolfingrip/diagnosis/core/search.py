@@ -96,20 +96,20 @@ def search(
     fits: list[MapFit] = []
     start = np.zeros(problem.nuisance_count)
     for level, columns in every.items():
-        told = _fitted_with_implausible(columns, NONE, [start])
-        none[level] = start = max(told, key=lambda fit: fit.log_evidence).zeta
-        fits += told
+        fitted = _fitted_with_implausible(columns, NONE, [start])
+        none[level] = start = max(fitted, key=lambda fit: fit.log_evidence).zeta
+        fits += fitted
     for name in names:
         warm: list[np.ndarray] = []
         for level, columns in every.items():
             first = [np.r_[none[level], z] for z in _starts(problem, name)]
-            told = _fitted_with_implausible(
+            fitted = _fitted_with_implausible(
                 columns, (name,), [*warm, *(first if not warm else first[:1])]
             )
-            warm = [fit.zeta for fit in told]
-            fits += told
+            warm = [fit.zeta for fit in fitted]
+            fits += fitted
             if level == 0.0:
-                singles[name] = max(told, key=lambda fit: fit.log_evidence).zeta
+                singles[name] = max(fitted, key=lambda fit: fit.log_evidence).zeta
     best = max(fit.log_evidence for fit in fits)
     own = problem.nuisance_count
     for pair in _pairs(every, names):
@@ -127,10 +127,10 @@ def search(
                 np.r_[singles[pair[1]][:own], _starts(problem, pair[0])[0], singles[pair[1]][own:]],
                 np.r_[singles[pair[0]], singles[pair[1]][own:]],
             ]
-            told = _fitted_with_implausible(columns, pair, [*warm, *(first if not warm else ())])
-            warm = [fit.zeta for fit in told]
-            fits += told
-            best = max(best, *(fit.log_evidence for fit in told))
+            fitted = _fitted_with_implausible(columns, pair, [*warm, *(first if not warm else ())])
+            warm = [fit.zeta for fit in fitted]
+            fits += fitted
+            best = max(best, *(fit.log_evidence for fit in fitted))
     return _weighed(problem, fits, every, rng if sample else None)
 
 

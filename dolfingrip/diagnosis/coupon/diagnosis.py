@@ -66,12 +66,12 @@ class CouponDiagnosis(Diagnosis):
         unseen = self.analysis.unseen
         material = [n for n in unseen if effect(n).kind in ("elastic", "dissipative")]
         rest = [n for n in unseen if n not in material]
-        told = []
+        sentences = []
         if material:
-            told.append(f"{', '.join(material)} (other readings of coupons may tell)")
+            sentences.append(f"{', '.join(material)} (other readings of coupons may tell)")
         if rest:
-            told.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
-        return "; ".join(told)
+            sentences.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
+        return "; ".join(sentences)
 
     def cautions(self) -> list[str]:
         scatter = self.analysis.errors.scatter

@@ -78,8 +78,8 @@ class CouponSimulation:
         found = np.full(len(self.measurement.listed()), np.nan)
         for group, values in solved:
             for name, at in self.measurement.places(group.tests).items():
-                told = group.in_time.slopes(values[name][0], len(self.measurement.readings))
-                found[at] = told[self._rows()[at]]
+                at_rows = group.in_time.slopes(values[name][0], len(self.measurement.readings))
+                found[at] = at_rows[self._rows()[at]]
         return found
 
     def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:

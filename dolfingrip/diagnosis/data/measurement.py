@@ -168,17 +168,17 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
         if file.resolve() in seen:
             raise ConfigError(f"{file}: given twice; allowed: each file once")
         seen.add(file.resolve())
-        told = SetupFile(file)
-        rows = table.read(file, told.experiments)
-        told.check_specimens(set(rows["specimen"]))
-        warnings += told.warnings
+        setup_file = SetupFile(file)
+        rows = table.read(file, setup_file.experiments)
+        setup_file.check_specimens(set(rows["specimen"]))
+        warnings += setup_file.warnings
         for (experiment, specimen), own in rows.groupby(["experiment", "specimen"], sort=False):
-            setup = told.of(str(experiment), str(specimen))
+            setup = setup_file.of(str(experiment), str(specimen))
             test = SpecimenTest(len(tests), file, str(experiment), str(specimen), setup)
             try:
                 setup.applied(base)
             except ConfigError as error:
-                raise ConfigError(f"{told.file}: {error}") from None
+                raise ConfigError(f"{setup_file.file}: {error}") from None
             timed, doubts = _timed(test, own, base)
             warnings += doubts + _doubts(test, own)
             tests.append(test)

@@ -53,11 +53,11 @@ def noise(measurement: Measurement) -> InstrumentNoise:
     for (number, column), part in listed.groupby(["test", "column"], sort=False):
         test = measurement.tests[int(number)]
         at = part.index.to_numpy()
-        told = test.setup.noise.get(str(column))
-        if told is None:
-            told, how = _estimated(measurement, test, str(column))
-            sentences.append(f"noise of {column} in {test}: {told:.3g}, {how}")
-        independent[at] = told
+        std = test.setup.noise.get(str(column))
+        if std is None:
+            std, how = _estimated(measurement, test, str(column))
+            sentences.append(f"noise of {column} in {test}: {std:.3g}, {how}")
+        independent[at] = std
         correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
         if test.setup.correlation_time_s is not None:
             correlation_time_s[at] = test.setup.correlation_time_s

@@ -100,12 +100,12 @@ def sentences(found: Sequence[Suspicion]) -> list[str]:
     alike: dict[tuple[str, str], list[Suspicion]] = {}
     for each in found:
         alike.setdefault((each.column, each.meaning), []).append(each)
-    told = []
+    lines = []
     for group in alike.values():
         test = group[0].test
         several = f"{test.experiment}, {len(group)} specimens ({test.file.name})"
-        told.append(group[0].sentence(several if len(group) > 1 else ""))
-    return told
+        lines.append(group[0].sentence(several if len(group) > 1 else ""))
+    return lines
 
 
 def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspicion]:

@@ -102,8 +102,10 @@ class FingerDiagnosis(Diagnosis):
         return ", ".join(self.analysis.unseen)
 
     def cautions(self) -> list[str]:
-        told = [f"{name} could not be tried: {why}" for name, why in self.analysis.failed.items()]
-        return told if self.analysis.simulation.mesh.size else [MESH_UNKNOWN, *told]
+        sentences = [
+            f"{name} could not be tried: {why}" for name, why in self.analysis.failed.items()
+        ]
+        return sentences if self.analysis.simulation.mesh.size else [MESH_UNKNOWN, *sentences]
 
     def predict_addition(self, proposal: Proposal, fits: Sequence[MapFit]) -> PredictedAddition:
         simulation = self.analysis.simulation
@@ -135,9 +137,9 @@ class FingerDiagnosis(Diagnosis):
     @property
     def extended(self) -> Config:
         """The finger as it was drawn for the tests, at the answer's numbers; no set-up."""
-        told = self.analysis.measurement.tests[0].setup.sections
+        sections = self.analysis.measurement.tests[0].setup.sections
         classes = Config.classes()
-        drawn = {name: told[name] for name in told if classes[name].role is Role.BODY}
+        drawn = {name: sections[name] for name in sections if classes[name].role is Role.BODY}
         config = self.config.changed(**drawn) if drawn else self.config
         return changed(config, self.overrides(self.decision.best))
 

@@ -93,30 +93,35 @@ def refine_until_consistent(
 
 
 def _moduli(rough: FingerSimulation) -> float:
-    told = np.isfinite(rough.base.readings)
-    readings = np.where(told, rough.base.readings, 0.0)
+    reached = np.isfinite(rough.base.readings)
+    readings = np.where(reached, rough.base.readings, 0.0)
     whole = replace(rough, base=replace(rough.base, readings=readings))
-    plain = baseline_problem(whole, errors(whole)).rows(told)
+    plain = baseline_problem(whole, errors(whole)).rows(reached)
     # walls are not fitted yet: they may take their part
     return fitted_moduli(plain, rough.centre, POLICY.recentred)
 
 
-def truncate_before_failure(told: FingerSimulation) -> FingerSimulation:
+def truncate_before_failure(simulation: FingerSimulation) -> FingerSimulation:
     """Simulate no farther than it comes, where it ends beyond the readings.
 
     To find out where a path ends takes many times what comes before.
     """
-    headroom = told.headroom
-    for run in told.plain.runs:
+    headroom = simulation.headroom
+    for run in simulation.plain.runs:
         values = np.abs(run.schedule.value)
         reached = min((len(v) for v in run.result.columns.values() if len(v)), default=0)
         rows = max(float(np.abs(leg.rows_at).max()) for leg in run.schedule.legs if leg.rows.size)
         if run.result.failure is not None and reached > 1:
             headroom = min(headroom, max(MODEL.reached * float(values[reached - 1]) / rows, 1.0))
-    if headroom == told.headroom:
-        return told
+    if headroom == simulation.headroom:
+        return simulation
     return rough_simulation(
-        told.measurement, told.config, told.workers, told.flat, told.centre, headroom
+        simulation.measurement,
+        simulation.config,
+        simulation.workers,
+        simulation.flat,
+        simulation.centre,
+        headroom,
     )
 
 

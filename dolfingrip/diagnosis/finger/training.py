@@ -151,7 +151,7 @@ def trained_causes(
 def _by_moduli(
     simulation: FingerSimulation,
     cause: Cause,
-    told: SimulatedChanges,
+    simulated: SimulatedChanges,
     scale: np.ndarray,
     factor: Factor,
     middle: float,
@@ -163,8 +163,10 @@ def _by_moduli(
     moduli = (float(low), float(high))
     approximation = closed_forms.approximate(simulation, cause, scale, factor, moduli)
     if approximation is None:
-        return trained_on(told, own, scale, (0,))
-    return Stacked.of(approximation, trained_on(_without(told, approximation), own, scale, (0,)))
+        return trained_on(simulated, own, scale, (0,))
+    return Stacked.of(
+        approximation, trained_on(_without(simulated, approximation), own, scale, (0,))
+    )
 
 
 def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:
@@ -300,11 +302,11 @@ def _assembled(
     )  # fmt: skip
 
 
-def _without(told: SimulatedChanges, approximation: Emulator) -> SimulatedChanges:
+def _without(simulated: SimulatedChanges, approximation: Emulator) -> SimulatedChanges:
     """Return what simulations change beyond an approximate law."""
-    values, slopes = told.values.copy(), told.slopes.copy()
-    for place, z in enumerate(told.zeta):
+    values, slopes = simulated.values.copy(), simulated.slopes.copy()
+    for place, z in enumerate(simulated.zeta):
         g, dg = approximation.with_slopes(z)
         values[0, place] -= approximation.columns @ g
         slopes[0, place] -= (approximation.columns @ dg).T
-    return replace(told, values=values, slopes=slopes)
+    return replace(simulated, values=values, slopes=slopes)

@@ -141,5 +141,5 @@ def _coordinate(cause: Cause, number: UnknownNumber) -> Coordinate:
 def neutral(cause: Cause, number: UnknownNumber) -> float:
     """Value of an amplitude at which the effect does nothing."""
     name = number.key.rpartition(".")[2]
-    told = effect(cause.name).neutral.get(name, 0.0)
-    return float(told[0] if isinstance(told, Sequence) else told)
+    value = effect(cause.name).neutral.get(name, 0.0)
+    return float(value[0] if isinstance(value, Sequence) else value)

@@ -22,15 +22,15 @@ from dolfingrip.diagnosis.finger.model import plain_fit
 from dolfingrip.diagnosis.policy import POLICY
 
 
-def columns_of(told: SimulatedChanges, scale: np.ndarray) -> np.ndarray:
+def columns_of(simulated: SimulatedChanges, scale: np.ndarray) -> np.ndarray:
     """Return what a cause changes, and its derivatives, at the middle moduli, (n, k).
 
     Args:
-        told: its simulations.
+        simulated: its simulations.
         scale: noise of the readings, shape (n,).
     """
-    middle = len(told.values) // 2
-    rows = np.vstack([told.values[middle], *np.moveaxis(told.slopes[middle], 1, 0)])
+    middle = len(simulated.values) // 2
+    rows = np.vstack([simulated.values[middle], *np.moveaxis(simulated.slopes[middle], 1, 0)])
     rows = rows[np.isfinite(rows).all(axis=1)] / scale
     return np.asarray(principal(rows, len(rows)).T * scale[:, None])
 
@@ -90,9 +90,9 @@ def _bounds(
         for subset in every:
             gain = 0.0
             if subset:
-                told = np.hstack([beside[name] for name in subset])
-                told = told if len(subset) == 1 else _basis(told)
-                gain = float(np.square(told.T @ rest).sum())
+                white_columns = np.hstack([beside[name] for name in subset])
+                white_columns = white_columns if len(subset) == 1 else _basis(white_columns)
+                gain = float(np.square(white_columns.T @ rest).sum())
             explained[subset, size] = gain
             largest[subset, size] = alone + 0.5 * gain
     return explained, largest

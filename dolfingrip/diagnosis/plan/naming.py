@@ -169,7 +169,7 @@ class Hidden:
         return self._drawn[place]
 
     def counted(
-        self, told: Callable[[RecoveryOutcome], bool], full: int = ADDITIONS.strengths
+        self, counts: Callable[[RecoveryOutcome], bool], full: int = ADDITIONS.strengths
     ) -> np.ndarray:
         """How many draws are judged so at each strength, shape (strengths,).
 
@@ -177,7 +177,7 @@ class Hidden:
         higher one.
 
         Args:
-            told: of a draw.
+            counts: of a draw.
             full: place from which on all are known to be.
         """
         count = np.full(ADDITIONS.strengths, ADDITIONS.noises)
@@ -185,7 +185,7 @@ class Hidden:
         def look(low: int, high: int, place: int) -> None:
             if low >= high:
                 return
-            count[place] = sum(told(each) for each in self.drawn(place))
+            count[place] = sum(counts(each) for each in self.drawn(place))
             if count[place]:
                 look(low, place, (low + place) // 2)
             else:

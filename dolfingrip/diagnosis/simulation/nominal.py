@@ -49,8 +49,8 @@ def common_unit(read: np.ndarray, sigma: float) -> float:
     finest = unit_for(distance)
     for unit in (step * power for step in (5.0, 2.5, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)):
         within = min(ROUTES.certain * sigma, ROUTES.clear * unit)
-        told = max(finest, ROUTES.tells * sigma) <= unit <= distance * (1 + ROUTES.alike)
-        if told and np.abs(read - unit * np.round(read / unit)).max() <= within:
+        plausible = max(finest, ROUTES.tells * sigma) <= unit <= distance * (1 + ROUTES.alike)
+        if plausible and np.abs(read - unit * np.round(read / unit)).max() <= within:
             return unit
     return finest
 

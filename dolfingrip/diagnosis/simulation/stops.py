@@ -164,11 +164,11 @@ def in_time(
         settles: whether a cycle that goes as far as those before it is like the one before: that of
             a model with a memory but no clock. It is read from that one then.
     """
-    told = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
-    again = _settled(told) if settles else {}
+    longest = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
+    again = _settled(longest) if settles else {}
     stops: list[NominalStop] = []
     legs: list[StopInterpolant] = []
-    for i, segment in enumerate(told):
+    for i, segment in enumerate(longest):
         same = [test[i] for test in tests]
         waits = segment.branch == "hold"
         if i in again:
@@ -183,7 +183,7 @@ def in_time(
             places = np.arange(first, len(stops))
         own = [stops[place] for place in places]
         if waits:
-            start_s = told[again.get(i, i)].time_s[0]
+            start_s = longest[again.get(i, i)].time_s[0]
             moments_s = [each.time_s - each.time_s[0] + start_s for each in same]
             stops_s = np.array([stop.time_s for stop in own])
             rows_at, at = _faded(np.concatenate(moments_s), stops_s), _faded(stops_s, stops_s)
@@ -196,20 +196,20 @@ def in_time(
     return StopSchedule(control, time_s, value, cycle, branch, tuple(legs))
 
 
-def _settled(told: Sequence[ControlSegment]) -> dict[int, int]:
+def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
     """Segments of cycles that go as the one before them did, where that was not the first so far.
 
     Returns:
         the place of the segment that it is like, by that of each.
     """
     cycles: dict[int, list[int]] = {}
-    for place, segment in enumerate(told):
+    for place, segment in enumerate(segments):
         cycles.setdefault(segment.cycle, []).append(place)
-    off = ROUTES.alike * max(abs(segment.end) for segment in told)
+    off = ROUTES.alike * max(abs(segment.end) for segment in segments)
     found: dict[int, int] = {}
     for before, now in pairwise([*cycles.values()][1:]):
-        ends = [segment.end for segment in told[: before[0]]]
-        own, again = ([told[place] for place in each] for each in (before, now))
+        ends = [segment.end for segment in segments[: before[0]]]
+        own, again = ([segments[place] for place in each] for each in (before, now))
         known = all(min(ends) - off <= each.end <= max(ends) + off for each in own)
         starts = abs(own[0].value[0] - again[0].value[0]) <= off
         if known and starts and _as_far(own, again, off):
