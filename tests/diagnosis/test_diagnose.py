@@ -158,13 +158,13 @@ def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_a_far_modulus_is_told_with_a_cause_that_does_as_well(
+def test_a_implausible_modulus_is_reported_with_a_cause_that_does_as_well(
     ninjaflex: CouponDiagnosis, tmp_path: Path
 ) -> None:
     """Its names are no effects of the catalogue, nor is the cause one that was fitted."""
     own = replace(
         ninjaflex.decision, first=("modulus", "coupon_area", "polynomial"), second=(),
-        best=ninjaflex.posterior.best(()), own=True,
+        best=ninjaflex.posterior.best(()), nuisance_only=True,
     )  # fmt: skip
     write(replace(ninjaflex, decision=own, next=[]), [COUPONS], tmp_path)
     page = (tmp_path / "summary.md").read_text(encoding="utf-8")
