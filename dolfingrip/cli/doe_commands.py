@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from dolfingrip import config as configuration
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import (
@@ -22,6 +24,7 @@ from dolfingrip.design.campaign import export as files
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import chosen
+from dolfingrip.jobs import run
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.job import Answer
 from dolfingrip.report.design import label
@@ -38,7 +41,9 @@ DEFAULTS = {
 def doe(asked: DoeSettings) -> None:
     """Design of experiments: compute every design that is missing in a campaign."""
     one_process("--ranks, without mpirun")
-
+    if asked.check is not None:
+        _check(asked.check)
+        return
     resolved = configuration.load(asked.config, asked.overrides, DEFAULTS)
     varied = [space.parse(text) for text in asked.parameter or space.PAPER]
     keys = _keys(asked.gradients, asked.parameters, asked.objective, resolved)
@@ -71,6 +76,18 @@ def doe(asked: DoeSettings) -> None:
     if keys is not None:
         _write(asked.out, [asked.out / "designs.csv"])
     screen.say(f"campaign: {asked.out}")
+
+
+def _check(folder: Path) -> None:
+    """Say how much of a campaign is whole; end with code 1 where something is not."""
+    whole, aside = run.check(folder)
+    screen = console()
+    screen.say(f"{folder}: {whole} designs and answers are whole")
+    for name in aside:
+        screen.say(f"damaged, set aside: {name}")
+    if aside:
+        screen.say("the command that made the campaign computes them anew")
+        raise typer.Exit(1)
 
 
 def _so_far(plan: Plan) -> Callable[[Answer], str]:

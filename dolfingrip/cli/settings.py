@@ -428,6 +428,9 @@ class DoeSettings(ConfiguredSettings):
         "Keep deformed shapes of designs computed now (2 MB for each reading, default "
         "mesh), for explore.",
     )
+    check: Path | None = option(
+        None, "Only look through a campaign, and set aside what is damaged.", metavar="FOLDER"
+    )
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)
 

@@ -10,6 +10,7 @@ import contextlib
 import ctypes
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -54,6 +55,12 @@ MORE_RANKS_THAN_CORES: Final = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
 }
 """Lets Open MPI 5 and 4 start more ranks than there are cores, as MPICH does anyway."""
+
+_HINTS: Final[dict[int, str]] = {
+    signal.SIGKILL: "mostly for want of memory; allowed: fewer --workers, or a coarser mesh",
+    signal.SIGXCPU: "the time that a process may take; allowed: a larger limit of the system",
+}
+"""What to do about a rank that a signal ended."""
 
 _OF_MPI: Final = ("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_", "PMI_")
 
@@ -278,15 +285,28 @@ def _on_ranks(request: Request) -> Answer:
             check=False,
         )  # fmt: skip
         if not answer.exists():
-            said = [line for line in ended.stderr.splitlines() if line.strip()]
-            last = said[-1] if said else "nothing said"
-            raise MachineError(f"mpirun ended with {ended.returncode}: {last}")
+            raise MachineError(_of_mpirun(ended.returncode, ended.stderr))
         found = Finished.loads(answer.read_text(encoding="utf-8"))
     if found.status == "broken":
         raise MachineError(found.failure)
     if found.failure_class == REFUSED:
         raise ConfigError(found.failure)
     return of_row(asdict(found))
+
+
+def _of_mpirun(code: int, said: str) -> str:
+    """Why mpirun has no answer, in one line: a signal that ended a rank, or what it said last."""
+    # a code above 128 is that of a signal, as the shell has it
+    told = re.search(r"rank (\d+).{0,200}? on\s+signal (\d+)", said, re.DOTALL)
+    number = int(told[2]) if told else -code if code < 0 else code - 128
+    try:
+        name = signal.Signals(number).name
+    except ValueError:
+        lines = [line for line in said.splitlines() if line.strip(" -*=")]
+        return f"mpirun ended with {code}: {lines[-1] if lines else 'nothing said'}"
+    who = f"rank {told[1]}" if told else "mpirun"
+    hint = _HINTS.get(number, "allowed: the same command, which tries it again")
+    return f"{who} was ended by signal {number} ({name}); {hint}"
 
 
 def main(request: Path, answer: Path) -> None:

@@ -86,19 +86,23 @@ class Answer:
     broken: list[str] = field(default_factory=list)
 
     def dumps(self) -> str:
-        """JSON on one line; numbers that JSON does not have become null."""
-        return json.dumps(_plain(asdict(self)), allow_nan=False)
+        """JSON on one line, with its digest; numbers that JSON does not have become null."""
+        content = _plain(asdict(self))
+        return json.dumps(content | {"digest": content_key(content)}, allow_nan=False)
 
     @staticmethod
     def loads(text: str) -> Answer:
         """The answer in a JSON text.
 
         Raises:
-            ValueError: where the text is none.
+            ValueError: where the text is none, or is damaged.
         """
         try:
-            return Answer(**json.loads(text))
-        except TypeError as error:
+            content = json.loads(text)
+            if content.pop("digest") != content_key(content):
+                raise ValueError("its digest is that of another content")
+            return Answer(**content)
+        except (TypeError, AttributeError, KeyError, RecursionError) as error:
             raise ValueError(str(error)) from None
 
 

@@ -14,7 +14,8 @@ from pathlib import Path
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.pool import Pool, Unfinished
 from dolfingrip.jobs.spool import Spool
-from dolfingrip.jobs.store import Shared, Store
+from dolfingrip.jobs.store import NAME, Shared, Store
+from dolfingrip.sections.errors import ConfigError
 
 
 @dataclass(slots=True)
@@ -128,3 +129,26 @@ def run(
             f"the others are kept in {folder}, the same call tries these again"
         )
     return standing
+
+
+def check(folder: Path) -> tuple[int, list[str]]:
+    """Look through store and spool, and set aside what is damaged.
+
+    Args:
+        folder: of the jobs.
+
+    Returns:
+        Number of rows and answers that are whole; and the names of those that are set aside, since
+        the store was made.
+
+    Raises:
+        ConfigError: one line, where there is no store, or none of it can be read.
+    """
+    if not (folder / NAME).is_file():
+        raise ConfigError(f"{folder / NAME}: no such campaign")
+    with Store(folder, write=True) as store:
+        store.facts()
+        spool = Spool(folder / "spool")
+        whole = sum(store.counts().values()) + len(list(spool.answers()))
+        files = [*folder.glob(f"{NAME}.damaged-*"), *spool.folder.glob("*.damaged")]
+        return whole, [*store.aside(), *(str(file.relative_to(folder)) for file in files)]

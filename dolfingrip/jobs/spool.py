@@ -8,12 +8,15 @@ two workers from computing the same one. Local disks and network disks with floc
 from __future__ import annotations
 
 import fcntl
+import logging
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from dolfingrip.files import whole
 from dolfingrip.jobs.job import Answer
+
+_LOG = logging.getLogger(__name__)
 
 
 class Spool:
@@ -23,11 +26,22 @@ class Spool:
         self.folder = folder
 
     def read(self, key: str) -> Answer | None:
-        """The answer of a job, None where there is none."""
+        """The answer of a job, None where there is none; a damaged one is set aside."""
+        file = self.folder / f"{key}.json"
         try:
-            return Answer.loads((self.folder / f"{key}.json").read_text(encoding="utf-8"))
-        except (FileNotFoundError, ValueError):  # a file torn by a power cut is no answer
+            answer = Answer.loads(file.read_text(encoding="utf-8"))
+            if answer.key == key:
+                return answer
+            why = "the answer of another job"
+        except FileNotFoundError:
             return None
+        except (IsADirectoryError, ValueError) as error:
+            why = str(error)
+        aside = file.with_name(f"{file.name}.damaged")
+        _LOG.warning("%s: damaged: %s; set aside as %s, to be computed anew", file, why, aside.name)
+        with suppress(OSError):  # where it may not be written, or another process was faster
+            file.rename(aside)
+        return None
 
     def write(self, answer: Answer) -> None:
         """Keep an answer: all of it or, where the process is killed, nothing."""

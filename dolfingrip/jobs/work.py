@@ -99,9 +99,10 @@ def compute(job: Job) -> Answer:
     except Exception as error:  # unattended: recorded in the store, and the next job goes on
         if interrupt_behind(error):  # which says nothing about the job
             raise KeyboardInterrupt from error
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        answer.failure = f"{_said(error)} ({Path(where.filename).name}:{where.lineno})"
-        answer.failure_class = ERROR
+        answer.failure, answer.failure_class = _said(error), ERROR
+        if not isinstance(error, MachineError):
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            answer.failure += f" ({Path(where.filename).name}:{where.lineno})"
         if of_machine(error):
             answer.status, answer.failure_class = "broken", MACHINE
     answer.wall_s = round(time.perf_counter() - clock, 3)

@@ -30,6 +30,8 @@ ALLOWED = {
     ("dolfingrip/experiments/results/fields.py", "VTKFile"): "checked after each step",
     ("dolfingrip/jobs/spool.py", "open"): "a lock",
     ("dolfingrip/jobs/store.py", "open"): "a lock",
+    ("dolfingrip/jobs/store.py", "rename"): "a damaged store is set aside",
+    ("dolfingrip/jobs/spool.py", "rename"): "a damaged answer is set aside",
     ("dolfingrip/cli/edge.py", "open"): "the null device",
     ("dolfingrip/charts/theme.py", "savefig"): "into a stream",
     ("dolfingrip/report/gripper.py", "save"): "into a stream",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from support.small import short
+from support.this_process import ThisProcess
 from typer.testing import CliRunner
 
 from dolfingrip.cli.app import app
@@ -29,14 +30,6 @@ from dolfingrip.jobs.store import Store, same
 from dolfingrip.jobs.work import compute, of_machine, work
 
 SHARED = same(kind="test")
-
-
-class Here:
-    """Workers of this process."""
-
-    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[Answer]:
-        for each in jobs:
-            yield work(each, spool.folder)
 
 
 def job(key: str, folder: Path, times: int, error: str = "timeout") -> Job:
@@ -65,7 +58,7 @@ def test_a_job_that_the_machine_broke_off_is_tried_again(tmp_path: Path) -> None
         told.append((standing.done, standing.again))
 
     jobs = [job("a", tmp_path, 2)]
-    standing = run(jobs, tmp_path / "jobs", Here(), SHARED, progress=progress)  # type: ignore[arg-type]
+    standing = run(jobs, tmp_path / "jobs", ThisProcess(), SHARED, progress=progress)
     assert (standing.done, standing.failed, standing.broken) == (1, 0, 0)
     assert told == [(0, 0), (1, 2)]
     with Store(tmp_path / "jobs") as store:
@@ -79,11 +72,11 @@ def test_what_stays_broken_is_told_and_not_stored(tmp_path: Path, error: str) ->
     folder, jobs = tmp_path / "jobs", [job("a", tmp_path, 3, error), job("b", tmp_path, 0)]
     said = "ran out of memory" if error == "memory" else "No space left on device"
     with pytest.raises(Unfinished, match=rf"^1 of 2 could not be computed .*{said}") as ended:
-        run(jobs, folder, Here(), SHARED)  # type: ignore[arg-type]
+        run(jobs, folder, ThisProcess(), SHARED)
     assert "\n" not in str(ended.value)
     with Store(folder) as store:
         assert {row["key"]: row["status"] for row in store.rows()} == {"a": "pending", "b": "done"}
-    standing = run(jobs, folder, Here(), SHARED)  # type: ignore[arg-type]
+    standing = run(jobs, folder, ThisProcess(), SHARED)
     assert (standing.computed, standing.done, standing.failed) == (1, 2, 0)
 
 
@@ -108,12 +101,14 @@ def test_what_is_of_the_machine() -> None:
 def test_a_rank_that_died(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By an mpirun that ends as one does whose rank was killed."""
     script = tmp_path / "mpirun"
-    script.write_text("#!/bin/sh\necho 'rank 1 was killed by signal 9' >&2\nexit 137\n")
+    said = "prterun noticed that process rank 1 with PID 7 on node vm exited on\nsignal 9 (Killed)."
+    script.write_text(f"#!/bin/sh\necho '{said}' >&2\nexit 137\n")
     script.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
     answer = compute(requested(Request.of("bending", short(), ranks=2)))
     assert (answer.status, answer.failure_class) == ("broken", MACHINE)
-    assert "mpirun ended with 137: rank 1 was killed by signal 9" in str(answer.failure)
+    assert answer.failure is not None
+    assert answer.failure.startswith("rank 1 was ended by signal 9 (SIGKILL); mostly for want of")
 
 
 # -- workers that do not close -------------------------------------------------------------------
