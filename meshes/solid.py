@@ -161,8 +161,13 @@ def assemble(
         regions: as in :class:`SolidMesh`.
 
     Raises:
-        MeshError: where a facet is no face on the boundary of the solid.
+        MeshError: where a facet is no face on the boundary of the solid, or an element has a node
+            that is not there.
     """
+    for numbers in (cells, *facets.values()):
+        for node in (numbers.min(initial=0), numbers.max(initial=0)):
+            if not 0 <= node < max(len(points), 1):
+                raise MeshError(f"node {node} of an element: allowed: 0 to {len(points) - 1}")
     used, inverse = np.unique(cells, return_inverse=True)
     new = np.full(len(points), -1, dtype=np.int64)
     new[used] = np.arange(len(used))

@@ -21,7 +21,8 @@ from dolfingrip.cli.console import (
 )
 from dolfingrip.cli.doe_commands import DEFAULTS
 from dolfingrip.cli.settings import OptimiseSettings, TradeOffSettings
-from dolfingrip.config import Change, Config
+from dolfingrip.config import Change, Config, ConfigError
+from dolfingrip.design.campaign.plan import OBJECTIVE
 from dolfingrip.design.optimum import optimum
 from dolfingrip.design.optimum.genetic import NSGA2Settings
 from dolfingrip.design.optimum.study_file import trade_off
@@ -32,6 +33,7 @@ from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.report.design import label, surrogate_front
 from dolfingrip.report.table import of_columns
+from dolfingrip.sections.errors import shown
 
 
 def optimise(asked: OptimiseSettings) -> None:
@@ -41,6 +43,13 @@ def optimise(asked: OptimiseSettings) -> None:
     model = network.load(asked.surrogate)
     campaign = model.facts.get("campaign") or {}
     base = _base(campaign, asked.config, asked.overrides) if asked.resolve else None
+    computed_by = str(campaign.get("objective", OBJECTIVE))
+    foreign = computed_by != asked.objective and not computed_by.startswith("dolfingrip.")
+    if asked.resolve and foreign:
+        raise ConfigError(
+            f"{asked.surrogate}: objective = {shown(computed_by)}: code that is not of this "
+            f"package; allowed: --no-resolve, or --objective {computed_by}, which runs it"
+        )
     objectives = objectives_of(asked, model.output_names)
     genetic = NSGA2Settings(
         asked.population, asked.generations, asked.crossover, asked.mutation, asked.seed
@@ -63,16 +72,15 @@ def optimise(asked: OptimiseSettings) -> None:
     )
     screen.say(f"front: {len(found.front)} points, {reach}")
     if base is not None:
-        objective = {"objective": campaign["objective"]} if "objective" in campaign else {}
-        shown = progress.jobs(screen, "designs", progress.FEW)
-        with resumable(screen, asked.out / "fem"), shown as advance:
+        jobs = progress.jobs(screen, "designs", progress.FEW)
+        with resumable(screen, asked.out / "fem"), jobs as advance:
             evaluate = optimum.evaluator(
                 base,
                 (*model.output_names, *asked.also),
                 asked.out / "fem",
                 Where(workers=asked.workers),
                 progress=advance,
-                **objective,
+                objective=computed_by,
             )
             found = optimum.resolve(found, asked.along, evaluate)
     optimum.write(found, asked.out)

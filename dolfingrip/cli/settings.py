@@ -490,6 +490,11 @@ class OptimiseSettings(ConfiguredSettings, TradeOffSettings):
     resolve: bool = option(True, "Compute the choices and --along by finite elements.")
     along: int = option(10, "Points of the front to compute again.", least=0)
     workers: int = option(1, "Local processes of --resolve.", least=1)
+    objective: str | None = option(
+        None,
+        "The campaign's objective function, which is run if it is not of this package.",
+        metavar="MODULE:FUNCTION",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

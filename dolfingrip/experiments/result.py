@@ -14,7 +14,7 @@ from dolfingrip.experiments.index import find
 from dolfingrip.experiments.results.readings import Readings, Row
 from dolfingrip.experiments.results.sensitivity_table import SensitivityTable
 from dolfingrip.files.columns import Columns, read_csv
-from dolfingrip.files.result_file import ResultFileError
+from dolfingrip.files.result_file import reading
 from dolfingrip.files.run import RunFile
 from dolfingrip.mechanics.path.failure import Failure
 
@@ -62,12 +62,8 @@ class Result(Readings):
         folder = Path(folder)
         facts = RunFile.read(folder)
         experiment = find(facts.experiment)
-        try:
-            table = read_csv(folder / TABLE)
-        except OSError as error:
-            raise ResultFileError(f"{folder / TABLE}: {error.strerror}") from None
-        except ValueError as error:
-            raise ResultFileError(str(error)) from None
+        with reading(folder / TABLE):
+            table = read_csv(folder / TABLE, ours=True)
         rows: list[Row] = [
             {name: _value(entry) for name, entry in zip(table, entries, strict=True) if entry}
             for entries in zip(*table.values(), strict=True)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import io
+import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +12,8 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+_LOG = logging.getLogger(__name__)
 
 
 class Columns(Protocol):
@@ -90,20 +94,29 @@ def branches(table: Columns) -> npt.NDArray[np.str_]:
     return np.array(names, dtype=np.str_)
 
 
-def read_csv(path: Path) -> dict[str, list[str]]:
+def read_csv(path: Path, *, ours: bool = False) -> dict[str, list[str]]:
     """The columns of a CSV file with one header line, as text.
 
     Args:
         path: file.
+        ours: each row was written with its end, so a last row that has none is cut; it is left
+            out.
 
     Returns:
         Entries by the name of their column.
 
     Raises:
-        ValueError: One line naming the file where it is empty.
+        OSError: where it cannot be opened.
+        ValueError: One line naming the file where it is empty, or no CSV in UTF-8.
     """
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.reader(stream))
+    try:
+        text = path.read_bytes().decode()
+        rows = list(csv.reader(io.StringIO(text, newline="")))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path}: not a CSV in UTF-8: {error}") from None
+    if ours and text and not text.endswith("\n"):
+        _LOG.warning("%s: the last row is cut; it is left out", path)
+        rows.pop()
     if not rows:
         raise ValueError(f"{path}: empty, no header line")
     header, body = rows[0], [row for row in rows[1:] if row]

@@ -7,6 +7,8 @@ reports, the explorer and users call :meth:`ResultFile.read`.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ClassVar, Self, get_args
 
@@ -17,6 +19,30 @@ from dolfingrip.files import whole
 
 class ResultFileError(ValueError):
     """One line about a file of results that cannot be read."""
+
+
+@contextmanager
+def reading(file: Path) -> Iterator[None]:
+    """Make one line of whatever a damaged file of results leads to.
+
+    Args:
+        file: that is read.
+
+    Yields:
+        Nothing; the file is read meanwhile.
+
+    Raises:
+        ResultFileError: one line.
+    """
+    try:
+        yield
+    except ResultFileError:
+        raise
+    except OSError as error:
+        raise ResultFileError(f"{file}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError) as error:
+        why = str(error).removeprefix(f"{file}: ")
+        raise ResultFileError(f"{file}: damaged: {why}") from None
 
 
 class Part(BaseModel):

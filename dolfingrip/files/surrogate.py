@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
 from dolfingrip.files.columns import read_csv
-from dolfingrip.files.result_file import Part, ResultFile
+from dolfingrip.files.result_file import Part, ResultFile, reading
 
 CURVE, DESIGNS = "learning_curve.csv", "designs.csv"
 PREFIX = "surrogate."
@@ -70,8 +69,9 @@ class SurrogateFile(ResultFile):
         """
         if not (folder / CURVE).is_file():
             return {}
-        table = read_csv(folder / CURVE)
-        return {name: [float(entry) for entry in entries] for name, entries in table.items()}
+        with reading(folder / CURVE):
+            table = read_csv(folder / CURVE, ours=True)
+            return {name: [float(entry) for entry in entries] for name, entries in table.items()}
 
     def designs(self, folder: Path) -> list[LearntDesign]:
         """Read the designs that it learnt from or was tested on.
@@ -84,17 +84,18 @@ class SurrogateFile(ResultFile):
         """
         if not (folder / DESIGNS).is_file():
             return []
-        with (folder / DESIGNS).open(encoding="utf-8", newline="") as stream:
-            rows = list(csv.DictReader(stream))
 
         def some(row: dict[str, str], names: Any, prefix: str = "") -> dict[str, float]:
             return {n: float(row[prefix + n]) for n in names if row.get(prefix + n)}
 
-        return [
-            LearntDesign(
-                inputs=some(row, self.inputs),
-                outputs=some(row, self.outputs),
-                predicted=some(row, self.outputs, PREFIX),
-            )
-            for row in rows
-        ]
+        with reading(folder / DESIGNS):
+            table = read_csv(folder / DESIGNS, ours=True)
+            rows = (dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True))
+            return [
+                LearntDesign(
+                    inputs=some(row, self.inputs),
+                    outputs=some(row, self.outputs),
+                    predicted=some(row, self.outputs, PREFIX),
+                )
+                for row in rows
+            ]

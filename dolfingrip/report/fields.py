@@ -67,6 +67,9 @@ def list_steps(collection: Path) -> list[Path]:
     files = [collection.parent / str(entry.get("file")) for entry in root.iter("DataSet")]
     if not files:
         raise ValueError(f"{collection}: holds no steps")
+    for file in files:  # a folder that was received reads nothing of the one who opens it
+        if not file.resolve().is_relative_to(collection.parent.resolve()):
+            raise ValueError(f"{collection}: {file}: allowed: files of its own folder")
     return files
 
 
@@ -106,7 +109,7 @@ def load_result(collection: Path, result: Columns | Path | None) -> Columns:
     if not isinstance(result, Path):
         return result
     try:
-        return read_csv(result)
+        return read_csv(result, ours=True)
     except OSError as error:
         raise ValueError(f"{result}: {error.strerror}") from None
 

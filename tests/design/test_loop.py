@@ -74,6 +74,10 @@ def test_optimising_computes_again_and_resumes(
     log = tmp_path / "started"
     monkeypatch.setenv("DOLFINGRIP_TEST_LOG", str(log))
     command = ("optimise", surrogate, "--out", tmp_path, "--population", 40, "--generations", 15)
+    refused = CliRunner().invoke(cli.app, [*map(str, command)])
+    assert "package; allowed: --no-resolve, or --objective" in str(refused.exception)
+    assert not log.exists()  # nothing of it has run
+    command = (*command, "--objective", analytic.PATH)
     result = _call(*command, "--at-most", 2.0, "--at-most", 2.2)
     assert result.exit_code == 0
     assert "surrogate on 10 points along the front, force_N: RMS error" in result.stdout
@@ -126,6 +130,7 @@ def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("threads")
 def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -> None:
     options = ("--population", 40, "--generations", 15, "--at-most", 2.5, "--at-most", 3)
+    options = (*options, "--objective", analytic.PATH)
     _call("optimise", surrogate, "--out", tmp_path, *options)
     published = study_file.read(STUDY).published
     assert published is not None

@@ -64,7 +64,7 @@ class FreeFormTable(Section):
     ripple_mm: float = Field(
         0.0, ge=0, le=20, description="amplitude of a ripple of the start, less at the contact face"
     )
-    ripple_length_mm: float = Field(10.0, gt=0, le=500, description="wavelength of that ripple")
+    ripple_length_mm: float = Field(10.0, ge=0.1, le=500, description="wavelength of that ripple")
 
 
 class Scenario(Section):

@@ -36,6 +36,9 @@ from dolfingrip.diagnosis.policy import DATA
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.sections.section import Section
 
+MOST_READINGS: Final = 1000
+"""Largest number of readings of a ramp."""
+
 
 def cycles(count: int, *, unload: bool = True) -> list[tuple[str, int]]:
     """Branch and cycle of so many ramps up; they also go down if there are several, or if asked."""
@@ -104,7 +107,7 @@ class RigProtocol(Section):
 
     highest_pressure_kPa: float = Field(250.0, gt=0, le=1e4, description="end of a ramp")
     step_kPa: float = Field(25.0, gt=0, le=1e4, description="between readings")
-    coupon_readings: int = Field(20, ge=2, le=1000, description="of a ramp of a coupon")
+    coupon_readings: int = Field(20, ge=2, le=MOST_READINGS, description="of a ramp of a coupon")
     cycles: int = Field(1, ge=1, le=100, description="ramps up; more than one are up and down")
     unload: bool = Field(False, description="read while unloading, too")
     hold_s: float = Field(0.0, ge=0, le=1e6, description="wait after the first ramp")
@@ -161,6 +164,11 @@ def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataF
             columns += (TRANSVERSE_STRAIN.name,)
     else:
         top = protocol.highest_pressure_kPa
+        if protocol.step_kPa * MOST_READINGS < top:
+            raise ConfigError(
+                f"step_kPa = {protocol.step_kPa:g}: allowed: at least {top / MOST_READINGS:g} kPa, "
+                f"which is {MOST_READINGS} readings of a ramp to {top:g} kPa"
+            )
         count = max(round(top / protocol.step_kPa), 1)
         rate = test.setup.rate or applied.experiment.rate_kPa_per_s
         columns = ((FORCE if test.experiment == "blocked_force" else ANGLE).name,)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
+
+from dolfingrip.files.columns import read_csv
+from dolfingrip.files.result_file import reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -114,8 +116,10 @@ class SensitivityTable(Sequence[dict[str, Any]]):
         file = folder / FILE
         if not file.is_file():
             return cls()
-        with file.open(encoding="utf-8", newline="") as stream:
+        with reading(file):
+            table = read_csv(file, ours=True)
+            rows = (dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True))
             return cls(
                 {**each, "row": int(each["row"]), "derivative": float(each["derivative"])}
-                for each in csv.DictReader(stream)
+                for each in rows
             )
