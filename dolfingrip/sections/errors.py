@@ -76,8 +76,12 @@ def _places(loc: Sequence[str | int], root: type[BaseModel]) -> list[str | int]:
         if named:
             named = False
             continue
+        found = kinds([each for each in places if isinstance(each, str)], root)
+        if found and not any(hasattr(kind, "model_fields") for kind in found):
+            break  # below a value pydantic puts the types that it may have
         places.append(part)
-        named = len(kinds([str(each) for each in places if isinstance(each, str)], root)) > 1
+        found = kinds([each for each in places if isinstance(each, str)], root)
+        named = len(found) > 1 and all(hasattr(kind, "model_fields") for kind in found)
     return places
 
 

@@ -38,7 +38,7 @@ class _Line:
     number: int
 
     def refuse(self, what: str) -> ConfigError:
-        return ConfigError(f"{self.file}: line {self.number}: {what}")
+        return ConfigError(f"{self.file}: line {self.number}: {' '.join(what.split())}")
 
 
 def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
