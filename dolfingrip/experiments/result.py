@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import WORDS
 from dolfingrip.charts.chart import Chart
 from dolfingrip.experiments.chart import DrawnResult, chart
 from dolfingrip.experiments.index import find
@@ -64,10 +65,14 @@ class Result(Readings):
         experiment = find(facts.experiment)
         with reading(folder / TABLE):
             table = read_csv(folder / TABLE, ours=True)
-        rows: list[Row] = [
-            {name: _value(entry) for name, entry in zip(table, entries, strict=True) if entry}
-            for entries in zip(*table.values(), strict=True)
-        ]
+            rows: list[Row] = [
+                {name: _value(entry) for name, entry in zip(table, entries, strict=True) if entry}
+                for entries in zip(*table.values(), strict=True)
+            ]
+            for name in table:
+                texts = {isinstance(row[name], str) for row in rows if name in row}
+                if len(texts) > 1 and name not in WORDS:
+                    raise ValueError(f"column {name} has numbers and texts")
         return cls(
             experiment.name,
             configuration.from_dict(facts.config),

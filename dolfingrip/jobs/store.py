@@ -174,7 +174,7 @@ class Store:
         return int(version)
 
     def _salvage(self, why: str) -> None:
-        """Set the file aside, and begin another with the rows that can be read."""
+        """Set the file aside, and begin another with the rows that are whole."""
         self._base.close()
         head = self.path.read_bytes()[:32]
         size = int.from_bytes(head[16:18]) * int.from_bytes(head[28:32])
@@ -200,10 +200,12 @@ class Store:
         self._base = self._open(write=True)
         self._base.executescript(_TABLES)
         marks = ", ".join("?" * (len(_SEALED) + 2))
+        whole = [row for row in rows.values() if row[-1] == _digest(row[1:-1])]
         with self._transaction():
-            self._base.executemany("INSERT OR IGNORE INTO facts VALUES (?, ?)", facts)
+            with suppress(UnicodeEncodeError):
+                self._base.executemany("INSERT OR IGNORE INTO facts VALUES (?, ?)", facts)
             self._base.executemany(
-                f"INSERT OR IGNORE INTO jobs ({columns}) VALUES ({marks})", rows.values()
+                f"INSERT OR IGNORE INTO jobs ({columns}) VALUES ({marks})", whole
             )
 
     def _examine(self, *, of_before: bool) -> None:

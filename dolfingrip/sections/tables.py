@@ -61,18 +61,18 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
         value = toml(f"v = {text}")["v"]
     except ValueError:
         return key, float(text) if SHORT_NUMBER.fullmatch(text) else text
-    _check_numbers(value, f"{option} {key}")
+    check_numbers(value, f"{option} {key}")
     return key, value
 
 
-def _check_numbers(value: Any, name: str) -> None:
+def check_numbers(value: Any, name: str) -> None:
     """Raise if a whole number is too large for a floating-point one."""
     if isinstance(value, dict):
         for key, entry in value.items():
-            _check_numbers(entry, f"{name}.{key}")
+            check_numbers(entry, f"{name}.{key}")
     elif isinstance(value, list):
         for entry in value:
-            _check_numbers(entry, name)
+            check_numbers(entry, name)
     elif isinstance(value, int) and abs(value) > sys.float_info.max:
         digits = len(str(abs(value)))
         raise ConfigError(f"{name}: a number of {digits} digits; allowed: below 1.8e308")
@@ -171,7 +171,7 @@ def whole(file: Path, option: str) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise ConfigError(f"{option} {file}: not a run.json: its config is no table")
     for name, table in data.items():
-        _check_numbers(table, f"{option} {file}: {name}")
+        check_numbers(table, f"{option} {file}: {name}")
     return data
 
 

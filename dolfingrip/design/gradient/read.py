@@ -41,7 +41,8 @@ def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
         )
     _without_memory(base)
     sign, name = _objective(asked.objective)
-    objective = asked.objective.quantity("objective", name)
+    key = f"objective.{'minimise' if sign > 0 else 'maximise'}"
+    objective = asked.objective.quantity(key, name)
     if name in OF_MANY:
         raise ConfigError(f"objective = {name}: an extreme over the shape; allowed: a constraint")
     limits = tuple(_limits(asked.constraints))

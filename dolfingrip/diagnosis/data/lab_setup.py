@@ -157,6 +157,7 @@ class SetupFile:
             raise ConfigError(f"{self.file}: {error.strerror}") from None
         except ValueError as error:
             raise ConfigError(f"{self.file}: not TOML: {error}") from None
+        tables.check_numbers(self._data, str(self.file))
         self.experiments = self._experiments()
         for name in _TABLES:
             if name != "material":

@@ -56,13 +56,18 @@ class Fields:
     rows: npt.NDArray[np.int64]
 
 
-def read(collection: Path, detail: Detail = DETAIL) -> Fields:
+def read(collection: Path, readings: int, detail: Detail = DETAIL) -> Fields:
     """Read the fields of a run.
+
+    Args:
+        collection: ``fields.pvd``.
+        readings: number of rows of the result; a run that was killed may have a step more.
+        detail: how much is shown.
 
     Raises:
         ValueError: one line, if files are missing or hold something else.
     """
-    files = list_steps(collection)
+    files = list_steps(collection)[:readings]
     count = min(len(files), detail.most_steps)
     rows = np.unique(np.round(np.linspace(0, len(files) - 1, count)).astype(np.int64))
     mesh: FieldMesh | None = None

@@ -23,7 +23,7 @@ def scene_of(run: Run, fields: finger.Fields | None = None) -> Scene:
     """
     if run.experiment.pictures == "gripper":
         return _grasp(run)
-    return _finger(run, finger.read(run.fields) if fields is None else fields)
+    return _finger(run, finger.read(run.fields, len(run.result)) if fields is None else fields)
 
 
 def _finger(run: Run, fields: finger.Fields) -> Scene:

@@ -77,7 +77,7 @@ def _scene(
         return None
     try:
         if run.experiment.pictures != "gripper":
-            fields[place] = finger.read(run.fields)
+            fields[place] = finger.read(run.fields, len(run.result))
         scene = scene_of(run, fields.get(place))
         page.scenes.append(scene.packed())
         if pictures:
