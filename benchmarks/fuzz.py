@@ -74,8 +74,7 @@ class Reader:
         read: mutates the input by a generator, or leaves it good where there is none, and reads it
             in a folder; tells the key that it mutated, where it is one.
         share: of all mutations.
-        alone: each mutation has a process of its own, as the command has: OpenCASCADE dies of a
-            file that it read well once before.
+        alone: each mutation has a process of its own, as the command has.
     """
 
     read: Callable[[Path, random.Random | None, Callable[[str], None]], None]
@@ -277,8 +276,13 @@ def _message(folder: Path, rng: random.Random | None, told: Callable[[str], None
     rig.files(answers if isinstance(answers, Mapping) else {}, asked.config)
 
 
-def readers(folder: Path) -> dict[str, Reader]:
-    """All readers, with their good input made in a folder."""
+def readers(folder: Path, *, quick: bool = False) -> dict[str, Reader]:
+    """Readers, with their good input made in a folder.
+
+    Args:
+        folder: for their input.
+        quick: without those of CAD and of results, which take long or need a solution.
+    """
     from dolfingrip.design.campaign.plan import Plan
     from dolfingrip.experiments import run
     from dolfingrip.experiments.rigs.undeformed import solid
@@ -286,10 +290,8 @@ def readers(folder: Path) -> dict[str, Reader]:
     from dolfingrip.jobs.spool import Spool
     from dolfingrip.jobs.store import Store
     from dolfingrip.meshes import files
-    from dolfingrip.report import printable
 
     finger = configuration.load(None, dict(FINGER))
-    run("bending", finger, out=folder / "run")
     measured = folder / "measured"
     measured.mkdir()
     for suffix in (".csv", ".toml"):
@@ -312,11 +314,10 @@ def readers(folder: Path) -> dict[str, Reader]:
     for suffix in files.WRITABLE:
         files.write(folder / f"mesh{suffix}" / f"finger{suffix}", mesh)
         found[f"mesh {suffix}"] = _copied(folder / f"mesh{suffix}", _mesh, 3)
-    printable.write(finger, folder / "stl" / "finger.stl")
-    found["CAD .stl"] = _copied(folder / "stl", _cad, 1, alone=True)
-    (folder / "step").mkdir()
-    shutil.copy(EXAMPLES / "half_round_finger.step", folder / "step")
-    found["CAD .step"] = _copied(folder / "step", _cad, 1, alone=True)
+    if not quick:
+        run("bending", finger, out=folder / "run")
+        found["result folder"] = _copied(folder / "run", _result, 5)
+        found |= _of_cad(finger, folder)
     points = tuple({"morph.xi1": value / 10} for value in range(6))
     plan = Plan(finger, ("morph.xi1",), points)
     jobs, stored = plan.jobs(), folder / "campaign"
@@ -332,8 +333,16 @@ def readers(folder: Path) -> dict[str, Reader]:
     for answer in answers[4:]:
         Spool(stored / "spool").write(answer)
     found["campaign"] = _copied(stored, _campaign)
-    found["result folder"] = _copied(folder / "run", _result, 5)
     return found
+
+
+def _of_cad(finger: Config, folder: Path) -> dict[str, Reader]:
+    from dolfingrip.report import printable
+
+    printable.write(finger, folder / "stl" / "finger.stl")
+    (folder / "step").mkdir()
+    shutil.copy(EXAMPLES / "half_round_finger.step", folder / "step")
+    return {f"CAD .{name}": _copied(folder / name, _cad, 1, alone=True) for name in ("stl", "step")}
 
 
 # -- outcomes ------------------------------------------------------------------------------------

@@ -46,6 +46,8 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
         raise MeshError(f"mesh.file = {path}: {error.strerror}") from None
     except MeshError as error:
         raise MeshError(f"mesh.file = {path}: {error}") from None
+    except OverflowError:
+        raise MeshError(f"mesh.file = {path}: a node's number is above 9.2e18") from None
     missing = [name for name in needed if not len(mesh.facets.get(name, ()))]
     if missing:
         raise MeshError(f"mesh.file = {path}: {groups.missing_message(missing)}")

@@ -46,6 +46,8 @@ def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
 def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, Any]) -> str:
     """The first error that pydantic finds in the data of a ``root``."""
     first = error.errors()[0]
+    if first["type"] == "string_unicode":  # of a key, too
+        return f"{first['input']!a}: not in UTF-8; allowed: text that is"
     places = _places(first["loc"], root)
     # numbers are places in a list; the list is named as a whole
     location = [str(part) for part in places if not isinstance(part, int)]

@@ -56,7 +56,8 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
     key, separator, text = assignment.partition("=")
     key, text = key.strip(), text.strip()
     if not separator or not all(part.strip() for part in key.split(".")):
-        raise ConfigError(f"{option} {assignment}: allowed: section.key=value")
+        shown = " ".join(assignment.split())
+        raise ConfigError(f"{option} {shown}: allowed: section.key=value")
     try:
         value = toml(f"v = {text}")["v"]
     except ValueError:

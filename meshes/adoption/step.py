@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,11 +40,28 @@ def adopt_step(
     Raises:
         MeshError: one line, without the file's name.
     """
+    _require_bearable(path)
     try:
         return _adopted(path, asked, wanted, scale)
     except HalfError:
         mesh, roles, found = _adopted(path, replace(asked, whole=True), wanted, scale)
         return mesh, roles.as_whole("its half cannot be meshed; the whole is computed"), found
+
+
+def _require_bearable(path: Path) -> None:
+    """Raise if OpenCASCADE dies of a file, which a process of its own finds out."""
+    tried = (
+        "import gmsh, sys; gmsh.initialize(interruptible=False); "
+        "gmsh.option.setNumber('Geometry.OCCImportLabels', 1); "
+        "gmsh.model.occ.importShapes(sys.argv[1], highestDimOnly=True)"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", tried, str(path)], stdin=subprocess.DEVNULL, capture_output=True,
+        check=False,
+    )  # fmt: skip
+    if ended.returncode < 0:  # any error of Gmsh's comes again here, with its sentence
+        name = signal.Signals(-ended.returncode).name
+        raise MeshError(f"damaged: OpenCASCADE ends by {name} when it reads it")
 
 
 class HalfError(MeshError):
