@@ -40,7 +40,10 @@ from dolfingrip.jobs.work import work
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (FORCE.replace("force_N", "fours_N") + TWO, "objective.maximise = fours_N: allowed: angle_deg, "),
+        (
+            FORCE.replace("force_N", "fours_N") + TWO,
+            "objective.maximise = fours_N: allowed: angle_deg, ",
+        ),
         (FORCE.replace("at_p", "# at_p") + TWO, "objective.maximise = force_N: 0 places; allowed"),
         (FORCE + 'minimise = "mass_g"\n' + TWO, "objective: 2 quantities; allowed: one of"),
         (FORCE.replace("force_N", "pickup_pressure_kPa") + TWO, "no gradient: a grasp with frict"),
