@@ -120,9 +120,16 @@ def read_grid(file: Path) -> Any:
     Raises:
         ValueError: One line where the file is missing.
     """
-    if not file.is_file():
+    try:
+        there = file.is_file()
+    except OSError as error:  # such as a name that is too long
+        raise ValueError(f"{file}: {error.strerror}") from None
+    if not there:
         raise ValueError(f"{file}: no such file")
-    return pv.read(file)
+    found = pv.read(file)
+    if not found.n_cells or not np.isfinite(found.points).all():
+        raise ValueError(f"{file}: damaged: no elements, or points that are no numbers")
+    return found
 
 
 def read_mesh(grid: Any) -> FieldMesh:
