@@ -61,11 +61,14 @@ def tint(colour: str) -> tuple[float, float, float]:
 
 
 def colour_map(quantity: str) -> Colormap:
-    """The colour map of ``displacement`` or of ``stretch``, so that nobody mixes them up.
+    """Return the colour map of a field; each field has its own, so that nobody mixes them up.
 
     Both run from light to dark (ColorBrewer: safe for any colour vision and in grey print). An
     unloaded finger is light, so its edges and the shading of its bellows can be seen; the ends
     are cut off, white being the paper and black the edges.
+
+    Args:
+        quantity: ``displacement`` or ``stretch``.
     """
     name, low, high = _COLOUR_MAPS[quantity]
     colours = mpl.colormaps[name](np.linspace(low, high, 256))

@@ -163,7 +163,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a request gave.
+    """The answer to a request.
 
     Attributes:
         columns: (reached,) readings by column, at the stops or places that were reached.

@@ -310,7 +310,12 @@ def _of_mpirun(code: int, said: str) -> str:
 
 
 def main(request: Path, answer: Path) -> None:
-    """Compute a request on all ranks; rank 0 writes what came out."""
+    """Compute a request on all ranks; rank 0 writes the answer.
+
+    Args:
+        request: JSON file of the request.
+        answer: file that is written.
+    """
     _end_with_parent()
     from mpi4py import MPI
 

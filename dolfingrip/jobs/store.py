@@ -416,7 +416,7 @@ def _digest(row: Sequence[Any]) -> str:
 
 
 def _readable(row: Sequence[Any]) -> bool:
-    """Whether a row without a digest has what it must have."""
+    """Tell whether a row without a digest has what it must have."""
     named = dict(zip(_SEALED, row, strict=True))
     try:
         found = {name: json.loads(named[name]) for name in _JSON if named[name] is not None}

@@ -120,7 +120,13 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
 
 
 def label(time_s: float, pressure_kPa: float, branch: str) -> str:
-    """Time, pressure and stage of a grasp in words."""
+    """Say time, pressure and stage of a grasp in words.
+
+    Args:
+        time_s: of the row.
+        pressure_kPa: of the row.
+        branch: of the row, ``loading``, ``hold`` or ``lift``.
+    """
     stage = {"loading": "pressurising", "hold": "holding", "lift": "lifting"}.get(branch, branch)
     if not time_s:
         stage = "at rest"

@@ -118,7 +118,11 @@ def _write_step(config: Config, file: Path) -> float:
 
 
 def morphed(config: Config) -> BoxSolid | CylinderSolid:
-    """The solid of a design; its boxes have the morph, which keeps planes x = const planes."""
+    """Return the solid of a design; its boxes have the morph, which keeps planes x = const planes.
+
+    Args:
+        config: of the design.
+    """
     moved = morph(config).moved
 
     def box(each: Box) -> Box:

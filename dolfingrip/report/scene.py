@@ -201,7 +201,7 @@ def no_display() -> Iterator[None]:
 
 
 def _has_egl() -> bool:
-    """Whether the EGL library is installed; VTK chooses its own window without it."""
+    """Tell whether the EGL library is installed; VTK chooses its own window without it."""
     try:
         ctypes.CDLL("libEGL.so.1")
     except OSError:

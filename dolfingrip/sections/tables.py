@@ -67,7 +67,15 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
 
 
 def check_numbers(value: Any, name: str) -> None:
-    """Raise if a whole number is too large for a floating-point one."""
+    """Raise if a whole number is too large for a floating-point one.
+
+    Args:
+        value: a number, or tables and lists of them.
+        name: that the message calls it.
+
+    Raises:
+        ConfigError: one line.
+    """
     if isinstance(value, dict):
         for key, entry in value.items():
             check_numbers(entry, f"{name}.{key}")

@@ -116,7 +116,7 @@ class FingerAdjoints:
         return {name: adjoint.derivative(perturbation) for name, adjoint in self._adjoints.items()}
 
     def _counted(self) -> list[Reading]:
-        """What depends on the state at rest: readings that count from there, the plate's place."""
+        """List what depends on the state at rest: readings that count from there, and the plate."""
         plate = self._finger.plate
         found = [each.raw for each in self._readings.values() if isinstance(each, FromRest)]
         return found if plate is None else [*found, PlatePlace(self._finger.model, plate)]

@@ -67,9 +67,13 @@ class Choice:
 
 
 def choices(config: Config, keys: Sequence[str] | None) -> list[Choice]:
-    """The choices of the model among the keys that derivatives are asked for.
+    """Return the choices of the model among the keys that derivatives are asked for.
 
     A choice that ``config`` does not make is made with its default values.
+
+    Args:
+        config: that the choices are made or not made in.
+        keys: of parameters and choices; None: none.
 
     Raises:
         ConfigError: one line, where a choice cannot be made with the rest of ``config``.

@@ -20,10 +20,14 @@ if TYPE_CHECKING:
 
 
 def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
-    """The parameters that readings are derived by: those of ``keys``, or all.
+    """Return the parameters that readings are derived by.
 
     Keys of whole choices of the model are left out; they are in
     :mod:`dolfingrip.experiments.derivatives.choices`.
+
+    Args:
+        config: of the simulation.
+        keys: of parameters and choices; none, or None: all parameters.
 
     Raises:
         ConfigError: one line: an unknown key, a number of a choice of the model, or volume

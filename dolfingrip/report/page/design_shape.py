@@ -36,7 +36,10 @@ def design_shape(base: Config, inputs: Mapping[str, float]) -> Scene:
 
 
 def unloaded_shape(config: Config) -> Scene:
-    """The scene of a design without load.
+    """Return the scene of a design without load.
+
+    Args:
+        config: of the design.
 
     Raises:
         ConfigError: one line, if it cannot be meshed.

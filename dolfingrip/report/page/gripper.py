@@ -30,7 +30,13 @@ AROUND_MM: Final = 8.0
 def parts(
     folder: Path, config: Config, result: Columns, detail: Detail = DETAIL
 ) -> tuple[list[Part], Ints]:
-    """Fingers, food and table at the steps that are shown, and the row of each step.
+    """Return fingers, food and table at the steps that are shown, and the row of each step.
+
+    Args:
+        folder: of the grasp's result.
+        config: of the grasp.
+        result: its columns.
+        detail: how many steps are shown.
 
     Raises:
         ValueError: one line, if the fields are missing or hold something else.
@@ -84,7 +90,12 @@ def _finger(
 
 
 def food_part(body: GraspedBody, places: Floats) -> Part:
-    """The food at places of its surface's points, shape (frames, points, 3)."""
+    """Return the food as a part of a scene.
+
+    Args:
+        body: the food.
+        places: of its surface's points (mm), shape (frames, points, 3).
+    """
     surface: Any = body.surface.polydata()
     triangles = np.asarray(surface.regular_faces, dtype=np.int64)
     none = np.zeros((0, 2), dtype=np.int64)
@@ -94,7 +105,11 @@ def food_part(body: GraspedBody, places: Floats) -> Part:
 
 
 def table_part(around: Floats) -> Part:
-    """A table under points, shape (points, 3)."""
+    """Return a table as a part of a scene.
+
+    Args:
+        around: points (mm) above it, shape (points, 3).
+    """
     low, high = around.min(axis=0) - AROUND_MM, around.max(axis=0) + AROUND_MM
     low[2], high[2] = -TABLE_MM, 0.0
     skin = box_skin(low, high)

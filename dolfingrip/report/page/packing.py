@@ -62,7 +62,7 @@ def pack_numbers(numbers: npt.NDArray[Any], stride: int = 1) -> dict[str, Any]:
 
 
 def unpack_numbers(packed: dict[str, Any]) -> npt.NDArray[Any]:
-    """What :func:`pack_numbers` packed, shape (rows, columns)."""
+    """Return the numbers, shape (rows, columns), that :func:`pack_numbers` packed."""
     size, shape, stride = packed["bytes"], (packed["rows"], packed["columns"]), packed["stride"]
     raw = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), dtype=np.uint8)
     kind = np.dtype(f"<u{size}")

@@ -16,7 +16,12 @@ AROUND_MM: Final = 3.0
 
 
 def plate(run: Run, fields: Fields) -> Part:
-    """A slab whose face is the gap of the first reading away from the finger's tip."""
+    """Return a slab whose face is the gap of the first reading away from the finger's tip.
+
+    Args:
+        run: with the gap.
+        fields: of the finger.
+    """
     config = run.result.config.plate
     turn = Rotation.from_euler("y", config.tilt_deg, degrees=True)
     normal = turn.apply(np.asarray(config.normal, dtype=float))

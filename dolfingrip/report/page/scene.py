@@ -58,7 +58,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What the slider of a scene goes through.
+    """The steps that the slider of a scene goes through.
 
     Attributes:
         label: with its unit.
@@ -126,7 +126,14 @@ class Scene:
 
 
 def towards(view: View) -> Floats:
-    """Direction to the eye of a view of the pictures, in the coordinates of a scene."""
+    """Return the direction to the eye of a view of the pictures.
+
+    Args:
+        view: of a picture.
+
+    Returns:
+        (3,) unit vector in the coordinates of a scene.
+    """
     direction: Floats = view.axes[2]
     return direction * UPRIGHT if view.up < 0 else direction
 
