@@ -1,0 +1,116 @@
+"""Docstrings stand alone, and the doors of rooms say what their arguments are.
+
+A room is forms, meshes, or a package or module directly in ``dolfingrip``.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import defaultdict
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+LEANS_ON_OTHERS = re.compile(
+    r"(The same|Likewise|As|Of|What|That|Those|Its|Whether|Also|Again)\b", re.IGNORECASE
+)
+"""Beginnings of a first line that cannot be read without the lines around it."""
+
+TWICE = {
+    "Answer": "of a job, and of a request: each is the only one of its package",
+    "Moment": "of a grasp's readings, and of its picture",
+    "Part": "of a result file, and of a scene",
+}
+"""Class names that two modules have, each for a reason."""
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@cache
+def modules() -> dict[str, ast.Module]:
+    """Sources of the package by their dotted names."""
+    found = {}
+    for folder in ("dolfingrip", "forms", "meshes"):
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            parts = file.relative_to(ROOT).with_suffix("").parts
+            name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+            found[name] = ast.parse(file.read_text(encoding="utf-8"))
+    return found
+
+
+def room(name: str) -> str:
+    parts = name.split(".")
+    if parts[:2] in (["dolfingrip", "forms"], ["dolfingrip", "meshes"]):
+        parts = parts[1:]
+    return ".".join(parts[:2]) if parts[0] == "dolfingrip" else parts[0]
+
+
+def used_elsewhere() -> set[str]:
+    """Names that one room takes from another, by import or as attributes of what it imported."""
+    names: set[str] = set()
+    for name, tree in modules().items():
+        foreign = set()
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                for alias in node.names:
+                    if room(f"{node.module}.{alias.name}") != room(name):
+                        names.add(alias.name)
+                        foreign.add(alias.asname or alias.name)
+        names |= {
+            node.attr
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name)
+            and node.value.id in foreign
+        }
+    return names
+
+
+def undocumented(node: Function) -> list[str]:
+    """Parameters that the Args of a docstring lack."""
+    given = node.args.posonlyargs + node.args.args + node.args.kwonlyargs
+    section = (ast.get_docstring(node) or "").partition("Args:")[2]
+    return [
+        each.arg
+        for each in given
+        if not re.search(rf"^\s+.*\b{each.arg}\b.*:", section, re.MULTILINE)
+    ]
+
+
+def test_first_lines_stand_alone() -> None:
+    leaning = [
+        f"{name}.{node.name}: {first}"
+        for name, tree in modules().items()
+        for node in ast.walk(tree)
+        if isinstance(node, Function | ast.ClassDef)
+        for first in [(ast.get_docstring(node) or "").partition("\n")[0]]
+        if LEANS_ON_OTHERS.match(first)
+    ]
+    assert leaning == []
+
+
+def test_doors_of_rooms_have_args() -> None:
+    """Commands are left out: their settings have help texts."""
+    used = used_elsewhere()
+    bare = [
+        f"{name}.{node.name}: {', '.join(lacking)}"
+        for name, tree in modules().items()
+        if room(name) != "dolfingrip.cli"
+        for node in tree.body
+        if isinstance(node, Function) and node.name in used
+        for lacking in [undocumented(node)]
+        if lacking
+    ]
+    assert bare == []
+
+
+def test_class_names_are_given_once() -> None:
+    places = defaultdict(list)
+    for name, tree in modules().items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places[node.name].append(name)
+    twice = {name: found for name, found in places.items() if len(found) > 1}
+    assert twice.keys() == TWICE.keys(), twice
