@@ -32,7 +32,7 @@ ACTUATORS = Path(__file__).with_name("ecoflex_actuators")
 HIGHEST_kPa = 17.0
 """Far below ballooning."""
 TRIED = ("angle_gain", "angle_offset")
-COARSE = ("mesh.edge_size_mm=2",)
+COARSE = {"mesh.edge_size_mm": 2.0}
 
 
 def readings(out: Path) -> Path:
@@ -51,7 +51,7 @@ def readings(out: Path) -> Path:
 def main(out: Path) -> dict[str, Any]:
     """Diagnose; the content of ``diagnosis.json``."""
     file = readings(out)
-    model = config.load(ACTUATORS / "coupon_alone.toml", list(COARSE))
+    model = config.load(ACTUATORS / "coupon_alone.toml", COARSE)
     found = diagnose([file], model, out, DiagnosisSettings(effects=TRIED))
     write(found, [file], out)
     return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))

@@ -9,6 +9,7 @@ import pytest
 from support import invented_grasp
 from support.command import run_command
 
+from dolfingrip.cli import pickup_commands
 from dolfingrip.design.campaign import trials
 
 
@@ -20,7 +21,7 @@ def grasps(monkeypatch: pytest.MonkeyPatch) -> None:
         def __init__(self, *given: object) -> None:
             super().__init__(*given, objective=invented_grasp.OBJECTIVE)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(trials, "GraspTrials", Invented)
+    monkeypatch.setattr(pickup_commands, "GraspTrials", Invented)
 
 
 @pytest.mark.usefixtures("grasps")
@@ -68,7 +69,7 @@ def test_an_interrupted_search_says_how_to_go_on(
         def __init__(self, *given: object) -> None:
             super().__init__(*given, objective=f"{__name__}:interrupted")  # type: ignore[arg-type]
 
-    monkeypatch.setattr(trials, "GraspTrials", Interrupted)
+    monkeypatch.setattr(pickup_commands, "GraspTrials", Interrupted)
     assert run_command("pickup", "--out", str(tmp_path), "--preset", "coarse") == 130
     assert capfd.readouterr().err == (
         f"dolfingrip: interrupted: what was computed is kept in {tmp_path}; "
@@ -78,11 +79,11 @@ def test_an_interrupted_search_says_how_to_go_on(
 
 
 @pytest.mark.parametrize(("arguments", "said"), [
-    (["pickup", "--resolution", "0"], "--resolution 0: allowed: above 0 and up to 300 kPa"),
+    (["pickup", "--resolution", "0"], "--resolution 0: allowed: above 0 kPa"),
     (["pickup", "--highest", "2000"], "--highest 2000: allowed: above 0 and up to 1000 kPa"),
     (["pickup", "--food", "pear"], 'food.kind = "pear"'),
     (["friction", "--pickup-pressure", "4"], "--resolution 5: allowed: above 0 and below 4 kPa"),
-    (["friction", "--pickup-pressure", "9", "--tolerance", "1"], "--tolerance 1: allowed: 0"),
+    (["friction", "--pickup-pressure", "9", "--tolerance", "1"], "--tolerance 1: allowed: at least 0.0001 and up to 0.5"),
 ])  # fmt: skip
 def test_bad_input(
     arguments: list[str],

@@ -21,7 +21,6 @@ PACKAGE = Path(dolfingrip.__file__).parent
 LAYOUT = PACKAGE.parent / "docs" / "layout.md"
 DOWN = (
     "cli/experiment_commands.py",
-    "cli/commands.py",
     "experiments/loop.py",
     "mechanics/path/path.py",
 )

@@ -54,7 +54,11 @@ def friction(asked: FrictionSettings) -> None:
         raise ConfigError(
             f"--resolution {asked.resolution:g}: allowed: below {asked.pickup_pressure:g} kPa"
         )
-    _check("--resolution", asked.resolution, asked.pickup_pressure)
+    if asked.resolution >= asked.pickup_pressure:
+        raise ConfigError(
+            f"--resolution {asked.resolution:g}: allowed: above 0 and below "
+            f"{asked.pickup_pressure:g} kPa"
+        )
     base = _base(asked)
 
     screen = console()

@@ -49,7 +49,7 @@ class Spool:
 
     def answers(self) -> Iterator[Answer]:
         """All that were spooled."""
-        for path in sorted(self.folder.glob("*.json")):
+        for path in sorted(self.folder.glob("[!.]*.json")):  # others are being written
             answer = self.read(path.stem)
             if answer is not None:
                 yield answer

@@ -92,7 +92,7 @@ def test_noise_has_the_size_that_is_told_and_drifts() -> None:
 def test_the_generator_is_not_the_analyser() -> None:
     """All that is hidden at once, and another mesh, barriers and steps."""
     protocol = PROTOCOLS["reference"]
-    causes = ("extensions.yeoh.C20_MPa=0.1", "extensions.prony.tau_s=[8.0]")
+    causes = {"extensions.yeoh.C20_MPa": 0.1, "extensions.prony.tau_s": [8.0]}
     far = {"wall_offset": -2.0, "plate_gap": 1.0, "pressure_gain": 4.0, "pressure_offset": -1.0}
     config = finger.configured(protocol, Truth(causes, ("deep_clamp", 1.0), 1.5, far))
     told = protocol.analysed()
@@ -144,4 +144,4 @@ def test_cases_are_those_of_the_seed_and_are_seen(bench: cases.Bench) -> None:
         assert FAR[0] <= abs(off.pop(name)) <= FAR[1]
         assert all(abs(each) <= cases.WIDEST for each in off.values())
     none = cases.drawn(bench, "development", "none", 0)
-    assert (none.names, none.truth.causes, none.truth.outsider[0]) == ((), (), "")
+    assert (none.names, none.truth.causes, none.truth.outsider[0]) == ((), {}, "")

@@ -15,7 +15,7 @@ from support.this_process import ThisProcess
 
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import simulate
-from dolfingrip.jobs.policy import POLICY
+from dolfingrip.jobs.policy import WorkerPolicy
 from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.jobs.store import Store
 
@@ -42,6 +42,6 @@ def test_ranks_that_are_killed_however_often(tmp_path: Path) -> None:
     ):
         simulate([request], tmp_path, ThisProcess())
     assert "\n" not in str(ended.value)
-    assert len(killed) == POLICY.attempts
+    assert len(killed) == WorkerPolicy().attempts
     with Store(tmp_path) as store:
         assert [row["status"] for row in store.rows()] == ["pending"]

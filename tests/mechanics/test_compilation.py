@@ -14,9 +14,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import typer
 from support import compiling
 
-from dolfingrip.cli import app as cli
+from dolfingrip.cli import edge
 from dolfingrip.jobs.job import MACHINE, Job
 from dolfingrip.jobs.work import compute
 from dolfingrip.mechanics.model.compilation import CompilationError, compiled, told_to
@@ -158,9 +159,11 @@ def test_a_failed_compile_is_the_machines(
     assert (answer.status, answer.failure_class) == ("broken", MACHINE)
     capfd.readouterr()
 
-    monkeypatch.setattr(cli, "app", compiling.volume)
+    command = typer.Typer()
+    command.command()(lambda: print(compiling.volume()))
+    monkeypatch.setattr(sys, "argv", ["dolfingrip"])
     with pytest.raises(SystemExit) as ended:
-        cli.main()
+        edge.run(typer.main.get_command(command))
     assert ended.value.code == 1
     said = capfd.readouterr().err.splitlines()
     assert [line for line in said if line.startswith("dolfingrip: a form could not be compiled")]

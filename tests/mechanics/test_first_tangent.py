@@ -14,7 +14,8 @@ def test_the_same_solution_in_fewer_iterations() -> None:
     found, iterations = [], []
     for before in (None, {"pressure_kPa": 0.0}):
         model = small.model(small.short(), plate=False).model
-        newton = Newton(model, Solver(rtol=1e-9))
+        # without it the tangent leads astray for some thirty iterations
+        newton = Newton(model, Solver(rtol=1e-9, max_iterations=100))
         model.prescribe({"pressure_kPa": 60.0})
         solve = newton.solve(before=before)
         assert solve.converged

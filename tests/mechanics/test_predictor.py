@@ -83,7 +83,7 @@ def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatc
     guessed.clear()
     solid.displace(np.zeros_like(solid.nodes))
     solid.model.prescribe({"pressure_kPa": 0.0})
-    monkeypatch.setattr(predictor.series, "terms", lambda *_: [])
+    monkeypatch.setattr(predictor, "taylor_terms", lambda *_: [])
     followed(solid, [*RISE, *RISE[-2::-1]])
     assert guessed == [False, False, True, True, True, False, False, True, True]
 

@@ -63,7 +63,9 @@ def quantity(option: str, name: str, places: Places, experiment: str | None) -> 
         raise ConfigError(f"{said}: allowed: {', '.join(ALLOWED)}")
     if name in OF_MANY:
         return ShapeNumbers().quantity(said, name, places, experiment)
-    if name == PICKUP and (option != "objective" or places or experiment not in (None, GRASP)):
+    if name == PICKUP and (
+        option.partition(".")[0] != "objective" or places or experiment not in (None, GRASP)
+    ):
         raise ConfigError(
             f"{said}: of a grasp at experiment.max_pressure_kPa; allowed: the objective, without a "
             "place"
