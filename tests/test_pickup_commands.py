@@ -83,7 +83,8 @@ def test_an_interrupted_search_says_how_to_go_on(
     (["pickup", "--highest", "2000"], "--highest 2000: allowed: above 0 and up to 1000 kPa"),
     (["pickup", "--food", "pear"], 'food.kind = "pear"'),
     (["friction", "--pickup-pressure", "4"], "--resolution 5: allowed: above 0 and below 4 kPa"),
-    (["friction", "--pickup-pressure", "9", "--tolerance", "1"], "--tolerance 1: allowed: at least 0.0001 and up to 0.5"),
+    (["friction", "--pickup-pressure", "9", "--tolerance", "1"],
+     "--tolerance 1: allowed: at least 0.0001 and up to 0.5"),
 ])  # fmt: skip
 def test_bad_input(
     arguments: list[str],

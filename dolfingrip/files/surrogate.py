@@ -34,6 +34,7 @@ class SurrogateFile(ResultFile):
     """Contents of ``surrogate.json``."""
 
     model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Any]
 
     FILE: ClassVar[str] = "surrogate.json"
     MADE_BY: ClassVar[str] = "dolfingrip train"
