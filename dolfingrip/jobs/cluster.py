@@ -12,8 +12,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from dolfingrip.jobs import keys, slurm
-from dolfingrip.jobs.interrupts import broken_connections_are_errors, interrupts_answered_by
+from dolfingrip.jobs import connections, keys, slurm
+from dolfingrip.jobs.interrupts import interrupts_answered_by
 from dolfingrip.jobs.policy import WorkerPolicy
 from dolfingrip.sections.errors import ConfigError
 
@@ -30,6 +30,7 @@ _EVERYWHERE: dict[str, Any] = {
     # pages of the jobs for everybody who asks
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
+    "distributed.worker.preload": connections.PRELOAD,
 }
 
 
@@ -68,7 +69,7 @@ def connected(where: Where, policy: WorkerPolicy = WorkerPolicy()) -> Iterator[A
     from distributed import Client
 
     _quiet()
-    with broken_connections_are_errors(), ExitStack() as stack:
+    with connections.broken_connections_are_errors(), ExitStack() as stack:
         # Dask imports from there; its own choice in /tmp is one that another user may have made
         scratch = stack.enter_context(_scratch())
         silence = f"{policy.silence_h:g}h"

@@ -1,4 +1,4 @@
-"""Ctrl-C: a temporary handler, and what is kept; connections that break are errors."""
+"""Ctrl-C: a temporary handler, and what is kept."""
 
 from __future__ import annotations
 
@@ -44,19 +44,3 @@ def interrupts_answered_by(handler: Callable[[int, Any], None] | signal.Handlers
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def broken_connections_are_errors() -> Iterator[None]:
-    """Block SIGPIPE in this thread, and in threads and processes that it starts.
-
-    PETSc takes the signal for a crash and ends the process, and TLS writes to a connection as it
-    is closed. Without the signal the write raises BrokenPipeError.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
-    try:
-        yield
-    finally:
-        if signal.SIGPIPE not in before:
-            signal.sigtimedwait({signal.SIGPIPE}, 0)  # discards one that waits
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

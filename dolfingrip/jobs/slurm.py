@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from pathlib import Path
 from typing import Any, Final
 
+from dolfingrip.jobs import connections
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.private import cache_folder
@@ -23,6 +25,8 @@ _PRIVATE: Final = [
     """trap 'rm -rf "$DASK_TEMPORARY_DIRECTORY"' EXIT""",
     "export DASK_DISTRIBUTED__WORKER__HTTP__ROUTES='[]'",
     # a connection that breaks is an error of Python then, not a crash
+    f"export DASK_DISTRIBUTED__WORKER__PRELOAD='{json.dumps(connections.PRELOAD)}'",
+    f"export DASK_DISTRIBUTED__NANNY__PRELOAD='{json.dumps(connections.PRELOAD)}'",
     'export PETSC_OPTIONS="-no_signal_handler ${PETSC_OPTIONS:-}"',
 ]
 """What keeps other users of a node out of its workers, beside their keys, and suits TLS."""

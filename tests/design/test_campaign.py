@@ -26,7 +26,7 @@ from dolfingrip.design.campaign import campaign, export
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs import pool
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.interrupts import broken_connections_are_errors
+from dolfingrip.jobs.connections import broken_connections_are_errors
 from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.jobs.run import Standing
 from dolfingrip.jobs.spool import Spool
