@@ -18,7 +18,7 @@ NOT_INSTALLED = (f"{ROOT}/tests", f"{ROOT}/benchmarks")
 
 
 def _is_not_installed(module: object) -> bool:
-    """Whether a module can be imported by its place alone; conftest files are pytest's own."""
+    """Tell if a module can be imported by its place alone; conftest files are pytest's own."""
     spec = getattr(module, "__spec__", None)
     if not isinstance(spec, ModuleSpec) or spec.name.endswith("conftest"):
         return False

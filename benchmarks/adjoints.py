@@ -86,7 +86,7 @@ class Blocked:
         return float(np.linalg.norm(forces, axis=1).max(initial=0.0))
 
     def adjoints(self) -> FingerAdjoints:
-        """Of force and angle."""
+        """Return the adjoints of force and angle."""
         readings = [self._observation.readings[name] for name in NAMES]
         return FingerAdjoints(self.finger, readings, self._newton)
 

@@ -40,7 +40,7 @@ def called(*arguments: str) -> None:
 
 
 def processor_s() -> float:
-    """Of all processes that have ended."""
+    """Return the processor time of all processes that have ended (s)."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

@@ -86,7 +86,7 @@ class Reference:
         return np.asarray((values - self._low) / self._size)
 
     def values(self, scaled: Floats) -> Floats:
-        """What :meth:`scaled` was made of."""
+        """Return the values behind :meth:`scaled` ones."""
         return np.asarray(self._low + scaled * self._size)
 
     def _spread(self, chosen: NDArray[np.int_]) -> NDArray[np.int_]:

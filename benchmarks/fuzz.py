@@ -68,7 +68,7 @@ BYTES: Final = (b"\0", b"\xff", b"\xed\xa0\x80", b"\x1b[2J", b"[" * 3000, b"-", 
 
 @dataclass(frozen=True, slots=True)
 class Reader:
-    """What is fuzzed.
+    """A reader that is fuzzed.
 
     Attributes:
         read: mutates the input by a generator, or leaves it good where there is none, and reads it

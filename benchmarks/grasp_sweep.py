@@ -193,7 +193,7 @@ def publish(rows: Sequence[Row], asked: argparse.Namespace) -> None:
 
 
 def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
-    """What is asked for."""
+    """Parse the command line."""
     name = "grasp_sweep"
     parser = argparse.ArgumentParser(prog=name, description="Four foods from 200 to 300 kPa.")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")

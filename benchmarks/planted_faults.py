@@ -98,7 +98,7 @@ def copied() -> Iterator[Path]:
 
 
 def tested(copy: Path, fault: Fault) -> tuple[bool, str]:
-    """Whether the fault's tests fail in the copy, and which does.
+    """Tell if the fault's tests fail in the copy, and which does.
 
     Raises:
         RuntimeError: the tests cannot be run.

@@ -50,7 +50,7 @@ PARTS: Final = (CAUSES, *(kind for kind in rig.KINDS if kind not in APART))
 
 
 def measurements() -> Iterator[tuple[str, Measurement]]:
-    """What is simulated, with the part that it belongs to."""
+    """Yield each measurement that is simulated, with the part that it belongs to."""
     paper, _ = rig.read(None, Config())
     # its protocol is the beginning of the three cycles, whose simulations serve it
     yield CAUSES, reference_measurement()

@@ -100,7 +100,7 @@ GOAL = 0.99
 
 
 def base(overrides: Sequence[str] = ()) -> Config:
-    """What all fingers share."""
+    """Return the configuration that all fingers share."""
     return configuration.load(None, assignments(overrides), {**DEFAULTS, **assignments(OURS)})
 
 
@@ -122,7 +122,7 @@ def draw(number: int, seed: int, shared: Config) -> list[Inputs]:
 
 
 def possible(inputs: Inputs, shared: Config) -> bool:
-    """Whether there is such a finger, its chambers clear enough to be printed."""
+    """Tell if there is such a finger, its chambers clear enough to be printed."""
     try:
         finger = configuration.from_dict(design_of(inputs, shared).config).finger
     except ConfigError:

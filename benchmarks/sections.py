@@ -91,7 +91,7 @@ def _runs(found: Found) -> Iterator[str]:
 
 
 def _calculix(found: Found) -> Iterator[str]:
-    """What the ratio to CalculiX counts, and how its tip is compared."""
+    """Say what the ratio to CalculiX counts, and how its tip is compared."""
     machine = found.get("machine", Outcome("machine"))
     whole = machine.median("calculix", "process_s") / machine.median("dolfingrip", "process_s")
     yield (

@@ -38,7 +38,7 @@ SHARE = 0.01
 
 
 class Found(NamedTuple):
-    """What the example computes.
+    """Results of the example.
 
     Attributes:
         force_N: at the highest pressure.

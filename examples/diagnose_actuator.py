@@ -1,4 +1,4 @@
-"""What a simulation gets wrong about a measured silicone actuator.
+"""Find what a simulation gets wrong about a measured silicone actuator.
 
 A block of Ecoflex 30 with five chambers bends by 2.5° at 20 kPa. The model has the modulus of a
 coupon, μ = 0.0204 MPa, and a film of 50 N/mm that hardly stretches. It bends too far. Two numbers
@@ -17,9 +17,7 @@ Source of the readings: P. Moseley et al., Advanced Engineering Materials 18 (20
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import tomlkit
@@ -27,6 +25,7 @@ import tomlkit
 from dolfingrip import config
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
+from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
 
 ACTUATORS = Path(__file__).with_name("ecoflex_actuators")
 HIGHEST_kPa = 17.0
@@ -36,7 +35,7 @@ COARSE = {"mesh.edge_size_mm": 2.0}
 
 
 def readings(out: Path) -> Path:
-    """Those of the five chambers up to 20 kPa, as a CSV beside its TOML."""
+    """Write the readings of the five chambers up to 17 kPa, as a CSV beside its TOML."""
     out.mkdir(parents=True, exist_ok=True)
     file = out / "bending.csv"
     table = pd.read_csv(ACTUATORS / "bending.csv")
@@ -48,16 +47,16 @@ def readings(out: Path) -> Path:
     return file
 
 
-def main(out: Path) -> dict[str, Any]:
-    """Diagnose; the content of ``diagnosis.json``."""
+def main(out: Path) -> DiagnosisFile:
+    """Diagnose and read ``diagnosis.json``."""
     file = readings(out)
     model = config.load(ACTUATORS / "coupon_alone.toml", COARSE)
     found = diagnose([file], model, out, DiagnosisSettings(effects=TRIED))
     write(found, [file], out)
-    return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))
+    return DiagnosisFile.read(out)
 
 
 if __name__ == "__main__":
-    told = main(Path("out/diagnose_actuator"))
-    for line, text in told["brief"].items():
-        print(f"{line}: {text}")
+    brief = main(Path("out/diagnose_actuator")).brief
+    for line, heading in HEADINGS.items():
+        print(f"{heading}: {getattr(brief, line)}")

@@ -1,4 +1,4 @@
-"""What a simulation gets wrong about printed coupons, and why.
+"""Find what a simulation gets wrong about printed coupons, and why.
 
 Eight coupons of NinjaFlex were printed and pulled to 50 % strain. The configured material is neo-
 Hookean with μ = 2.93 MPa: P = μ (λ − λ⁻²). The coupons are stiffer, and they soften: their curve
@@ -17,27 +17,25 @@ integrated out. Here it is asked about two elastic laws and an instrument's erro
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
+from dolfingrip.files.diagnosis import DiagnosisFile
 
 COUPONS = Path(__file__).with_name("coupons") / "ninjaflex_uniaxial.csv"
 TRIED = ("mooney_rivlin", "gent", "force_gain")
 
 
-def main(out: Path) -> dict[str, Any]:
-    """Diagnose; the content of ``diagnosis.json``."""
+def main(out: Path) -> DiagnosisFile:
+    """Diagnose and read ``diagnosis.json``."""
     found = diagnose([COUPONS], Config(), out, DiagnosisSettings(quick=True, effects=TRIED))
     write(found, [COUPONS], out)
-    return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))
+    return DiagnosisFile.read(out)
 
 
 if __name__ == "__main__":
     out = Path("out/diagnose_coupons")
-    verdict = main(out)["verdict"]
-    print(verdict["sentence"])
+    print(main(out).verdict.sentence)
     print(f"the extended model: {out / 'extended.toml'}")

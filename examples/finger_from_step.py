@@ -32,7 +32,7 @@ SILICONE = {"material.mu_MPa": 0.15, "film.paper.Et_N_per_mm": 100}
 
 
 class Found(NamedTuple):
-    """What the example computes.
+    """Results of the example.
 
     Attributes:
         cavity_mm3: volume of the meshed cavity, both halves.

@@ -44,7 +44,7 @@ GRIPPER = {
 
 
 class Found(NamedTuple):
-    """What the example computes.
+    """Results of the example.
 
     Attributes:
         result: all readings.

@@ -74,7 +74,7 @@ class LopezPamies(MaterialLaw):
 
 
 class Found(NamedTuple):
-    """What the example computes.
+    """Results of the example.
 
     Attributes:
         new, neo_hooke: fits to the coupon.

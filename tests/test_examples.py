@@ -83,14 +83,15 @@ def test_diagnose_actuator(tmp_path: Path) -> None:
     """By the coupon alone the actuator bends a third too far, as docs/measured_actuators.md says of
     a finer mesh; what is not known of it explains that."""
     told = load("diagnose_actuator").main(tmp_path)
-    assert told["verdict"]["answer"] == "none"
-    assert "As configured the model is 38 % off" in told["brief"]["result"]
-    fitted = {each["key"]: each for each in told["fits"][0]["parameters"]}
+    assert told.verdict.answer == "none"
+    assert told.brief is not None
+    assert "As configured the model is 38 % off" in told.brief.result
+    fitted = {each.key: each for each in told.fits[0].parameters}
     modulus = fitted["material.mu_MPa"]
-    assert modulus["low"] < 0.0204 < modulus["high"]  # the coupon's
-    sigma = told["nuisances"]["cast.chamber_width_mm"]
+    assert modulus.low < 0.0204 < modulus.high  # the coupon's
+    sigma = told.nuisances["cast.chamber_width_mm"]
     assert -1 < sigma < 0
-    assert "cast.chamber_width_mm is off by" in told["brief"]["result"]
+    assert "cast.chamber_width_mm is off by" in told.brief.result
     # the extended model has the width, and follows the readings within their noise of 0.3°
     extended = config.load(tmp_path / "extended.toml")
     assert extended.cast.chamber_width_mm == pytest.approx(8 + 2 * sigma)
@@ -105,8 +106,8 @@ def test_diagnose_actuator(tmp_path: Path) -> None:
 def test_diagnose_coupons(tmp_path: Path) -> None:
     """Mooney–Rivlin; fitted to 50 % strain outside of this package, 2 C01/μ = 0.9."""
     found = load("diagnose_coupons").main(tmp_path)
-    assert found["verdict"]["answer"] == "cause"
-    assert found["verdict"]["class"] == ["mooney_rivlin"]
+    assert found.verdict.answer == "cause"
+    assert found.verdict.effects == ("mooney_rivlin",)
     text = (tmp_path / "extended.toml").read_text(encoding="utf-8")
     values = dict(
         line.removeprefix("# ").split(" (")[0].split(" = ")

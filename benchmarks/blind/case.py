@@ -1,4 +1,4 @@
-"""What a case of coupons and one of a finger have in common."""
+"""Common parts of a case of coupons and one of a finger."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HIDDEN: Final[Mapping[str, int]] = {"one": 1, "with_outsider": 1, "two": 2}
 
 
 class Hidden(Protocol):
-    """What is hidden."""
+    """Hidden causes of a case."""
 
     @property
     def modulus(self) -> float:
@@ -58,7 +58,7 @@ class Case[Truth: Hidden]:
 
 
 def is_wide(kind: str, number: int) -> bool:
-    """Whether a case's strengths are from priors twice as wide."""
+    """Tell if a case's strengths are from priors twice as wide."""
     return number % 2 == 1 and kind not in ("prior", "none")
 
 

@@ -47,13 +47,13 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
 
 
 def names() -> list[str]:
-    """Of all cases."""
+    """Return the names of all cases."""
     return [f"ci-{place:03d}-{protocol}" for place, (protocol, _, _) in enumerate(CASES)]
 
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """What was said of a case.
+    """An answer to a case.
 
     Attributes:
         case: name.
@@ -118,7 +118,7 @@ def run(out: Path, workers: int, cases: Sequence[tuple[str, str, int]] = CASES) 
 
 
 def expected() -> list[Answered]:
-    """What is committed."""
+    """Read the answers that are committed."""
     with EXPECTED.open(encoding="utf-8", newline="") as file:
         return [
             Answered(**{**row, "right": row["right"] == "True"}) for row in csv.DictReader(file)

@@ -1,4 +1,4 @@
-"""What was hidden in cases and what was said of them: a row for each, in a table that grows."""
+"""The table of hidden causes and of answers: a row for each case; it grows."""
 
 from __future__ import annotations
 

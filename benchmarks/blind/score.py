@@ -22,13 +22,13 @@ def interval(hits: int, count: int) -> tuple[float, float]:
 
 
 def named(row: Row) -> bool:
-    """Whether the answer is a cause, and a hidden one is in one of its sets."""
+    """Tell if the answer is a cause, and a hidden one is in one of its sets."""
     said = {*row["first"].split(), *row["second"].split()}
     return row["answer"] == "cause" and bool(said & set(row["hidden"].split()))
 
 
 def wrong(row: Row) -> bool:
-    """Whether a claim has a set without any hidden cause."""
+    """Tell if a claim has a set without any hidden cause."""
     if row["answer"] != "cause" or float(row["probability"]) < CLAIM:
         return False
     hidden = set(row["hidden"].split())
@@ -37,20 +37,20 @@ def wrong(row: Row) -> bool:
 
 
 def exactly(row: Row) -> bool:
-    """Whether exact evidence names a hidden cause."""
+    """Tell if exact evidence names a hidden cause."""
     said = {*row["exact_first"].split(), *row["exact_second"].split()}
     return bool(said & set(row["hidden"].split()))
 
 
 def both(row: Row, first: str = "first", second: str = "second") -> bool:
-    """Whether two sets hold a hidden cause each."""
+    """Tell if two sets hold a hidden cause each."""
     a, b = row["hidden"].split()
     one, other = set(row[first].split()), set(row[second].split())
     return (a in one and b in other) or (b in one and a in other)
 
 
 def counts(row: Row) -> bool:
-    """Whether an outsider alone is seen: the best single cause of the catalogue leaves enough."""
+    """Tell if an outsider alone is seen: the best single cause of the catalogue leaves enough."""
     return row["kind"] != "outsider" or float(row["sigma"].split()[0]) >= SEEN
 
 

@@ -1,4 +1,4 @@
-"""What coupon and drawing leave open, and the laws of Ogden that follow the coupon all the same."""
+"""Numbers that coupon and drawing leave open, and laws of Ogden that follow the coupon."""
 
 from __future__ import annotations
 

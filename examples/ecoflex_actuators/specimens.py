@@ -82,7 +82,7 @@ class Family:
         return np.asarray(one + part * (other - one))
 
     def curve(self, modulus_MPa: float, scale: float) -> PressureCurve:
-        """What is seen as the pressure rises."""
+        """Curve that is seen as the pressure rises."""
         angle = np.linspace(0.0, self.largest_deg, 2000)
         return PressureCurve.of(scale * self.pressure_kPa(modulus_MPa, angle), angle)
 

@@ -1,4 +1,4 @@
-"""What is hidden in each case, and how strong it is."""
+"""Hidden causes of each case, and their strengths."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Bench:
         self._lower = scipy.linalg.cholesky(self.plain.problem.covariance, lower=True)
 
     def analysed(self, file: Path) -> CouponAnalysis:
-        """What the analyser makes of a measurement."""
+        """Analyse a measurement."""
         return analyse_coupons(measurement.read([file], self.config), self.config, None, self.kept)
 
     def sigma(self, change: np.ndarray) -> float:

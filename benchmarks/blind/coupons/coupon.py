@@ -33,7 +33,7 @@ MODULUS: Final = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Protocol:
-    """What is measured of each specimen.
+    """A plan of what is measured of each specimen.
 
     Attributes:
         name: of it.
@@ -83,7 +83,7 @@ PROTOCOLS: Final[Mapping[str, Protocol]] = {
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What is hidden.
+    """The hidden truth.
 
     Attributes:
         causes: values of effects of the catalogue by key, moduli at the configured stiffness.
@@ -265,7 +265,7 @@ coupon.gauge_length_mm = {GAUGE_STD_mm}
 
 
 def write(protocol: Protocol, forces: list[np.ndarray], folder: Path) -> Path:
-    """As a laboratory hands it over: a CSV and its TOML."""
+    """Write a CSV and its TOML, as a laboratory hands them over."""
     folder.mkdir(parents=True, exist_ok=True)
     lines = ["experiment,specimen,cycle,branch,time_s,displacement_mm,force_N"]
     for number, force in enumerate(forces):

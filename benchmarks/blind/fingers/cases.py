@@ -1,4 +1,4 @@
-"""What is hidden in each case, how strong it is, and its diagnosis."""
+"""Hidden causes of each case, their strengths, and their diagnosis."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ PRESSURE: Final = "pressure_kPa"
 
 @dataclass(frozen=True, slots=True)
 class Protocol:
-    """What is measured.
+    """A plan of what is measured.
 
     Attributes:
         name: of it.
@@ -80,13 +80,13 @@ class Protocol:
         return configuration.load(None, assignments(list(self.finger)))
 
     def std(self, column: str) -> float:
-        """Of a channel's noise, in its unit."""
+        """Return the standard deviation of a channel's noise, in its unit."""
         return self.noise * CHANNELS[column].noise
 
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What is hidden.
+    """The hidden truth.
 
     Attributes:
         causes: values of effects of the catalogue by key, moduli at the configured stiffness.
@@ -225,7 +225,7 @@ def flat(protocol: Protocol, tables: list[pd.DataFrame]) -> np.ndarray:
 def scattered(
     protocol: Protocol, tables: list[pd.DataFrame], rng: np.random.Generator
 ) -> list[pd.DataFrame]:
-    """The same with noise, of which a part drifts; and some missing."""
+    """Add noise, of which a part drifts, and leave some readings out."""
     found = []
     for table, names in zip(tables, protocol.columns.values(), strict=True):
         time_s = table["time_s"].to_numpy()
@@ -241,7 +241,7 @@ def scattered(
 
 
 def write(protocol: Protocol, tables: list[pd.DataFrame], folder: Path) -> Path:
-    """As a laboratory hands it over: a CSV and its TOML."""
+    """Write a CSV and its TOML, as a laboratory hands them over."""
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{protocol.name}.csv"
     parts = [
@@ -257,7 +257,7 @@ def write(protocol: Protocol, tables: list[pd.DataFrame], folder: Path) -> Path:
 
 
 def told(protocol: Protocol) -> dict[str, Any]:
-    """What the laboratory tells of its set-up."""
+    """Return what the laboratory tells of its set-up."""
     read = list(dict.fromkeys(name for names in protocol.columns.values() for name in names))
     noise: dict[str, Any] = {
         name: round(protocol.std(name) * (1 - SHARE) ** 0.5, 6) for name in read
