@@ -35,6 +35,7 @@ from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
 from dolfingrip.experiments import run as simulate
+from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.files import table
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
@@ -110,7 +111,7 @@ def _read(text: str) -> Problem:
 
 
 def _solved(problem: Problem, out: Path, pool: Pool) -> Descent:
-    compute = run.computed_in(out, pool)
+    compute = computed_in(out, pool)
     return several.solve(problem, compute, lambda trial, limits: None).best(problem)
 
 
@@ -159,7 +160,7 @@ def steps(out: Path, pool: Pool) -> list[dict[str, Any]]:
 def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     """A row for each start, all on one mesh."""
     problem = _read(START.format(set=list(SHORT)).replace("'", '"'))
-    every = several.solve(problem, run.computed_in(out, pool), lambda trial, limits: None)
+    every = several.solve(problem, computed_in(out, pool), lambda trial, limits: None)
     told = every.facts(problem)
     found: list[dict[str, Any]] = []
     for number, (one, each) in enumerate(zip(every.descents, told["starts"], strict=True)):
@@ -214,7 +215,7 @@ def _intersects(problem: Problem, trial: Trial, out: Path) -> str:
 def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
     """A row for each accepted design on the way from a tube."""
     problem = read(TUBE)
-    compute = run.computed_in(out, pool)
+    compute = computed_in(out, pool)
     begun = time.process_time()
     one = several.solve(problem, compute, lambda trial, limits: None).best(problem)
     own_s = time.process_time() - begun
@@ -246,7 +247,7 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
 def gripper(out: Path, pool: Pool) -> list[dict[str, Any]]:
     """A row for each food: what the paper's gripper, its finger in the new pose, and both bear."""
     problem = read(GRIPPER)
-    compute = run.computed_in(out, pool)
+    compute = computed_in(out, pool)
     one = several.solve(problem, compute, _said).best(problem)
     own = np.array([each.key.startswith("morph.") for each in problem.variables])
     posed = np.where(own, one.start.values, one.best.values)

@@ -57,7 +57,7 @@ Row = dict[str, Any]
 
 def _results(folder: Path) -> dict[str, tuple[str, str]]:
     rows = campaign.read(folder).by_key()
-    return {key: (row["status"], repr(row["outputs"])) for key, row in rows.items()}
+    return {key: (row.status, repr(row.outputs)) for key, row in rows.items()}
 
 
 def _workers(client: int) -> list[int]:

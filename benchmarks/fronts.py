@@ -23,14 +23,14 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.stats import norm
 
 from dolfingrip.charts.theme import BLUE, GREEN, INK, ORANGE, figure_theme
-from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.front import FrontFinder
-from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.problem import Problem, Scaling
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.surrogate.process import GradientProcess
 from dolfingrip.design.surrogate.table import Table
 from dolfingrip.design.surrogate.training import train
+from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.files import table
 from dolfingrip.jobs.pool import Pool
 
@@ -62,8 +62,8 @@ class Reference:
         limits: shape (levels,), of the COG offset.
     """
 
-    def __init__(self, low: Floats, size: Floats) -> None:
-        self._low, self._size = low, size
+    def __init__(self, scaling: Scaling) -> None:
+        self.scaled, self.values = scaling.parts, scaling.values
         with (HERE / "paper_designs.csv").open(encoding="utf-8", newline="") as stream:
             given = [[float(row[name]) for name in NAMES] for row in csv.DictReader(stream)]
         self.table = np.array(given)
@@ -80,14 +80,6 @@ class Reference:
         self.places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
         self.offset, self.force = (each.ev(*self.places.T) for each in splines)
         self.limits = np.linspace(max(self.offset.min(), 0.0), 10.0, 40)
-
-    def scaled(self, values: Floats) -> Floats:
-        """Designs, 0 to 1 over the parameters' ranges."""
-        return np.asarray((values - self._low) / self._size)
-
-    def values(self, scaled: Floats) -> Floats:
-        """Return the values behind :meth:`scaled` ones."""
-        return np.asarray(self._low + scaled * self._size)
 
     def _spread(self, chosen: NDArray[np.int_]) -> NDArray[np.int_]:
         """Each next one is the furthest from those before."""
@@ -131,18 +123,16 @@ def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
     """A row for each way and number of simulations; the table and the picture."""
     asked = read(EXAMPLE)
     assert asked.front is not None
-    stops = FrontFinder(asked, asked.front, run.computed_in(out, pool)).run()
+    stops = FrontFinder(asked, asked.front, computed_in(out, pool)).run()
     unsure = asked.front.model_copy(update={"unsure": 1e-9})
     problem = replace(asked, method=asked.method.model_copy(update={"simulations": MOST}))
-    longer = FrontFinder(problem, unsure, run.computed_in(out, pool)).run()
-    low = np.array([each.low for each in problem.variables])
-    size = np.array([each.high for each in problem.variables]) - low
-    reference = Reference(low, size)
+    longer = FrontFinder(problem, unsure, computed_in(out, pool)).run()
+    reference = Reference(Scaling(problem.variables))
     found = _by_gradients(
         problem,
         np.array([list(each.inputs.values()) for each in longer.simulated]),
         reference,
-        DesignSimulations(problem, run.computed_in(out, pool)),
+        DesignSimulations(problem, computed_in(out, pool)),
     )
     for row in found:
         row["stops_here"] = row["simulations"] == stops.simulations
@@ -165,7 +155,7 @@ def _by_gradients(
             print(f"{number + 1} of {len(values)}", flush=True)
         return np.array([one.value for one in every]), np.array([one.slopes for one in every])
 
-    size = np.array([each.high - each.low for each in problem.variables])
+    size = Scaling(problem.variables).size
     held = reference.table[reference.held]
     exact, _ = computed(held[:, :2])
     # the table is of an earlier state of the code: its forces are off by a common factor

@@ -206,7 +206,7 @@ def _result(folder: Path) -> None:
     from dolfingrip.report.page import build, html, sources
     from dolfingrip.report.page.contribution import Given
 
-    page = build.build(sources.find([folder]), Given({}, None), "")
+    page = build.build(sources.find([folder]), Given(), "")
     html.rendered(page)
 
 

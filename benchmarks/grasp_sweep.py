@@ -98,18 +98,18 @@ def outcomes(points: Sequence[Inputs], shared: Config, out: Path) -> list[Row]:
     rows = []
     for number, design in enumerate(plan(points, shared).designs()):
         kept = stored.get(design.key)
-        if kept is None or kept["status"] == "pending":
+        if kept is None or kept.status == "pending":
             continue
-        curve, outputs = kept["curve"] or {}, kept["outputs"] or {}
+        curve, outputs = kept.curve or {}, kept.outputs or {}
         rows.append(
             {
                 "grasp": number,
                 **design.inputs,
                 "outcome": curve.get("outcome", f"{FAILED}{kept['failure_class']}"),
                 **{name: outputs.get(name) for name in QUANTITIES},
-                "sentence": curve.get("sentence", kept["failure"]),
-                "iterations": kept["iterations"],
-                "wall_s": kept["wall_s"],
+                "sentence": curve.get("sentence", kept.failure),
+                "iterations": kept.iterations,
+                "wall_s": kept.wall_s,
             }
         )
     return rows

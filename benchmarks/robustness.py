@@ -155,13 +155,13 @@ def outcomes(out: Path, points: Sequence[Inputs], shared: Config) -> list[dict[s
         row: dict[str, Any] = {"finger": number, **inputs}
         for run, (quantity, _) in RUNS.items():
             kept = stored[run][design_of(inputs, shared, run).key]
-            end = {"done": REACHED, "failed": kept["failure_class"]}.get(kept["status"], "missing")
+            end = {"done": REACHED, "failed": kept.failure_class}.get(kept.status, "missing")
             row |= {
                 f"{run}_end": end,
-                f"{run}_{quantity}": (kept["outputs"] or {}).get(quantity),
-                f"{run}_failure": kept["failure"],
-                f"{run}_iterations": kept["iterations"],
-                f"{run}_wall_s": kept["wall_s"],
+                f"{run}_{quantity}": (kept.outputs or {}).get(quantity),
+                f"{run}_failure": kept.failure,
+                f"{run}_iterations": kept.iterations,
+                f"{run}_wall_s": kept.wall_s,
             }
         rows.append(row)
     return rows

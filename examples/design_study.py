@@ -22,7 +22,7 @@ import numpy as np
 from dolfingrip import config
 from dolfingrip.config import NO_CHANGE, Change
 from dolfingrip.experiments import run
-from dolfingrip.experiments.derivatives.gradients import XI, cog_offset_mm
+from dolfingrip.experiments.derivatives.gradients import COG, XI, shape_number
 
 SHORT = {
     "finger.bellows": 2,
@@ -66,7 +66,7 @@ def evaluate(xi: np.ndarray, overrides: Change = NO_CHANGE) -> Design:
         for each in result.sensitivities
         if each["row"] == last and each["column"] == "force_N"
     }
-    offset, offset_slopes = cog_offset_mm(finger)
+    offset, offset_slopes = shape_number(COG, finger)
     return Design(
         xi,
         float(result.column("force_N")[-1]),

@@ -214,16 +214,15 @@ def moment_gradients(mesh: SolidMesh) -> tuple[Floats, Floats]:
     return by_volume, by_moment
 
 
-def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
-    """Rate of :func:`centroid` for a velocity of the points, shape (3,).
+def centroid_gradients(mesh: SolidMesh) -> Floats:
+    """Derivatives of :func:`centroid` by the points.
 
     Args:
-        mesh: n points.
-        velocity: velocity of the points, shape (n, 3). The middle of an edge follows its ends; its
-            own velocity is ignored.
+        mesh: the solid (mm).
+
+    Returns:
+        Shape (3, n, 3), as in :func:`moment_gradients`.
     """
     volume, moment = moments(mesh)
     by_volume, by_moment = moment_gradients(mesh)
-    growth = float(np.vdot(by_volume, velocity))
-    moving = np.tensordot(by_moment, velocity, axes=([1, 2], [0, 1]))
-    return np.asarray((moving - moment / volume * growth) / volume, dtype=float)
+    return np.asarray((by_moment - np.multiply.outer(moment / volume, by_volume)) / volume)

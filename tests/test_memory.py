@@ -156,9 +156,9 @@ def test_a_campaigns_last_design_has_the_peak_of_its_first(tmp_path: Path) -> No
     points = tuple({"morph.xi1": 0.02 * i} for i in range(DESIGNS))
     plan = Plan(small.short(*STUMP), ("morph.xi1",), points, ("force_N",), fields=out)
     assert campaign.run(plan, tmp_path / "doe", Where(workers=1)).done == DESIGNS
-    rows = sorted(campaign.read(tmp_path / "doe").rows, key=lambda row: str(row["started_at"]))
+    rows = sorted(campaign.read(tmp_path / "doe").designs, key=lambda row: str(row.started_at))
     peaks = [
-        json.loads((out / row["key"] / "blocked_force" / "run.json").read_text(encoding="utf-8"))[
+        json.loads((out / row.key / "blocked_force" / "run.json").read_text(encoding="utf-8"))[
             "peak_memory_MB"
         ]
         for row in rows

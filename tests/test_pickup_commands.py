@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 from support import invented_grasp
 from support.command import run_command
 
-from dolfingrip.cli import pickup_commands
-from dolfingrip.design.campaign import trials
+from dolfingrip.experiments import simulate
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.jobs.job import Answer as Finished
+from dolfingrip.jobs.job import Job
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.spool import Spool
+from dolfingrip.jobs.store import Store
 
 
 @pytest.fixture
-def grasps(monkeypatch: pytest.MonkeyPatch) -> None:
+def grasps(threads: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Invented ones in place of the solver's."""
 
-    class Invented(trials.GraspTrials):
-        def __init__(self, *given: object) -> None:
-            super().__init__(*given, objective=invented_grasp.OBJECTIVE)  # type: ignore[arg-type]
+    def invented(request: Request, comm: object = None) -> Answer:
+        return invented_grasp.grasp(request.config)
 
-    monkeypatch.setattr(pickup_commands, "GraspTrials", Invented)
+    monkeypatch.setattr(simulate, "compute", invented)
 
 
 @pytest.mark.usefixtures("grasps")
@@ -52,30 +57,23 @@ def test_friction(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert (tmp_path / "friction.csv").exists()
 
 
-def interrupted(config: object, quantities: object, ranks: int) -> None:
-    """A grasp in which Ctrl-C comes, which PETSc passes on as an error of its own."""
-    try:
-        raise KeyboardInterrupt
-    except KeyboardInterrupt as error:
-        raise RuntimeError("error code 98") from error
-
-
 def test_an_interrupted_search_says_how_to_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """And the grasp that was interrupted is made anew, not kept as a failure."""
 
-    class Interrupted(trials.GraspTrials):
-        def __init__(self, *given: object) -> None:
-            super().__init__(*given, objective=f"{__name__}:interrupted")  # type: ignore[arg-type]
+    def interrupted(self: Pool, jobs: Sequence[Job], spool: Spool) -> Iterator[Finished]:
+        yield from ()
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(pickup_commands, "GraspTrials", Interrupted)
+    monkeypatch.setattr(Pool, "answers", interrupted)
     assert run_command("pickup", "--out", str(tmp_path), "--preset", "coarse") == 130
     assert capfd.readouterr().err == (
         f"dolfingrip: interrupted: what was computed is kept in {tmp_path}; "
         "the same command goes on from there\n"
     )
-    assert not list((tmp_path / "spool").glob("*.json"))
+    with Store(tmp_path / "simulations") as store:
+        assert store.counts() == {"pending": 1, "done": 0, "failed": 0}
 
 
 @pytest.mark.parametrize(("arguments", "said"), [

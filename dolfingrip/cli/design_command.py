@@ -6,9 +6,6 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
 from dolfingrip.charts import picture
 from dolfingrip.cli.console import (
     Screen,
@@ -23,14 +20,15 @@ from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.quantity import GRASP
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.files.columns import read_csv
 from dolfingrip.files.design import DesignFile
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.report.design import course, gradient_front
-from dolfingrip.report.section_text import section_text
-from dolfingrip.report.shape_change import draw_change, draw_section, write_stl
+from dolfingrip.report.shape_change import draw_change, draw_section, section_text, write_stl
+from dolfingrip.report.table import of_rows
 
 
 def design(asked: DesignSettings) -> None:
@@ -47,7 +45,7 @@ def design(asked: DesignSettings) -> None:
     begun = time.monotonic()
     screen.say(_asked(problem))
     with resumable(screen, folder), Pool(Where(workers=asked.workers)) as pool:
-        compute = run.computed_in(folder, pool)
+        compute = computed_in(folder, pool)
         every = starts.solve(problem, compute, _Said(screen, problem, asked.out))
         found = every.best(problem)
         wall_s = time.monotonic() - begun
@@ -74,7 +72,7 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
 
     assert problem.front is not None
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
-        compute = run.computed_in(folder, pool)
+        compute = computed_in(folder, pool)
         result = front.FrontFinder(problem, problem.front, compute, say).run()
     run.write_front(result, out)
     picture.write(gradient_front(result), out / "front.png", picture.Look(panel_in=(4.5, 3.8)))
@@ -135,17 +133,18 @@ SHOWN = 16
 
 
 def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
-    table = Table(title="Design", box=SIMPLE_HEAD, padding=(0, 1))
-    for column in ("", "start", "design", "limit"):
-        table.add_column(column, justify="left" if not column else "right", overflow="fold")
-    table.add_row(result.of, f"{result.start:.4g}", f"{result.objective:.4g}", "")
-    for each in result.constraints:
-        limit = f"{each.sense} {each.limit:.4g}"
-        table.add_row(each.of, f"{each.start:.4g}", f"{each.value:.4g}", limit)
+    rows = [(result.of, f"{result.start:.4g}", f"{result.objective:.4g}", "")]
+    rows += [
+        (each.of, f"{each.start:.4g}", f"{each.value:.4g}", f"{each.sense} {each.limit:.4g}")
+        for each in result.constraints
+    ]
     own = {k: v for k, v in result.parameters.items() if not k.startswith("form.")}
-    for key, one in list(own.items())[:SHOWN]:
-        table.add_row(key, f"{one.start:.4g}", f"{one.value:.4g}", f"{one.low:g} to {one.high:g}")
-    screen.print(table)
+    rows += [
+        (key, f"{one.start:.4g}", f"{one.value:.4g}", f"{one.low:g} to {one.high:g}")
+        for key, one in list(own.items())[:SHOWN]
+    ]
+    headings = ("Quantity", "Start", "Design", "Limit")
+    screen.print(of_rows(headings, rows, "Design", left=headings[:1]))
     gain = "" if result.gain is None else f"{100 * result.gain:+.1f} % with "
     screen.say(f"{gain}{result.simulations} simulations: {result.ending}")
     for number, begun in enumerate(result.starts, 1):

@@ -8,7 +8,6 @@ import webbrowser
 from dolfingrip.cli.console import check_writable, console, one_process
 from dolfingrip.cli.settings import ExploreSettings
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign.campaign import read
 from dolfingrip.design.campaign.plan import FIELDS
 from dolfingrip.explore import server, space
 from dolfingrip.explore.guard import LOOPBACK, Handover
@@ -31,10 +30,9 @@ def explore(asked: ExploreSettings) -> None:
         if before is None:
             raise ConfigError(f"--restart: no server had {folder}; allowed: without it")
         port, token = before if port is None else (port, before[1])
-    designs = {each.folder: read(each.folder).rows for each in found if each.kind == "doe"}
     screen = console()
     with screen.status("reading results"):
-        designed = space.of_results(found, designs, asked.config, asked.overrides, asked.parameter)
+        designed = space.of_results(found, asked.config, asked.overrides, asked.parameter)
         library = Library(designed)
         for each in found:
             if each.kind == "run":

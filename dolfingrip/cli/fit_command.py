@@ -20,7 +20,7 @@ from dolfingrip.experiments.material_fit.fit import LawFit
 from dolfingrip.experiments.material_fit.homogeneous import limit_points
 from dolfingrip.experiments.material_fit.law import LAWS
 from dolfingrip.report import material
-from dolfingrip.report.table import of_columns
+from dolfingrip.report.table import of_rows
 
 TITLE = 14
 """Width, in characters, to which a law's title is wrapped."""
@@ -101,7 +101,7 @@ def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
     highest = max(best.policy.looked_at, 2 * farthest(data))
     stable = f"Stable to stretch ({', '.join(MODES)})"
     names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
-    columns: dict[str, list[str]] = {name: [] for name in names}
+    rows = []
     for each in fits:
         turns = limit_points(each.law, each.values, highest)
         limits = [f"{at:.3g}" for at, greatest in turns if greatest]
@@ -115,15 +115,14 @@ def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
             ", ".join(f"{ends[m]:.3g}" if m in ends else f"> {highest:.3g}" for m in MODES),
             ", ".join(limits) or f"none up to {highest:.3g}",
         )
-        for name, cell in zip(names, row, strict=True):
-            columns[name].append(cell)
-    return of_columns(columns, "Laws", left=("Law",))
+        rows.append(row)
+    return of_rows(names, rows, "Laws", left=("Law",))
 
 
 def _values(fits: Sequence[LawFit], best: LawFit) -> Table:
     """A table with the values of each law's parameters and half of their intervals."""
     names = ("Law", "Parameter", "Value", "± half of the 90 % interval")
-    columns: dict[str, list[str]] = {name: [] for name in names}
+    rows = []
     for each in fits:
         of_law = zip(each.law.keys, each.values, each.half_width, strict=True)
         for i, (key, value, half) in enumerate(of_law):
@@ -133,9 +132,8 @@ def _values(fits: Sequence[LawFit], best: LawFit) -> Table:
                 key.rpartition(".")[2],
                 *_interval(value, half, each.policy.free),
             )
-            for name, cell in zip(names, row, strict=True):
-                columns[name].append(cell)
-    return of_columns(columns, "Values", left=("Law", "Parameter"))
+            rows.append(row)
+    return of_rows(names, rows, "Values", left=("Law", "Parameter"))
 
 
 def _interval(value: float, half: float, free: float) -> tuple[str, str]:

@@ -11,7 +11,6 @@ from typing import Final
 
 import typer
 from mpi4py import MPI
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from dolfingrip import config as configuration
@@ -39,6 +38,7 @@ from dolfingrip.files.optimum import ChosenDesign, OptimumFile
 from dolfingrip.jobs.interrupts import Interrupted
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report.design import label
+from dolfingrip.report.table import of_rows
 from dolfingrip.sections import tables
 
 
@@ -107,26 +107,28 @@ def comparison(found: OptimumFile, published: Published) -> Table:
     limited, _ = found.objectives
     roles = {(one.role, one.limit): one for one in found.designs}
     original = _number(roles.get(("original", None)), published.gain_of)
-    table = Table(title="Chosen designs and published ones", box=SIMPLE_HEAD, padding=(0, 1))
     inputs = [label(name) for name in (found.designs[0].inputs if found.designs else ())]
-    heading = f"{limited.title} {limited.sense}"
-    gain = f"gain of\n{published.gain_of}, %"
-    for each in (heading, *(part for name in inputs for part in (name, "published")), gain):
-        table.add_column(each, justify="right")
-    table.add_column("published,\nmeasured", justify="right")
+    headings = [
+        f"{limited.title} {limited.sense}",
+        *(part for name in inputs for part in (name, "published")),
+        f"gain of {published.gain_of}, %",
+        "published, measured",
+    ]
+    rows = []
     for theirs in published.designs:
         one = roles.get(("chosen", theirs.limit))
         if one is None:
             continue
         ours = _number(one, published.gain_of) / original - 1
         pairs = zip(one.inputs.values(), theirs.inputs, strict=True)
-        table.add_row(
+        row = [
             f"{theirs.limit:g}",
             *(text for own, other in pairs for text in (f"{own:z.3f}", f"{other:.3f}")),
             "–" if math.isnan(ours) else f"{100 * ours:+z.1f}",
             f"{theirs.gain_percent:+.1f}",
-        )
-    return table
+        ]
+        rows.append(row)
+    return of_rows(headings, rows, "Chosen designs and published ones")
 
 
 def _number(design: ChosenDesign | None, name: str) -> float:

@@ -29,7 +29,6 @@ from dolfingrip.design.optimum.study_file import trade_off
 from dolfingrip.design.surrogate import surrogate as network
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import ChosenDesign, OptimumFile
-from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.report.design import label, surrogate_front
 from dolfingrip.report.table import of_columns
@@ -41,7 +40,7 @@ def optimise(asked: OptimiseSettings) -> None:
     one_process("--workers, without mpirun")
 
     model = network.load(asked.surrogate)
-    campaign = model.facts.get("campaign") or {}
+    campaign = model.facts.campaign or {}
     base = _base(campaign, asked.config, asked.overrides) if asked.resolve else None
     computed_by = str(campaign.get("objective", OBJECTIVE))
     foreign = computed_by != asked.objective and not computed_by.startswith("dolfingrip.")
@@ -84,8 +83,8 @@ def optimise(asked: OptimiseSettings) -> None:
             )
             found = optimum.resolve(found, asked.along, evaluate)
     optimum.write(found, asked.out)
-    learnt = SurrogateFile.read(asked.surrogate)
-    chart = surrogate_front(found, learnt.failed_designs, learnt.designs(asked.surrogate))
+    learnt = model.facts.designs(asked.surrogate)
+    chart = surrogate_front(found, model.facts.failed_designs, learnt)
     picture.write([chart], asked.out / "pareto.png", picture.Look(across=1, key="above"))
     _print(found, screen)
     screen.say(f"results: {asked.out}")

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import asdict
 from pathlib import Path
 
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.console import (
@@ -25,7 +23,15 @@ from dolfingrip.design.campaign import pickup as searches
 from dolfingrip.design.campaign.policy import GraspSearch
 from dolfingrip.design.campaign.trials import GraspTrial, GraspTrials
 from dolfingrip.experiments.request import Request
+from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.files import table
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.run import Standing
+from dolfingrip.report.table import of_rows
+
+SIMULATIONS = "simulations"
+"""Folder in ``--out`` that keeps the grasps."""
 
 
 def pickup(asked: PickupSettings) -> None:
@@ -98,15 +104,20 @@ def _base(asked: PickupSettings | FrictionSettings, friction: float | None = Non
 def _trials(base: Config, out: Path, screen: Screen) -> Iterator[GraspTrials]:
     """Grasps that print a line each."""
     check_writable(out)
-
-    with resumable(screen, out), screen.status("grasping") as status:
+    standing: list[Standing] = []
+    with (
+        resumable(screen, out),
+        screen.status("grasping") as status,
+        Pool(Where()) as pool,
+    ):
+        compute = computed_in(out / SIMULATIONS, pool, standing.append)
 
         def show(trial: GraspTrial) -> None:
-            known = "" if trial.computed else " (known)"
+            known = "" if standing[-1].computed else " (known)"
             screen.say(f"{_named(trial)}: {trial.outcome}{known}")
             status.update(f"grasping, after {_named(trial)}")
 
-        yield GraspTrials(base, out, show)
+        yield GraspTrials(base, compute, show)
 
 
 def _named(trial: GraspTrial) -> str:
@@ -114,18 +125,14 @@ def _named(trial: GraspTrial) -> str:
 
 
 def _print(trials: list[GraspTrial], screen: Screen) -> None:
-    shown = Table("Pressure (kPa)", "μ", "Normal forces (N)", "Weight (N)", "", box=SIMPLE_HEAD)
-    for each in sorted(trials, key=lambda trial: (trial.pressure_kPa, trial.friction)):
-        shown.add_row(
-            f"{each.pressure_kPa:g}",
-            f"{each.friction:.4g}",
-            f"{each.normal_N:.3f}",
-            f"{each.weight_N:.3f}",
-            each.outcome,
-        )
-    screen.print(shown)
+    headings = ("Pressure (kPa)", "μ", "Normal forces (N)", "Weight (N)", "Outcome")
+    rows = [
+        (f"{each.pressure_kPa:g}", f"{each.friction:.4g}", f"{each.normal_N:.3f}",
+         f"{each.weight_N:.3f}", each.outcome)
+        for each in sorted(trials, key=lambda trial: (trial.pressure_kPa, trial.friction))
+    ]  # fmt: skip
+    screen.print(of_rows(headings, rows, left=headings[-1:]))
 
 
 def _write(trials: list[GraspTrial], path: Path) -> None:
-    names = [field.name for field in fields(trials[0]) if field.name != "computed"]
-    table.write(path, [{name: getattr(each, name) for name in names} for each in trials])
+    table.write(path, [asdict(each) for each in trials])

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from dolfingrip.cli.console import console, one_process
 from dolfingrip.cli.settings import ReportSettings
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign.campaign import read
 from dolfingrip.files import whole
 from dolfingrip.files.columns import read_csv
 from dolfingrip.report.page import build, html, sources
-from dolfingrip.report.page.contribution import FoundResult, Given
+from dolfingrip.report.page.contribution import Given
 from dolfingrip.report.page.pdf import print_page
 
 MB = 1e6
@@ -61,7 +59,7 @@ def write_report(
             table = read_csv(measured)
         except (OSError, ValueError) as error:
             raise ConfigError(f"--measured {measured}: {error}") from None
-    page = build.build(found, Given(_designs(found), table), title or "")
+    page = build.build(found, Given(table), title or "")
     text = html.rendered(page).encode()
     size_MB = len(text) / MB
     if size_MB > html.LARGEST_MB:
@@ -70,9 +68,3 @@ def write_report(
         )
     whole.write(out, text)
     return out
-
-
-def _designs(found: Sequence[FoundResult]) -> dict[Path, list[dict[str, Any]]]:
-    """The designs of each campaign."""
-
-    return {each.folder: read(each.folder).rows for each in found if each.kind == "doe"}

@@ -38,18 +38,19 @@ def train(asked: TrainSettings) -> None:
         screen.say(f"already trained on this table: {asked.out}")
         return
     with progress.shown(screen, "epochs") as show:
-        result = training.train(data, settings, lambda done: show(done, asked.epochs))
-    result.surrogate.facts["campaign"] = facts or None
+        result = training.train(
+            data, settings, lambda done: show(done, asked.epochs), campaign=facts or None
+        )
     _write(result, data, asked.out)
     said = result.surrogate.facts
+    goal = TrainingPolicy().goal_mse
     for part in ("training", "test"):
-        mse = said[f"{part}_mse"]
-        goal = TrainingPolicy().goal_mse
+        mse = getattr(said, f"{part}_mse")
         verdict = "" if mse < goal else f", above the goal of {goal:g}"
-        errors = ", ".join(f"{name} {rms[part]:.3g}" for name, rms in said["rms_error"].items())
-        screen.say(
-            f"{part}: {said[f'{part}_designs']} designs, MSE {mse:.2e}{verdict}; RMS error {errors}"
-        )
+        rms = {name: getattr(each, part) for name, each in said.rms_error.items()}
+        errors = ", ".join(f"{name} {value:.3g}" for name, value in rms.items())
+        count = getattr(said, f"{part}_designs")
+        screen.say(f"{part}: {count} designs, MSE {mse:.2e}{verdict}; RMS error {errors}")
     screen.say(f"surrogate: {asked.out}")
 
 
@@ -61,7 +62,7 @@ def _trained(out: Path, data: designs.Table, settings: TrainingSettings) -> bool
     except ConfigError:
         return False
     same = json.loads(json.dumps(asdict(settings)))
-    return facts.get("table_sha256") == data.sha256() and facts.get("settings") == same
+    return facts.table_sha256 == data.sha256() and facts.settings == same
 
 
 def _write(result: Training, data: designs.Table, out: Path) -> None:

@@ -16,7 +16,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -62,6 +62,9 @@ _HINTS: Final[dict[int, str]] = {
 }
 """What to do about a rank that a signal ended."""
 
+Compute = Callable[[Sequence[Request]], list[Answer]]
+"""From requests to their answers, in order: :func:`simulate` with a folder and workers."""
+
 _OF_MPI: Final = ("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_", "PMI_")
 
 
@@ -93,6 +96,20 @@ def simulate(
     with Store(folder) as store:
         rows = {row["key"]: row for row in store.rows()}
     return [of_row(rows[key]) for key in keys]
+
+
+def computed_in(folder: Path, pool: Pool, progress: Progress = silent) -> Compute:
+    """Return what computes requests on workers and keeps their answers in a folder.
+
+    Args:
+        folder: of the store.
+        pool: workers.
+        progress: called at the start and with each answer stored.
+
+    Returns:
+        A function of requests.
+    """
+    return lambda requests: simulate(requests, folder, pool, progress)
 
 
 def job(request: Request, key: str | None = None) -> Job:

@@ -12,7 +12,7 @@ import numpy as np
 from dolfingrip.channels import ANGLE, CHANNELS, FORCE, PRESSURE
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import Config
-from dolfingrip.experiments.derivatives.gradients import cog_offset_mm
+from dolfingrip.experiments.derivatives.gradients import COG, shape_number
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.rigs.grasped import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
@@ -23,7 +23,7 @@ from dolfingrip.files.run import RunFile
 from dolfingrip.meshes.gripper import Stand
 from dolfingrip.report.design import label
 from dolfingrip.report.page import gripper, html, runs
-from dolfingrip.report.page.design_shape import unloaded_shape
+from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.report.page.run_scene import scene_of
 from dolfingrip.report.page.scene import GRIPPER_VIEW, UPRIGHT, Floats, Part, Scene, towards
@@ -32,8 +32,6 @@ READINGS: Final = {"bending": ANGLE, "blocked_force": FORCE}
 """The reading that is shown of each experiment."""
 
 NAMES: Final = {"bending": "Tip angle, free", "blocked_force": "Blocked force"}
-
-COG: Final = "cog_offset_mm"
 
 
 def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
@@ -134,7 +132,7 @@ def _told(value: float, error: float | None, unit: str) -> str:
 
 
 def _offset(wanted: Wanted) -> float:
-    return cog_offset_mm(wanted.config, ())[0]
+    return shape_number(COG, wanted.config, ())[0]
 
 
 def _predicted(space: Space, wanted: Wanted) -> dict[str, tuple[float, float | None]]:

@@ -14,6 +14,7 @@ from dolfingrip.design.campaign.space import Varied, parse
 from dolfingrip.design.surrogate import surrogate as surrogates
 from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.explore.policy import POLICY
+from dolfingrip.files.campaign import CampaignDesign
 from dolfingrip.files.run import RunFile
 from dolfingrip.parameter import named
 from dolfingrip.report.design import label
@@ -69,7 +70,6 @@ class Space:
 
 def of_results(
     found: Sequence[FoundResult],
-    designs: Mapping[Path, Sequence[Mapping[str, Any]]],
     file: Path | None,
     overrides: Change,
     parameters: Sequence[str],
@@ -78,7 +78,6 @@ def of_results(
 
     Args:
         found: folders with results.
-        designs: the designs of each campaign among them.
         file: configuration in place of that of the results.
         overrides: values by key on top of it.
         parameters: ``KEY=LOW:HIGH`` of each slider; none: those of the results.
@@ -89,7 +88,7 @@ def of_results(
     campaigns, solved = (
         [each.folder for each in found if each.kind == kind] for kind in ("doe", "run")
     )
-    loop = front.Loop.of(found, designs)
+    loop = front.Loop.of(found)
     surrogate = surrogates.load(loop.surrogate) if loop.surrogate else None
     base = None if file is not None else front.base_of(loop) or _of_runs(solved)
     base = configuration.load(file, overrides) if base is None else changed(base, overrides)
@@ -120,7 +119,7 @@ def _of_runs(folders: Sequence[Path]) -> Config | None:
 
 
 def _ranges(
-    surrogate: Surrogate | None, rows: Sequence[Mapping[str, Any]], base: Config
+    surrogate: Surrogate | None, designs: Sequence[CampaignDesign], base: Config
 ) -> list[Varied]:
     """The parameters that the results vary, within the ranges there."""
     ranges: dict[str, tuple[float, float]] = {}
@@ -128,8 +127,8 @@ def _ranges(
         known = surrogate.inputs
         for i, name in enumerate(surrogate.input_names):
             ranges[name] = float(known.low[i]), float(known.high[i])
-    for row in rows:
-        for name, value in row["inputs"].items():
+    for design in designs:
+        for name, value in design.inputs.items():
             if isinstance(value, int | float):
                 low, high = ranges.get(name, (value, value))
                 ranges[name] = min(low, value), max(high, value)

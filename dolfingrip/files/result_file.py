@@ -124,8 +124,12 @@ class ResultFile(Part):
             WriteError: one line.
         """
         file = Path(folder) / self.FILE
-        whole.write(file, self.model_dump_json(indent=1, by_alias=True) + "\n")
+        whole.write(file, self.text())
         return file
+
+    def text(self) -> str:
+        """The file's text."""
+        return self.model_dump_json(indent=1, by_alias=True) + "\n"
 
     def plain(self) -> dict[str, Any]:
         """The content as the file has it."""

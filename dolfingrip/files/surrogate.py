@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from dolfingrip.files.columns import read_csv
 from dolfingrip.files.result_file import Part, ResultFile, reading
@@ -33,18 +33,29 @@ class LearntDesign(Part):
 class SurrogateFile(ResultFile):
     """Contents of ``surrogate.json``."""
 
-    model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, Any]
-
     FILE: ClassVar[str] = "surrogate.json"
     MADE_BY: ClassVar[str] = "dolfingrip train"
 
     schema_version: Literal[1] = 1
-    inputs: dict[str, tuple[float, float]] = Field(description="range of each")
-    outputs: dict[str, tuple[float, float]] = Field(description="range of each")
+    inputs: dict[str, tuple[float, float]] = Field(
+        description="range of each, by which it is normalised to [−1, 1]: that of all designs"
+    )
+    outputs: dict[str, tuple[float, float]] = Field(
+        description="range of each, by which it is normalised to [0, 1]: that of training designs"
+    )
+    layers: tuple[int, ...] = Field((), description="widths, from inputs to outputs")
+    activation: Literal["tanh", "silu"] = "tanh"
+    weights_sha256: str = Field("", description="of surrogate.pt beside it")
+    settings: dict[str, Any] = Field({}, description="of the training")
+    training_mse: float | None = Field(None, description="of normalised outputs")
+    test_mse: float | None = Field(None, description="on designs that were held out")
     rms_error: dict[str, OutputError] = Field({}, description="by output")
     campaign: dict[str, Any] | None = Field(None, description="what all designs share")
+    training_designs: int = 0
+    test_designs: int = 0
     failed_designs: int = 0
+    incomplete_designs: int = 0
+    table_sha256: str = Field("", description="of the designs")
     versions: dict[str, str] = Field({}, description="of the software")
 
     @property

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import pyvista as pv
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -20,11 +19,11 @@ from dolfingrip.charts.theme import (
     PURPLE,
     figure_theme,
     save,
-    scene_theme,
 )
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.solid import SolidMesh
-from dolfingrip.report.scene import Image, View, no_display
+from dolfingrip.report.layout import place_pictures
+from dolfingrip.report.scene import Image, View, aim, shot, stage, surface_of
 
 COLOURS: Final = {
     groups.CLAMP: INK,
@@ -83,7 +82,7 @@ def _surface(mesh: SolidMesh) -> Any:
         colours.append(np.tile(np.array(rgb, dtype=np.uint8), (len(corners), 1)))
         plane.append(np.full(len(corners), int(name == groups.SYMMETRY)))
     every = np.concatenate(facets)
-    surface = pv.PolyData(mesh.points, faces=np.insert(every, 0, every.shape[1], axis=1).ravel())
+    surface = surface_of(mesh.points, every)
     surface["rgb"] = np.concatenate(colours)
     surface["symmetry"] = np.concatenate(plane)
     return surface
@@ -99,12 +98,7 @@ def _shot(surface: Any, view: View) -> Image:
     width, height = np.ptp(seen, axis=1) * 1.04
     focus = (low + high) / 2
     far = 3 * float(np.ptp(points, axis=0).max())
-    with no_display():
-        plotter = pv.Plotter(
-            off_screen=True, theme=scene_theme(), lighting="light kit",
-            window_size=[max(round(HEIGHT_PX * width / height), 60), HEIGHT_PX],
-        )  # fmt: skip
-    try:
+    with stage(max(round(HEIGHT_PX * width / height), 60), HEIGHT_PX) as plotter:
         plotter.add_mesh(surface, scalars="rgb", rgb=True, ambient=0.5, diffuse=0.55, specular=0.0)
         edges = surface.extract_surface(algorithm="dataset_surface").extract_feature_edges(
             35.0, manifold_edges=False, non_manifold_edges=False
@@ -112,14 +106,8 @@ def _shot(surface: Any, view: View) -> Image:
         if edges.n_points:
             edges.points = np.asarray(edges.points) + 0.002 * far * towards
             plotter.add_mesh(edges, color=INK, line_width=1.6, lighting=False)
-        plotter.camera_position = [focus + far * towards, focus, up]
-        plotter.camera.parallel_projection = True
-        plotter.camera.parallel_scale = height / 2
-        plotter.camera.clipping_range = (0.01 * far, 2 * far)
-        return np.array(plotter.screenshot(return_img=True))[..., :3]
-    finally:
-        plotter.close()
-        plotter.deep_clean()
+        aim(plotter, focus, view, far=far, height_mm=height)
+        return shot(plotter)
 
 
 def _save(
@@ -131,16 +119,7 @@ def _save(
     with figure_theme():
         figure = Figure(figsize=size, dpi=DPI)
         FigureCanvasAgg(figure)
-        left = gap
-        for picture, label, width in zip(pictures, labels, widths, strict=True):
-            axes = figure.add_axes(
-                (left / size[0], 0.1 / size[1], width / size[0], height / size[1])
-            )
-            axes.imshow(picture, interpolation="none", aspect="auto")
-            axes.set_axis_off()
-            middle = (left + width / 2) / size[0]
-            figure.text(middle, 1 - 0.5 / size[1], label, ha="center", va="top", fontsize=8)
-            left += width + gap
+        place_pictures(figure, pictures, labels, (gap, 0.1), gap, below_top_in=0.5, fontsize=8)
         figure.text(gap / size[0], 1 - 0.12 / size[1], title, va="top", fontweight="bold")
         patches = [
             Patch(facecolor=COLOURS[name], edgecolor=INK, lw=0.5,

@@ -275,7 +275,7 @@ def gradient_front(found: FrontFile) -> list[Chart]:
         Charts of the front, of the best designs' places, and of how the front settled.
     """
     limited, improved = found.objectives
-    along = axis(limited, "at most")
+    along = axis(limited, limited.sense)
     limit, mean, sd = (
         np.array([getattr(each, name) for each in found.levels])
         for name in ("limit", "mean", "deviation")

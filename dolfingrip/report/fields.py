@@ -27,6 +27,8 @@ Linear, quadratic, and Lagrange, which is what dolfinx writes, whatever the degr
 FACE_MIDDLES: Final = (24, 25, 22, 21, 23, 20)
 """Nodes in the middles of a Lagrange hexahedron's faces, in the order of ``HEXAHEDRON.faces``."""
 
+Floats = npt.NDArray[np.float64]
+
 GHOST = 1
 """VTK's flag of a cell or point that another piece owns."""
 
@@ -172,6 +174,34 @@ def read_point_data(grid: Any, name: str, source: npt.NDArray[np.int64]) -> npt.
     if name not in grid.point_data:
         raise ValueError(f"fields: no point data {name}; there are {', '.join(grid.point_data)}")
     return np.asarray(grid.point_data[name], dtype=np.float64)[source]
+
+
+def read_steps(files: Sequence[Path]) -> tuple[FieldMesh, list[Floats], list[Floats]]:
+    """Read the fields of steps.
+
+    Args:
+        files: of the steps, one or more.
+
+    Returns:
+        The mesh at rest, and for each step displacements (mm), shape (nodes, 3), and largest
+        principal stretches, shape (nodes,); no stretches if the files have none.
+
+    Raises:
+        ValueError: one line, if a file is missing or holds something else, or meshes differ.
+    """
+    mesh: FieldMesh | None = None
+    displacements, stretches, points = [], [], 0
+    for file in files:
+        grid = read_grid(file)
+        if mesh is None:
+            mesh, points = read_mesh(grid), grid.n_points
+        if grid.n_points != points:
+            raise ValueError(f"{file.parent}: steps on different meshes")
+        displacements.append(read_point_data(grid, "displacement_mm", mesh.source))
+        if "principal_stretch" in grid.point_data:
+            stretches.append(read_point_data(grid, "principal_stretch", mesh.source))
+    assert mesh is not None
+    return mesh, displacements, stretches
 
 
 def _merge(grid: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from dolfingrip.channels import PRESSURE, TIME
-from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE, scene_theme
+from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.fields import COLLECTION
 from dolfingrip.experiments.rigs.grasped import MIRROR, GraspedBody, grasped, halved
@@ -25,8 +25,8 @@ from dolfingrip.experiments.rigs.gripper import placed, stands_of
 from dolfingrip.files import whole
 from dolfingrip.files.columns import Columns
 from dolfingrip.mechanics.model.placement import Placement, to_world
-from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
-from dolfingrip.report.scene import Image, View, no_display
+from dolfingrip.report.fields import list_steps, read_steps
+from dolfingrip.report.scene import Image, View, aim, segments_of, shot, stage, surface_of
 from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
 
 FOOD = "#E0B060"
@@ -162,13 +162,13 @@ def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Mom
         moments: rows of the result.
     """
     folder = file.with_name(f"{file.stem}_fields")
-    table, lines = _table(moments), []
+    table, entries = _table(moments), []
     _write_vtp(table, folder / "table.vtp")
     food: Any = body.surface.polydata()
     for i, moment in enumerate(moments):
         up = np.array([0.0, 0.0, -moment.table_mm])
         points = (moment.skin + up).astype(np.float32)
-        fingers = pv.PolyData(points, faces=np.insert(skin.triangles, 0, 3, 1).ravel())
+        fingers = surface_of(points, skin.triangles)
         fingers["displacement_mm"] = moment.displacement.astype(np.float32)
         fingers["principal_stretch"] = moment.stretch.astype(np.float32)
         fingers["finger"] = skin.side.astype(np.int8)
@@ -176,12 +176,12 @@ def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Mom
         food.points = moment.food + up
         _write_vtp(food, folder / f"food{i:04d}.vtp")
         parts = (f"fingers{i:04d}.vtp", f"food{i:04d}.vtp", "table.vtp")
-        lines += [
+        entries += [
             f'    <DataSet timestep="{moment.time_s:.10g}" part="{part}" '
             f'file="{folder.name}/{name}" />'
             for part, name in enumerate(parts)
         ]
-    whole.write(file, COLLECTION.format("\n".join(lines)))
+    whole.write(file, COLLECTION.format("\n".join(entries)))
 
 
 def _write_vtp(surface: Any, file: Path) -> None:
@@ -235,23 +235,20 @@ def moments_of(
     fields: Path, config: Config, result: Columns, body: GraspedBody
 ) -> tuple[Skin, list[Moment]]:
     """The fingers' skin, and the positions of all bodies at each row."""
-    files = list_steps(fields)
-    grids = [read_grid(file) for file in files]
-    mesh = read_mesh(grids[0])
+    mesh, displacements, stretches = read_steps(list_steps(fields))
     skin, half = extract_skin(mesh, mirror=False), halved(config, body)
     extent = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     placement = placed(stands_of(config, body), extent, half=half)
     rest, frames = placement.positions(skin.points), placement.frames(skin.points)
     moments = []
-    for row, grid in enumerate(grids):
-        displacement = read_point_data(grid, "displacement_mm", mesh.source)[skin.node]
+    for row, displacement in enumerate(displacements):
         turn = [float(result[f"object_turn_{axis}_deg"][row]) for axis in "xyz"]
         place = [float(result[f"object_{axis}_mm"][row]) for axis in "xyz"]
         turned = Rotation.from_rotvec(turn, degrees=True)
         food = turned.apply(body.surface.points) + place
         table = float(result["table_z_mm"][row])
-        stretch = read_point_data(grid, "principal_stretch", mesh.source)[skin.node]
-        moved = to_world(frames, displacement)
+        stretch = stretches[row][skin.node]
+        moved = to_world(frames, displacement[skin.node])
         fingers = rest + moved
         if half:
             fingers, moved = (np.concatenate([v, v * MIRROR]) for v in (fingers, moved))
@@ -288,7 +285,8 @@ def _completed(skin: Skin) -> Skin:
 
 def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Image]:
     """One picture for each moment, from one camera; the table stands still."""
-    right, up, towards = View(VIEW.azimuth_deg, VIEW.elevation_deg, up=1.0).axes
+    view = View(VIEW.azimuth_deg, VIEW.elevation_deg, up=1.0)
+    right, up, towards = view.axes
     lift = [np.array([0.0, 0.0, -moment.table_mm]) for moment in moments]
     table = _table(moments)
     every = np.concatenate(
@@ -297,41 +295,26 @@ def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Im
     every = np.concatenate([every, np.asarray(table.points)])
     low, high = (f([every @ right, every @ up], axis=1) for f in (np.min, np.max))
     width_mm, height_mm = VIEW.margin * (high - low)
-    with no_display():
-        plotter = pv.Plotter(
-            off_screen=True,
-            theme=scene_theme(),
-            lighting="light kit",
-            window_size=[int(np.ceil(VIEW.height_px * width_mm / height_mm)), VIEW.height_px],
-        )
-    try:
+    width_px = int(np.ceil(VIEW.height_px * width_mm / height_mm))
+    with stage(width_px, VIEW.height_px) as plotter:
         fingers = [_surface(skin, i) for i in range(len(COLOURS))]
         for (mesh, _), colour in zip(fingers, COLOURS, strict=True):
             plotter.add_mesh(mesh, color=colour, ambient=0.35, diffuse=0.65, specular=0.05)
-        lines = pv.PolyData(
-            moments[0].skin.copy(), lines=np.insert(skin.creases, 0, 2, axis=1).ravel()
-        )
-        plotter.add_mesh(lines, color=INK, line_width=1.2, opacity=0.6, lighting=False)
+        creases = segments_of(moments[0].skin, skin.creases)
+        plotter.add_mesh(creases, color=INK, line_width=1.2, opacity=0.6, lighting=False)
         food: Any = body.surface.polydata()
         plotter.add_mesh(food, color=FOOD, smooth_shading=True, ambient=0.3)
         plotter.add_mesh(table, color=PALE, ambient=0.4)
-        focus = ((low + high) / 2) @ np.array([right, up])
+        focus = ((low + high) / 2) @ np.array([right, up]) + np.mean(every @ towards) * towards
         far = 5 * float(np.ptp(every, axis=0).max())
-        plotter.camera_position = [focus + far * towards, focus, up]
-        plotter.camera.parallel_projection = True
-        plotter.camera.parallel_scale = height_mm / 2
-        plotter.camera.clipping_range = (0.01 * far, 3 * far)
+        aim(plotter, focus, view, far=far, height_mm=height_mm)
         images = []
         for moment, by in zip(moments, lift, strict=True):
             for mesh, nodes in fingers:
                 mesh.points = moment.skin[nodes] + by
-            lines.points = moment.skin + by + 0.25 * towards
+            creases.points = moment.skin + by + 0.25 * towards
             food.points = moment.food + by
-            plotter.render()
-            images.append(np.array(plotter.screenshot(return_img=True))[..., :3])
-    finally:
-        plotter.close()
-        plotter.deep_clean()
+            images.append(shot(plotter))
     return images
 
 
@@ -339,8 +322,7 @@ def _surface(skin: Skin, finger: int) -> tuple[Any, np.ndarray]:
     """The mesh of one finger, and the numbers of its points in the skin."""
     mine = skin.triangles[skin.side[skin.triangles[:, 0]] == finger]
     nodes, triangles = np.unique(mine, return_inverse=True)
-    triangles = triangles.reshape(-1, 3)
-    return pv.PolyData(skin.points[nodes], faces=np.insert(triangles, 0, 3, 1).ravel()), nodes
+    return surface_of(skin.points[nodes], triangles.reshape(-1, 3)), nodes
 
 
 def _table(moments: Sequence[Moment]) -> Any:

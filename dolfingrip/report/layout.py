@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -59,22 +60,10 @@ def save_pictures(
     with figure_theme():
         figure = Figure(figsize=size, dpi=DPI)
         FigureCanvasAgg(figure)
-        left = _SIDE
-        for picture, label, width in zip(pictures, labels, widths, strict=True):
-            box = (left / size[0], _BOTTOM / size[1], width / size[0], height / size[1])
-            axes = figure.add_axes(box)
-            axes.imshow(picture, interpolation="none", aspect="auto")
-            axes.set_axis_off()
-            figure.text(
-                (left + width / 2) / size[0],
-                1 - 0.08 / size[1],
-                label,
-                ha="center",
-                va="top",
-                fontsize=11,
-                fontweight="bold",
-            )
-            left += width
+        place_pictures(
+            figure, pictures, labels, (_SIDE, _BOTTOM), below_top_in=0.08, fontsize=11,
+            fontweight="bold",
+        )  # fmt: skip
         _draw_scale(figure, px_per_mm / DPI, view)
         bar = figure.add_axes(
             (
@@ -89,6 +78,39 @@ def save_pictures(
         figure.colorbar(colours, cax=bar, label=scale_label, extend=ends)
         save(figure, out)
     return out
+
+
+def place_pictures(
+    figure: Figure,
+    pictures: Sequence[Image],
+    labels: Sequence[str],
+    corner_in: tuple[float, float],
+    gap_in: float = 0.0,
+    *,
+    below_top_in: float,
+    **font: Any,
+) -> None:
+    """Place pictures side by side at their resolution, each with a label above it.
+
+    Args:
+        figure: that they are placed in.
+        pictures: of equal heights.
+        labels: a text for each.
+        corner_in: lower left corner of the first one (inches).
+        gap_in: between two of them (inches).
+        below_top_in: upper end of the labels, from the figure's top (inches).
+        font: size and weight of the labels.
+    """
+    size, (left, bottom) = figure.get_size_inches(), corner_in
+    for picture, label in zip(pictures, labels, strict=True):
+        height, width = (length / DPI for length in picture.shape[:2])
+        box = (left / size[0], bottom / size[1], width / size[0], height / size[1])
+        axes = figure.add_axes(box)
+        axes.imshow(picture, interpolation="none", aspect="auto")
+        axes.set_axis_off()
+        middle = (left + width / 2) / size[0]
+        figure.text(middle, 1 - below_top_in / size[1], label, ha="center", va="top", **font)
+        left += width + gap_in
 
 
 def _draw_scale(figure: Figure, in_per_mm: float, view: View) -> None:

@@ -20,15 +20,7 @@ import numpy as np
 from dolfingrip.charts.theme import DPI, colour_map
 from dolfingrip.files.columns import Columns
 from dolfingrip.report import Quantity
-from dolfingrip.report.fields import (
-    FieldMesh,
-    find_steps,
-    list_steps,
-    load_result,
-    read_grid,
-    read_mesh,
-    read_point_data,
-)
+from dolfingrip.report.fields import find_steps, list_steps, load_result, read_steps
 from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.scene import Image, Plate, View, draw_shapes
 from dolfingrip.report.skin import Floats, extract_skin
@@ -141,7 +133,13 @@ def draw(
     if rows != len(files):
         raise ValueError(f"{fields}: {len(files)} steps, but the result has {rows} rows")
     steps = find_steps(table, pressures_kPa, branch)
-    mesh, displacements, values = _read(fields, [files[step] for step in steps], colour_by)
+    mesh, displacements, values = read_steps([files[step] for step in steps])
+    if colour_by == "displacement":
+        values = [np.linalg.norm(each, axis=1) for each in displacements]
+    elif not values:
+        raise ValueError(
+            f"{fields}: no stretches; allowed: displacement"
+        )
     skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
     range_, open_ended = _range([value[skin.node] for value in values], colour_by)
     view = CUT if shown == "section" else SIDE
@@ -157,29 +155,6 @@ def draw(
     )
     labels = [f"{pressure:.4g} kPa" for pressure in pressures_kPa]
     return Pictures(images, labels, px_per_mm, view, colour_by, range_, open_ended)
-
-
-def _read(
-    fields: Path, files: Sequence[Path], colour_by: Quantity
-) -> tuple[FieldMesh, list[Floats], list[Floats]]:
-    """The mesh, and the nodal displacements and colour values of each step asked for."""
-    mesh: FieldMesh | None = None
-    displacements, values = [], []
-    for file in files:
-        grid = read_grid(file)
-        if mesh is None:
-            mesh, count = read_mesh(grid), grid.n_points
-        if grid.n_points != count:
-            raise ValueError(f"{fields}: steps on different meshes")
-        displacement = read_point_data(grid, "displacement_mm", mesh.source)
-        displacements.append(displacement)
-        values.append(
-            np.linalg.norm(displacement, axis=1)
-            if colour_by == "displacement"
-            else read_point_data(grid, "principal_stretch", mesh.source)
-        )
-    assert mesh is not None
-    return mesh, displacements, values
 
 
 def _range(values: Sequence[Floats], colour_by: Quantity) -> tuple[tuple[float, float], bool]:

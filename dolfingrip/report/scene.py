@@ -6,8 +6,6 @@ Only shapes are drawn here; all lettering is set afterwards around the picture
 
 from __future__ import annotations
 
-import ctypes
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -32,11 +30,15 @@ class SceneSizes:
         clamp_mm: height of the block drawn as the clamp.
         margin_mm: white around everything that is drawn.
         lift_mm: how far lines are drawn in front of the surface.
+        around_mm: how far clamp and plate stand out beyond the finger.
+        slab_mm: thickness of the plate.
     """
 
     clamp_mm: float = 8.0
     margin_mm: float = 2.0
     lift_mm: float = 0.25
+    around_mm: float = 3.0
+    slab_mm: float = 3.0
 
 
 SIZES: Final = SceneSizes()
@@ -116,12 +118,11 @@ def draw_shapes(
     width_mm, height_mm = high - low + 2 * SIZES.margin_mm
     per_mm = height_px / height_mm
 
-    plotter = _plotter(int(np.ceil(width_mm * per_mm)), height_px)
-    try:
+    with stage(int(np.ceil(width_mm * per_mm)), height_px) as plotter:
         surface, source = _shaded(skin)
         surface["value"] = values[0][skin.node][source]
         _add_surface(plotter, surface, colour_map, range_)
-        edges, creases = _lines(skin.points, skin.edges), _lines(skin.points, skin.creases)
+        edges, creases = (segments_of(skin.points, each) for each in (skin.edges, skin.creases))
         plotter.add_mesh(edges, color=INK, line_width=1.0, opacity=0.22, lighting=False)
         plotter.add_mesh(creases, color=INK, line_width=2.2, opacity=0.85, lighting=False)
         for block, opacity in fixtures:
@@ -129,7 +130,7 @@ def draw_shapes(
             plotter.add_mesh(block.extract_feature_edges(30), color=INK, line_width=1.5)
         middle = (low + high) / 2
         focus = middle[0] * right + middle[1] * up + np.mean(seen @ towards) * towards
-        _aim(plotter, focus, view, far=3 * float(np.ptp(seen, axis=0).max()), height_mm=height_mm)
+        aim(plotter, focus, view, far=3 * float(np.ptp(seen, axis=0).max()), height_mm=height_mm)
 
         pictures = []
         for moved, value in zip(shapes, values, strict=True):
@@ -138,23 +139,30 @@ def draw_shapes(
             surface.point_data["Normals"] = _normals(surface)
             # Lines drawn in the surface would flicker, so they are drawn a little in front of it.
             edges.points = creases.points = moved + SIZES.lift_mm * towards
-            plotter.render()
-            pictures.append(np.array(plotter.screenshot(return_img=True))[..., :3])
-    finally:
-        plotter.close()
-        plotter.deep_clean()
+            pictures.append(shot(plotter))
     return pictures, per_mm
 
 
-def _plotter(width_px: int, height_px: int) -> pv.Plotter:
-    """A window off screen."""
-    with no_display():
-        return pv.Plotter(
-            off_screen=True,
-            theme=scene_theme(),
-            lighting="light kit",
-            window_size=[width_px, height_px],
-        )
+@contextmanager
+def stage(width_px: int, height_px: int) -> Iterator[pv.Plotter]:
+    """Open a window off screen, with the light of all pictures, and close it."""
+    plotter = pv.Plotter(
+        off_screen=True,
+        theme=scene_theme(),
+        lighting="light kit",
+        window_size=[width_px, height_px],
+    )
+    try:
+        yield plotter
+    finally:
+        plotter.close()
+        plotter.deep_clean()
+
+
+def shot(plotter: pv.Plotter) -> Image:
+    """Take a picture of what stands on a stage."""
+    plotter.render()
+    return np.array(plotter.screenshot(return_img=True))[..., :3]
 
 
 def _add_surface(
@@ -174,39 +182,13 @@ def _add_surface(
     ).prop.interpolation = "Phong"
 
 
-def _aim(plotter: pv.Plotter, focus: Floats, view: View, *, far: float, height_mm: float) -> None:
+def aim(plotter: pv.Plotter, focus: Floats, view: View, *, far: float, height_mm: float) -> None:
     """Point a camera at ``focus`` from ``far`` (mm) away; its picture is ``height_mm`` high."""
     _, up, towards = view.axes
     plotter.camera_position = [focus + far * towards, focus, up]
     plotter.camera.parallel_projection = True
     plotter.camera.parallel_scale = height_mm / 2
     plotter.camera.clipping_range = (0.01 * far, 2 * far)
-
-
-@contextmanager
-def no_display() -> Iterator[None]:
-    """Make VTK open its window by EGL at once if there is no X server.
-
-    VTK finds EGL by itself, but it first prints a warning about the missing server.
-    """
-    name = "VTK_DEFAULT_OPENGL_WINDOW"
-    if os.environ.get("DISPLAY") or name in os.environ or not _has_egl():
-        yield
-        return
-    os.environ[name] = "vtkEGLRenderWindow"
-    try:
-        yield
-    finally:
-        del os.environ[name]
-
-
-def _has_egl() -> bool:
-    """Tell whether the EGL library is installed; VTK chooses its own window without it."""
-    try:
-        ctypes.CDLL("libEGL.so.1")
-    except OSError:
-        return False
-    return True
 
 
 def split_at_creases(skin: Skin) -> tuple[Ints, Ints]:
@@ -223,7 +205,7 @@ def split_at_creases(skin: Skin) -> tuple[Ints, Ints]:
 
 def _shaded(skin: Skin) -> tuple[Any, Ints]:
     """The surface split as by :func:`split_at_creases`, and the skin's point behind each."""
-    surface = pv.PolyData(skin.points, faces=np.insert(skin.triangles, 0, 3, axis=1).ravel())
+    surface = surface_of(skin.points, skin.triangles)
     surface["source"] = np.arange(len(skin.points))
     split = surface.compute_normals(
         cell_normals=False, split_vertices=True, feature_angle=35.0, consistent_normals=False
@@ -244,25 +226,53 @@ def _normals(surface: Any) -> Floats:
     return np.asarray(normals / np.maximum(lengths, 1e-30))
 
 
-def _lines(points: Floats, segments: Ints) -> Any:
-    cells = np.insert(segments, 0, 2, axis=1).ravel()
-    return pv.PolyData(points.copy(), lines=cells)
+def segments_of(points: Floats, segments: Ints) -> Any:
+    """Lines between points, as pyvista draws them."""
+    return pv.PolyData(points.copy(), lines=np.insert(segments, 0, 2, axis=1).ravel())
+
+
+def surface_of(points: Floats, facets: Ints) -> Any:
+    """Facets with equal numbers of corners, as pyvista draws them."""
+    return pv.PolyData(points, faces=np.insert(facets, 0, facets.shape[1], axis=1).ravel())
 
 
 def _clamp(skin: Skin) -> Any:
-    """A block above the clamped face z = 0, a little larger than it."""
+    low, high = clamp(skin)
+    return pv.Box([end for ends in zip(low, high, strict=True) for end in ends])
+
+
+def clamp(skin: Skin) -> tuple[Floats, Floats]:
+    """Lowest and highest corner (mm) of a block above the clamped face z = 0, larger than it."""
     z = skin.points[:, 2]
     held = skin.points[z < z.min() + 1e-6 * np.ptp(z)]
-    (x0, y0, z0), (x1, y1, _) = held.min(axis=0), held.max(axis=0)
-    return pv.Box((x0 - 3, x1 + 3, y0 - 3, y1 + 3, z0 - SIZES.clamp_mm, z0))
+    low, high = held.min(axis=0) - SIZES.around_mm, held.max(axis=0) + SIZES.around_mm
+    low[2], high[2] = z.min() - SIZES.clamp_mm, z.min()
+    return low, high
 
 
 def _slab(skin: Skin, plate: Plate) -> Any:
     """A slab 3 mm thick behind the plate's face, around the point nearest to the tip."""
+    half_mm, axes, centre = slab(skin.points.min(axis=0), skin.points.max(axis=0), plate)
+    ends = ((-size, size) for size in half_mm[1:])
+    block = pv.Box((-half_mm[0], 0.0, *(end for both in ends for end in both)))
+    block.points = centre + np.asarray(block.points) @ axes
+    return block
+
+
+def slab(low: Floats, high: Floats, plate: Plate) -> tuple[Floats, Floats, Floats]:
+    """Place a slab behind the plate's face, around the point nearest to the tip.
+
+    Args:
+        low: least coordinates of the unloaded finger (mm).
+        high: largest coordinates of it (mm).
+        plate: whose face the slab has.
+
+    Returns:
+        Its thickness and half of its sides (mm), its axes as rows, and the centre of its face (mm).
+    """
     normal = np.asarray(plate.normal, dtype=np.float64)
     normal /= np.linalg.norm(normal)
-    low, high = skin.points.min(axis=0), skin.points.max(axis=0)
-    tip = np.array([low[0], (low[1] + high[1]) / 2, high[2]])
+    tip = np.array([low[0], 0.0, high[2]])
     centre = tip - ((tip - np.asarray(plate.point_mm)) @ normal) * normal
     # The plate is tilted about y alone, so one of its edges stays parallel to y.
     across = np.array([0.0, 1.0, 0.0])
@@ -270,10 +280,6 @@ def _slab(skin: Skin, plate: Plate) -> Any:
         across = np.array([0.0, 0.0, 1.0])
     along = np.cross(normal, across)
     along /= np.linalg.norm(along)
-    across = np.cross(along, normal)
-    half_width = (high[1] - low[1]) / 2 + 3
-    slab = pv.Box(
-        (-3.0, 0.0, -half_width, half_width, *[sign * plate.contact_length_mm for sign in (-1, 1)])
-    )
-    slab.points = centre + np.asarray(slab.points) @ np.array([normal, across, along])
-    return slab
+    wide = float(np.abs([low[1], high[1]]).max()) + SIZES.around_mm
+    sizes = np.array([SIZES.slab_mm, wide, plate.contact_length_mm])
+    return sizes, np.array([normal, np.cross(along, normal), along]), centre

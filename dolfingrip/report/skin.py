@@ -58,6 +58,18 @@ class Skin:
         moved[:, 1] *= self.side
         return self.points + moved
 
+    def part(self, mine: npt.NDArray[np.bool_]) -> Skin:
+        """The part of the surface that some points alone make up; ``mine`` has shape (points,)."""
+        number = np.cumsum(mine) - 1
+
+        def kept(items: Ints) -> Ints:
+            return number[items[mine[items].all(axis=1)]]
+
+        return Skin(
+            self.points[mine], self.node[mine], self.side[mine],
+            kept(self.triangles), kept(self.edges), kept(self.creases),
+        )  # fmt: skip
+
 
 def extract_skin(
     mesh: FieldMesh, mirror: bool = True, cut: bool = False, crease_deg: float = 35.0

@@ -67,26 +67,44 @@ def tabulate(*results: tuple[Sequence[Channel], Columns], title: str | None = No
 def of_columns(
     columns: Mapping[str, Sequence[str]], title: str | None, left: Collection[str] = ()
 ) -> Table:
-    """A table that is as narrow as its longest words and its cells allow.
-
-    Rich shortens columns that do not fit into the terminal by breaking their words. A heading is
-    therefore wrapped at its spaces to the width of its column.
+    """A table of columns, as :func:`of_rows` makes it of rows.
 
     Args:
         columns: cells of equal number by heading.
         title: set above the table.
         left: headings of the columns that are aligned on the left.
     """
+    return of_rows(list(columns), list(zip(*columns.values(), strict=True)), title, left)
+
+
+def of_rows(
+    headings: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    title: str | None = None,
+    left: Collection[str] = (),
+) -> Table:
+    """A table that is as narrow as its longest words and its cells allow.
+
+    Rich shortens columns that do not fit into the terminal by breaking their words. A heading is
+    therefore wrapped at its spaces to the width of its column.
+
+    Args:
+        headings: of the columns.
+        rows: a cell for each heading.
+        title: set above the table.
+        left: headings of the columns that are aligned on the left.
+    """
     # two spaces between columns, none at the edges
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     table.show_edge = False
-    for heading, cells in columns.items():
+    columns = list(zip(*rows, strict=True)) or [()] * len(headings)
+    for heading, cells in zip(headings, columns, strict=True):
         lines = [*heading.split(), *(line for cell in cells for line in cell.splitlines())]
-        width = max(map(cell_len, lines))
+        width = max(map(cell_len, lines), default=1)
         wrapped = "\n".join(textwrap.wrap(heading, width))
         justify: JustifyMethod = "left" if heading in left else "right"
         table.add_column(wrapped, justify=justify, no_wrap=True)
-    for row in zip(*columns.values(), strict=True):
+    for row in rows:
         table.add_row(*row)
     return table
 

@@ -22,6 +22,6 @@ class PrintTime(QuantitySource):
     names: ClassVar = ("print_time_s",)
 
     def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
-        from dolfingrip.experiments.derivatives.gradients import mass_g
+        from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 
-        outcome.outputs["print_time_s"] = mass_g(asked.config, ())[0] / G_PER_S
+        outcome.outputs["print_time_s"] = shape_number(MASS, asked.config, ())[0] / G_PER_S

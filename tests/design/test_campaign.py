@@ -57,9 +57,7 @@ def finished(folder: Path) -> set[tuple[float, float]]:
         return set()
     rows = campaign.read(folder).by_key()
     spooled = {answer.key for answer in Spool(folder / "spool").answers()}
-    inputs = [
-        row["inputs"] for key, row in rows.items() if row["status"] != "pending" or key in spooled
-    ]
+    inputs = [row.inputs for key, row in rows.items() if row.status != "pending" or key in spooled]
     return {(point["morph.xi1"], point["morph.xi2"]) for point in inputs}
 
 
@@ -126,16 +124,17 @@ def test_client_killed_at_random_moments_loses_and_repeats_nothing(tmp_path: Pat
             break
     assert kills >= 3
     assert process.returncode == 0
-    rows = campaign.read(out).rows
+    rows = campaign.read(out).designs
     with Store(out) as store:
         assert store.counts()["pending"] == 0
     assert len(rows) == 24
     for row in rows:
-        xi1, xi2 = row["inputs"]["morph.xi1"], row["inputs"]["morph.xi2"]
+        xi1, xi2 = (float(row.inputs[f"morph.{name}"]) for name in ("xi1", "xi2"))
         if xi1 > analytic.FAILING:
-            assert (row["status"], row["outputs"]) == ("failed", None)
+            assert (row.status, row.outputs) == ("failed", None)
         else:
-            assert row["outputs"]["force_N"] == 4 + xi1 - xi2
+            assert row.outputs is not None
+            assert row.outputs["force_N"] == 4 + xi1 - xi2
     assert list((out / "spool").iterdir()) == []
 
 
@@ -281,7 +280,7 @@ def test_a_design_that_kills_its_workers_is_told_and_not_stored(tmp_path: Path) 
     plan = small(0.1, material={"mu_MPa": 6.66})
     with pytest.raises(Unfinished, match=r"^1 of 1 could not be computed .* every worker .* died"):
         campaign.run(plan, tmp_path, Where())
-    assert [row["status"] for row in campaign.read(tmp_path).rows] == ["pending"]
+    assert [row.status for row in campaign.read(tmp_path).designs] == ["pending"]
 
 
 def test_an_existing_cluster_is_used_and_left_running(tmp_path: Path) -> None:

@@ -27,9 +27,9 @@ from dolfingrip.design.gradient.policy import DescentPolicy
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.run import computed_in
 from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.gradient.trial import Trial
+from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work

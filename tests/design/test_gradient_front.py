@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.invented import FORCE, TWO, Invented, written
 
+from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.front import FrontFinder
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.shape import UnloadedShapes
@@ -53,3 +57,87 @@ def test_a_front_of_few_simulations(tmp_path: Path) -> None:
         shape = shapes.at([value for value, _, _ in level.inputs.values()])
         assert shape.value("cog_offset_mm") <= level.limit + 1e-9
         assert Invented.force_N(shape.config) == pytest.approx(level.mean, abs=0.01 * span)
+
+
+FORCE_BY_ANGLE = f"""{FORCE}
+[front]
+against = "angle_deg"
+at_pressure_kPa = 50.0
+low = 5.0
+high = 28.0
+unsure = 0.02
+"""
+MASS_BY_FORCE = """
+[objective]
+minimise = "mass_g"
+
+[front]
+against = "force_N"
+at_pressure_kPa = 50.0
+sense = "at least"
+low = 1.0
+high = 2.8
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "limited"), [(FORCE_BY_ANGLE, "angle_deg"), (MASS_BY_FORCE, "force_N")]
+)
+def test_a_front_against_a_reading(tmp_path: Path, text: str, limited: str) -> None:
+    """It is no worse than a fine grid by 5 % of its range, and its designs keep limits to 2 %.
+
+    A reading is known at the simulated designs alone, the mass everywhere. Candidates lie 1/44 of
+    a parameter's range apart, which costs up to 4 % of the force next to a limit.
+    """
+    narrow = TWO.replace("[-0.2, 1.0]", "[-0.2, 0.8]").replace("[-0.5, 1.0]", "[-0.4, 0.4]")
+    problem = read(written(tmp_path, text + narrow))
+    asked = problem.front
+    assert asked is not None
+    found = FrontFinder(problem, asked, Invented()).run()
+    first, second = found.objectives
+    assert (first.title, first.sense) == (f"{limited} at 50 kPa", asked.sense)
+    assert found.unsure[-1] < asked.unsure
+    limits, means = np.array([(each.limit, each.mean) for each in found.levels]).T
+    assert asked.low <= limits.min() < limits.max() <= asked.high
+    shapes = UnloadedShapes(problem)
+
+    def numbers(values: Sequence[float]) -> tuple[float, float]:
+        """Both quantities of a design, signed."""
+        shape = shapes.at(values)
+        known = getattr(Invented, second.name, None)
+        improved = shape.value(second.name) if known is None else known(shape.config)
+        return first.sign * getattr(Invented, limited)(shape.config), second.sign * improved
+
+    axes = np.linspace(-0.2, 0.8, 21), np.linspace(-0.4, 0.4, 17)
+    at, best = np.array([numbers(each) for each in product(*axes)]).T
+    for limit, mean in zip(first.sign * limits[4::8], second.sign * means[4::8], strict=True):
+        assert mean <= best[at <= limit].min() + 0.05 * np.ptp(means)
+    for level in found.levels[::8]:
+        own, _ = numbers([value for value, _, _ in level.inputs.values()])
+        assert own <= first.sign * level.limit + 0.02 * np.ptp(limits)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('against = "force_N"', "front.against = force_N: 0 places"),
+        ('against = "wall"', "front.against = wall: allowed: "),
+        ('against = "contact_gap_mm"', "front.against = contact_gap_mm: no gradient"),
+        ('against = "force_N"\nat_pressure_kPa = 50.0', "allowed: another one than the objective"),
+        ('against = "angle_deg"\nat_pressure_kPa = 50.0\nsense = "above"', "front.sense"),
+    ],
+)
+def test_a_front_is_against_a_quantity_with_a_gradient(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    with pytest.raises(ConfigError, match=re.escape(said)) as error:
+        read(written(tmp_path, f"{FORCE}{TWO}[front]\n{text}\nlow = 0.0\nhigh = 5.0\n"))
+    assert "\n" not in str(error.value)
+
+
+def test_a_limit_that_no_design_reaches(tmp_path: Path) -> None:
+    front = '[front]\nagainst = "angle_deg"\nat_pressure_kPa = 50.0\nlow = 90.0\nhigh = 95.0\n'
+    problem = read(written(tmp_path, FORCE + TWO + front))
+    assert problem.front is not None
+    with pytest.raises(ConfigError, match=r"angle_deg at 50 kPa is .* allowed: low and high among"):
+        FrontFinder(problem, problem.front, Invented()).run()

@@ -16,7 +16,7 @@ from dolfingrip.design.optimum import study_file
 from dolfingrip.design.optimum.study_file import PublishedDesign
 from dolfingrip.design.quantities.index import parse
 from dolfingrip.design.quantities.quantity import Outcome
-from dolfingrip.experiments.derivatives.gradients import cog_offset_mm, mass_g
+from dolfingrip.experiments.derivatives.gradients import COG, MASS, shape_number
 from dolfingrip.jobs.job import Answer
 from dolfingrip.jobs.work import compute
 from dolfingrip.meshes.generate import finger_mesh
@@ -56,7 +56,7 @@ def test_the_reference_finger_s_optima_have_the_paper_s_offsets(design: Publishe
     """On any mesh, as the centroid of boxes is exact; 0.01 mm moves an optimum by 0.003 in ξ."""
     xi1, xi2 = design.inputs
     config = load(None, assignments(["mesh.size_mm=10", "morph.d_mm=9.5"]))
-    found, _ = cog_offset_mm(config.changed(morph={"xi1": xi1, "xi2": xi2}))
+    found, _ = shape_number(COG, config.changed(morph={"xi1": xi1, "xi2": xi2}))
     assert found == pytest.approx(design.limit, abs=0.015)
 
 
@@ -118,7 +118,7 @@ def test_derivatives_that_are_asked_for() -> None:
     assert all(abs(value) > 1e-4 for value in expected.values())
     for key in keys[:3]:
         (parameter,) = find(resolved, [key])
-        slope = parameter.derivative(resolved, lambda changed: cog_offset_mm(changed)[0])
+        slope = parameter.derivative(resolved, lambda changed: shape_number(COG, changed)[0])
         assert outcome.gradients["cog_offset_mm"][key] == pytest.approx(slope, abs=1e-6)
     assert outcome.gradients["cog_offset_mm"]["finger.wall_mm"] > 0.1
     assert outcome.gradients["cog_offset_mm"][label] == 0.0
@@ -144,10 +144,12 @@ def test_readings_at_places_and_the_mass() -> None:
     assert outcome.gradients is not None
     slope = outcome.gradients["force_N at 20 kPa"]["finger.wall_mm"]
     assert slope == pytest.approx(expected[2], rel=1e-4)
-    mass, slopes = mass_g(resolved, find(resolved, list(keys)))
+    mass, slopes = shape_number(MASS, resolved, find(resolved, list(keys)))
     assert outcome.outputs["mass_g"] == mass
     for parameter in find(resolved, list(keys)):
-        difference = parameter.derivative(resolved, lambda changed: mass_g(changed, ())[0])
+        difference = parameter.derivative(
+            resolved, lambda changed: shape_number(MASS, changed, ())[0]
+        )
         assert slopes[parameter.key] == pytest.approx(difference, rel=1e-6)
 
 

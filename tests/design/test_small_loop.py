@@ -37,14 +37,14 @@ def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None
     small_loop.run_small_loop(SETTINGS, tmp_path, DESIGNS)
     rows = read(tmp_path / "doe").by_key()
     assert len(rows) == 12
-    assert {row["status"] for row in rows.values()} == {"done"}
+    assert {row.status for row in rows.values()} == {"done"}
     designs = OptimumFile.read(tmp_path / "optimum").designs
     by_role = {one.role: one for one in designs}
     assert set(by_role) == {"chosen", "original", "polished"}
     chosen, original = by_role["chosen"], by_role["original"]
     assert chosen.surrogate["cog_offset_mm"] <= small_loop.POLICY.largest_offset_mm
     # the original is a design of the campaign, too
-    computed = next(row for row in rows.values() if not any(row["inputs"].values()))
+    computed = next(row for row in rows.values() if not any(row.inputs.values()))
     assert original.fem is not None
     assert chosen.fem is not None
     assert original.fem["force_N"] == pytest.approx(computed["outputs"]["force_N"], rel=1e-9)

@@ -45,15 +45,17 @@ def test_every_status_is_kept(tmp_path: Path) -> None:
         assert [store.status(key) for key in keys] == ["done", "failed", "pending"]
         assert store.counts() == {"done": 1, "failed": 1, "pending": 1}
         assert failures(store) == {"limit point": 1}
-    done, failed, pending = campaign.read(tmp_path).rows
-    assert done["inputs"] == {"morph.xi1": 0.1}
-    assert done["config"] == plan(0.1).designs()[0].config
-    assert done["outputs"] == pytest.approx({"cog_offset_mm": 2.9, "force_N": 4.1})
-    assert done["curve"]["force_N"] == [0.0, done["outputs"]["force_N"]]
-    assert done["iterations"] == 3
-    assert done["wall_s"] >= 0
-    assert failed["failure"] == "stopped at 12 kPa"
-    assert failed["outputs"] is failed["gradients"] is pending["outputs"] is None
+    done, failed, pending = campaign.read(tmp_path).designs
+    assert done.inputs == {"morph.xi1": 0.1}
+    with Store(tmp_path) as store:
+        first = next(store.rows())
+    assert first["arguments"]["config"] == plan(0.1).designs()[0].config
+    assert done.outputs == pytest.approx({"cog_offset_mm": 2.9, "force_N": 4.1})
+    assert done.curve["force_N"] == [0.0, done.outputs["force_N"]]
+    assert done.iterations == 3
+    assert done.wall_s >= 0
+    assert failed.failure == "stopped at 12 kPa"
+    assert failed.outputs is failed.gradients is pending.outputs is None
 
 
 def result(value: float) -> dict[str, object]:

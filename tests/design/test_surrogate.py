@@ -17,20 +17,21 @@ from dolfingrip.config import ConfigError
 from dolfingrip.design.surrogate import surrogate, table
 from dolfingrip.design.surrogate.surrogate import OutsideRange, load
 from dolfingrip.design.surrogate.training import Training, TrainingSettings, split, train
+from dolfingrip.files.surrogate import SurrogateFile
 
 INPUTS, OUTPUTS = ("morph.xi1", "morph.xi2"), ("cog_offset_mm", "force_N")
 BRIEF = TrainingSettings(epochs=20)
 
 
 def test_the_papers_network_reaches_the_papers_error(training: Training) -> None:
-    assert training.surrogate.layers == (2, 20, 50, 2)
+    assert training.surrogate.facts.layers == (2, 20, 50, 2)
     assert training.epoch[-1] == 5000
     # the paper: below 0.001; smooth data without noise give some 1e-6
     assert training.training_mse[-1] < 1e-4
     assert training.test_mse[-1] < 1e-4
     assert training.training_mse[0] > 1e-2
     facts = training.surrogate.facts
-    assert (facts["training_designs"], facts["test_designs"]) == (166, 42)
+    assert (facts.training_designs, facts.test_designs) == (166, 42)
 
 
 def test_reported_error_is_that_of_the_predictions(training: Training) -> None:
@@ -40,7 +41,7 @@ def test_reported_error_is_that_of_the_predictions(training: Training) -> None:
     assert np.mean(normalised[training.test] ** 2) == pytest.approx(training.test_mse[-1])
     assert np.mean(normalised[~training.test] ** 2) == pytest.approx(training.training_mse[-1])
     force = np.sqrt(np.mean(miss[training.test, 1] ** 2))
-    assert model.facts["rms_error"]["force_N"]["test"] == pytest.approx(force)
+    assert model.facts.rms_error["force_N"].test == pytest.approx(force)
 
 
 def test_a_seed_repeats_and_leaves_the_callers_random_numbers() -> None:
@@ -65,7 +66,8 @@ def test_saved_and_loaded_predictions_agree(training: Training, surrogate_folder
     xi = stand_in.designs()
     np.testing.assert_array_equal(again.predict(xi), training.surrogate.predict(xi))
     assert again.sha256() == training.surrogate.sha256()
-    assert again.facts == json.loads(json.dumps(training.surrogate.facts))
+    written = again.facts.model_copy(update={"weights_sha256": ""})
+    assert written.plain() == training.surrogate.facts.plain()
 
 
 def test_outside_the_range_it_warns(training: Training) -> None:
@@ -107,9 +109,9 @@ def test_code_in_the_weights_is_refused(how: str, surrogate_folder: Path, tmp_pa
 
 def _describe(good: Path, folder: Path) -> None:
     """A description that vouches for whatever weights are in the folder."""
-    description = json.loads((good / surrogate.DESCRIPTION).read_text())
+    description = json.loads((good / SurrogateFile.FILE).read_text())
     description["weights_sha256"] = _sha256(folder / surrogate.WEIGHTS)
-    (folder / surrogate.DESCRIPTION).write_text(json.dumps(description))
+    (folder / SurrogateFile.FILE).write_text(json.dumps(description))
 
 
 def _sha256(file: Path) -> str:
@@ -121,18 +123,19 @@ def test_what_is_no_surrogate_is_refused_in_one_line(
 ) -> None:
     with pytest.raises(ConfigError, match="No such file or directory; allowed: a surrogate"):
         load(tmp_path)
-    description = tmp_path / surrogate.DESCRIPTION
+    description = tmp_path / SurrogateFile.FILE
     weights = tmp_path / surrogate.WEIGHTS
     weights.write_bytes((surrogate_folder / surrogate.WEIGHTS).read_bytes())
     for text, complaint in (
         ("{", "not JSON"),
-        ("[]", "not the description of a surrogate"),
-        ('{"format": 2}', "not the description of a surrogate"),
+        ("[]", "no JSON object"),
+        ('{"schema_version": 2}', "schema_version = 2; allowed: 1"),
+        ("{}", "inputs: Field required"),
     ):
         description.write_text(text)
         with pytest.raises(ConfigError, match=complaint):
             load(tmp_path)
-    good = (surrogate_folder / surrogate.DESCRIPTION).read_text()
+    good = (surrogate_folder / SurrogateFile.FILE).read_text()
     description.write_text(good)
     weights.write_bytes(weights.read_bytes() + b" ")
     with pytest.raises(ConfigError, match=r"not the weights that surrogate\.json was written for"):

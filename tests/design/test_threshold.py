@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.invented_grasp import OBJECTIVE, least_kPa, lifts
+from support.invented_grasp import grasp, grasps, least_kPa, lifts
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import pickup
 from dolfingrip.design.campaign.pickup import Threshold, least
 from dolfingrip.design.campaign.trials import GraspTrials
+from dolfingrip.experiments import simulate
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.store import NAME
 
 SEED = 7
 
@@ -41,9 +47,9 @@ def test_least_at_random() -> None:
 
 @pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
 @pytest.mark.parametrize("start", [60.0, 150.0, 300.0])
-def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
+def test_pickup_pressure(mu: float, start: float) -> None:
     base = Config().changed(food={"friction": mu})
-    trials = GraspTrials(base, tmp_path, objective=OBJECTIVE)
+    trials = GraspTrials(base, grasps)
     found = pickup.pickup_pressure(trials, 5.0, start)
     exact = least_kPa(mu)
     if exact > 300:
@@ -58,11 +64,11 @@ def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
 @pytest.mark.parametrize("tolerance", [0.002, 0.01])
-def test_calibration_recovers_friction(mu: float, tolerance: float, tmp_path: Path) -> None:
+def test_calibration_recovers_friction(mu: float, tolerance: float) -> None:
     """Both ends to the step: with the low one the pressure lifts, with one step less it does not;
     with the high one the next lower pressure does not lift, with one step more it does."""
     measured = 5 * np.ceil(least_kPa(mu) / 5)
-    trials = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
+    trials = GraspTrials(Config(), grasps)
     found = pickup.friction(trials, measured, 5.0, tolerance)
     assert lifts(found.low, measured)
     assert not lifts(found.low - tolerance, measured)
@@ -72,21 +78,31 @@ def test_calibration_recovers_friction(mu: float, tolerance: float, tmp_path: Pa
     assert found.friction == pytest.approx(mu, abs=0.02)
 
 
-def test_a_search_goes_on_where_it_was_killed(tmp_path: Path) -> None:
-    """What is in the spool is not computed again; a torn file is none."""
-    first = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
-    found = pickup.pickup_pressure(first, 5.0, 100.0)
-    assert all(trial.computed for trial in first.made)
-    spooled = sorted((tmp_path / "spool").glob("*.json"))
-    assert len(spooled) == len(first.made)
-    json.loads(spooled[0].read_text())
-    spooled[0].write_text("{")
-    again = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
-    assert pickup.pickup_pressure(again, 5.0, 100.0) == found
-    assert sum(trial.computed for trial in again.made) == 1
+@pytest.mark.usefixtures("threads")
+def test_a_search_goes_on_where_it_was_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is stored is not computed again; a damaged answer is none."""
+    computed: list[str] = []
+
+    def counted(request: Request, comm: object = None) -> Answer:
+        computed.append(request.key)
+        return grasp(request.config)
+
+    monkeypatch.setattr(simulate, "compute", counted)
+    with Pool(Where()) as pool:
+        compute = simulate.computed_in(tmp_path, pool)
+        first = GraspTrials(Config(), compute)
+        found = pickup.pickup_pressure(first, 5.0, 100.0)
+        assert len(computed) == len(set(computed)) == len(first.made)
+        with closing(sqlite3.connect(tmp_path / NAME)) as base, base:
+            base.execute("UPDATE jobs SET result = '{' WHERE key = ?", (computed[0],))
+        again = GraspTrials(Config(), compute)
+        assert pickup.pickup_pressure(again, 5.0, 100.0) == found
+    assert computed[len(first.made) :] == [computed[0]]
 
 
-def test_no_friction_will_do(tmp_path: Path) -> None:
-    trials = GraspTrials(Config(), tmp_path, objective=OBJECTIVE)
+def test_no_friction_will_do() -> None:
+    trials = GraspTrials(Config(), grasps)
     with pytest.raises(ConfigError, match="no friction up to 2 picks the food up"):
         pickup.friction(trials, 20.0, 5.0, 0.05)

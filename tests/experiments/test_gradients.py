@@ -33,7 +33,7 @@ from dolfingrip.mechanics.readings.plate import PlateForce, PlatePlace
 from dolfingrip.mechanics.readings.tip import FaceAngle
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, HasHistory
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
-from dolfingrip.meshes.measures import centroid_rate
+from dolfingrip.meshes.measures import centroid_gradients
 from dolfingrip.parameter import Entry, every, find
 
 STEP = 1e-4
@@ -269,15 +269,15 @@ def test_centre_of_gravity(name: str) -> None:
     """The centroid is a quotient of cubics in ξ, so these differences are good to 1e-7."""
 
     def offset(xi: float) -> float:
-        return gradients.cog_offset_mm(short(f"morph.{name}={xi!r}"))[0]
+        return gradients.shape_number(gradients.COG, short(f"morph.{name}={xi!r}"))[0]
 
-    found = gradients.cog_offset_mm(short(f"morph.{name}=0.2"))[1]
+    found = gradients.shape_number(gradients.COG, short(f"morph.{name}=0.2"))[1]
     assert found[f"morph.{name}"] == pytest.approx(slope(offset, 0.2), rel=1e-6)
 
 
 def test_centroid_follows_a_translation() -> None:
     mesh = gradients.solid(short())
-    rate = centroid_rate(mesh, np.tile([1.0, 2.0, 3.0], (len(mesh.points), 1)))
+    rate = centroid_gradients(mesh).sum(axis=1) @ [1.0, 2.0, 3.0]
     np.testing.assert_allclose(rate, [1.0, 2.0, 3.0], rtol=1e-12)
 
 

@@ -93,7 +93,7 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
     campaign.run(asked, tmp_path, Where())
     found = sources.find([tmp_path])
     assert [each.kind for each in found] == ["doe"]  # a page has no run for each design
-    designed = space.of_results(found, {tmp_path: campaign.read(tmp_path).rows}, None, {}, ())
+    designed = space.of_results(found, None, {}, ())
     library = Library(designed)
     kept = {design.inputs["finger.wall_mm"]: tmp_path / "fields" / design.key / "bending"
             for design in asked.designs()}  # fmt: skip

@@ -29,8 +29,7 @@ def content(folder: Path) -> dict[str, dict[str, Any]]:
     """All that a campaign says of its designs."""
     rows = campaign.read(folder).by_key()
     return {
-        key: {name: value for name, value in rows[key].items() if name not in TOLD}
-        for key in sorted(rows)
+        key: {name: value for name, value in rows[key] if name not in TOLD} for key in sorted(rows)
     }
 
 

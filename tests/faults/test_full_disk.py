@@ -6,17 +6,18 @@ import errno
 import re
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support import analytic, invented_grasp, stand_in
+from support import analytic, stand_in
 from support.disks import Disk, MemoryDisk
 from support.example import EXAMPLES
 from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli import app as cli
-from dolfingrip.design.campaign import campaign, trials
+from dolfingrip.design.campaign import campaign
 from dolfingrip.design.surrogate.surrogate import load
 from dolfingrip.design.surrogate.training import TrainingSettings, train
 from dolfingrip.experiments.rigs.undeformed import solid
@@ -161,7 +162,8 @@ def test_a_surrogate_is_replaced_as_a_whole(surrogate: Path, disk: Disk) -> None
     known = load(surrogate)
     known.save(disk.folder)
     before = disk.contents()
-    known.facts["note"] = "long" * 10_000
+    longer = known.facts.model_copy(update={"settings": {"note": "long" * 10_000}})
+    known = replace(known, facts=longer)
     with disk.full(left=20_480), pytest.raises(WriteError, match=r"surrogate\.json: cannot be"):
         known.save(disk.folder)
     assert disk.contents() == before
@@ -186,7 +188,7 @@ def test_doe(disk: Disk, refuse: Refuse, monkeypatch: pytest.MonkeyPatch) -> Non
     refuse(*asked, 3, names="doe/campaign.sqlite", changed=True)
 
     def answered() -> int:
-        return sum(row["status"] != "pending" for row in campaign.read(out).rows)
+        return sum(row.status != "pending" for row in campaign.read(out).designs)
 
     assert CliRunner().invoke(cli.app, [*map(str, asked), "3"]).exit_code == 0
     refuse(*asked, 5, names="doe/campaign.sqlite", changed=True)
@@ -241,17 +243,9 @@ def test_adopt(tmp_path: Path, disk: Disk, refuse: Refuse) -> None:
     refuse("adopt", part, "--out", disk.folder, names="adopted.msh", left=8192)
 
 
-def test_pickup(disk: Disk, refuse: Refuse, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With invented grasps, whose answers are spooled one by one."""
-
-    class Invented(trials.GraspTrials):
-        def __init__(self, *given: object) -> None:
-            super().__init__(*given, objective=invented_grasp.OBJECTIVE)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(trials, "GraspTrials", Invented)
-    monkeypatch.setattr(Spool, "write", _full(disk.folder / "spool" / "answer.json", disk))
+def test_pickup(disk: Disk, refuse: Refuse) -> None:
     asked = ("pickup", "--friction", "0.38", "--preset", "coarse", "--out", disk.folder)
-    refuse(*asked, names="spool/answer.json", left=ROOM, changed=True)
+    refuse(*asked, names="simulations/campaign.sqlite", changed=True)
 
 
 def test_design(disk: Disk, refuse: Refuse) -> None:

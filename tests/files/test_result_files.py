@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from dolfingrip.files.campaign import CampaignFile
 from dolfingrip.files.design import DesignFile, DesignParameter
 from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.files.front import FrontFile
@@ -15,9 +16,12 @@ from dolfingrip.files.plan import PlanFile
 from dolfingrip.files.result_file import ResultFile, ResultFileError
 from dolfingrip.files.run import GraspKind, GraspOutcome, RunFailure, RunFile, TurningPoint
 from dolfingrip.files.surrogate import SurrogateFile
-from dolfingrip.report.page.index import MARKS
+from dolfingrip.report.page.sources import MARKS
 
-FILES = (RunFile, DiagnosisFile, DesignFile, FrontFile, OptimumFile, SurrogateFile, PlanFile)
+FILES = (
+    RunFile, DiagnosisFile, DesignFile, FrontFile, OptimumFile, SurrogateFile, PlanFile,
+    CampaignFile,
+)  # fmt: skip
 
 RUN = RunFile(
     experiment="blocked_force",
@@ -94,7 +98,7 @@ def test_other_files_are_refused_in_one_line(
 
 def test_every_kind_of_result_has_a_mark() -> None:
     marks = {"run.json", "diagnosis.json", "design.json", "front.json", "optimum.json",
-             "surrogate.json"}  # fmt: skip
+             "surrogate.json", "campaign.json"}  # fmt: skip
     assert marks <= set(MARKS.values())
     assert len(set(MARKS.values())) == len(MARKS)
 

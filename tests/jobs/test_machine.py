@@ -147,7 +147,8 @@ def test_workers_that_do_not_close_lose_nothing(
     plan = Plan(Config(), ("morph.xi1",), points, objective=f"{__name__}:objective")
     standing = campaign.run(plan, tmp_path, Where())
     assert (standing.done, standing.failed) == (4, 0)
-    assert [row["outputs"]["force_N"] for row in campaign.read(tmp_path).rows] == [4, 4.1, 4.2, 4.3]
+    designs = campaign.read(tmp_path).designs
+    assert [(row.outputs or {})["force_N"] for row in designs] == [4, 4.1, 4.2, 4.3]
     assert "workers did not close: TimeoutError: Nanny failed to close" in caplog.text
 
 
@@ -159,4 +160,4 @@ def test_the_command_ends_with_code_1(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, [*call, "--parameter", "morph.xi1=0:1:3"])
     assert done.exit_code == 1
     assert "1 of 3 could not be computed on this machine: OSError" in done.output
-    assert [row["status"] for row in campaign.read(out).rows] == ["done", "done", "pending"]
+    assert [row.status for row in campaign.read(out).designs] == ["done", "done", "pending"]

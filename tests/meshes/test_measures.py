@@ -60,6 +60,10 @@ def test_jacobians_of_tetrahedra_are_six_times_the_volume() -> None:
     assert measures.jacobians(tetrahedra())[:, 0] == pytest.approx([24, 48])
 
 
+def centroid_rate(mesh: SolidMesh, velocity: np.ndarray) -> np.ndarray:
+    return np.asarray(np.einsum("cni,ni->c", measures.centroid_gradients(mesh), velocity))
+
+
 def test_centroid_rate_as_one_corner_moves() -> None:
     """The last corner moves by 1 along x: 12 ċ = d(moment) − 2 c, as the volume grows by 2.
 
@@ -68,16 +72,16 @@ def test_centroid_rate_as_one_corner_moves() -> None:
     mesh = tetrahedra()
     velocity = np.zeros_like(mesh.points)
     velocity[4, 0] = 1
-    assert measures.centroid_rate(mesh, velocity) == pytest.approx((7 / 36, 1 / 24, 1 / 18))
+    assert centroid_rate(mesh, velocity) == pytest.approx((7 / 36, 1 / 24, 1 / 18))
 
 
 @pytest.mark.parametrize("mesh", [tetrahedra(), frustum()])
 def test_centroid_rate_as_all_move(mesh: SolidMesh) -> None:
     shift = np.broadcast_to([1.0, -2.0, 0.5], mesh.points.shape)
-    assert measures.centroid_rate(mesh, shift) == pytest.approx(shift[0])
+    assert centroid_rate(mesh, shift) == pytest.approx(shift[0])
     grown = replace(mesh, points=3 * mesh.points)
     assert measures.centroid(grown) == pytest.approx(3 * measures.centroid(mesh))
-    assert measures.centroid_rate(mesh, mesh.points) == pytest.approx(measures.centroid(mesh))
+    assert centroid_rate(mesh, mesh.points) == pytest.approx(measures.centroid(mesh))
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from dolfingrip.files.diagnosis import (
 )
 from dolfingrip.report.page import build, front, html, sources
 from dolfingrip.report.page.content import Front, FrontPoint
-from dolfingrip.report.page.design_shape import unloaded_shape
+from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.sections.tables import assignments
 
 HOSTILE = "</script><script>window.stolen = 1</script>"

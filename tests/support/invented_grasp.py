@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
-from dolfingrip.design.quantities.quantity import Outcome
+import numpy as np
+
+from dolfingrip.channels import FINGERS
+from dolfingrip.config import Config
+from dolfingrip.design.quantities.grasp import READ
+from dolfingrip.experiments.request import Answer, Request
 
 WEIGHT_N, PER_KPA, DENSITY_KG_M3 = 0.37, 0.0065, 1000.0
 
 
-def grasp(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+def grasp(config: Config) -> Answer:
     """Invented: normal forces of 0.0065 N for each kPa beyond 5 kPa; friction bears the weight."""
-    pressure, mu = config["experiment"]["max_pressure_kPa"], config["food"]["friction"]
+    pressure, mu = config.experiment.max_pressure_kPa, config.food.friction
     normal = PER_KPA * max(pressure - 5.0, 0.0)
-    weight = WEIGHT_N * (config["food"].get("density_kg_m3") or DENSITY_KG_M3) / DENSITY_KG_M3
-    outputs = {
-        "picked_up": float(mu * normal >= weight),
-        "normal_N": normal,
-        "weight_N": weight,
-        "outcome_s": 1.0,
-        "margin": 1.0,
+    weight = WEIGHT_N * (config.food.density_kg_m3 or DENSITY_KG_M3) / DENSITY_KG_M3
+    lifted = mu * normal >= weight
+    columns = {
+        **{f"normal_{letter}_N": np.full(2, normal / len(FINGERS)) for letter in FINGERS},
+        **dict.fromkeys((*READ, "table_z_mm", "contact_pressure_kPa"), np.zeros(2)),
+        "force_closure": np.ones(2),
+        "table_N": np.array([weight, 0.0 if lifted else weight]),
     }
-    return Outcome(outputs, curve={"outcome": "picked up" if outputs["picked_up"] else "slipped"})
+    kind = "picked up" if lifted else "slipped"
+    return Answer(columns, outcome={"kind": kind, "time_s": 1.0, "sentence": ""})
 
 
-OBJECTIVE = "support.invented_grasp:grasp"
+def grasps(requests: Sequence[Request]) -> list[Answer]:
+    """Answer requests of grasps."""
+    return [grasp(request.config) for request in requests]
 
 
 def least_kPa(mu: float) -> float:

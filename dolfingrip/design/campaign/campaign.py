@@ -2,39 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.files.campaign import CampaignDesign, CampaignFile
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.pool import Pool, Unfinished
 from dolfingrip.jobs.run import Progress, Standing, silent
 from dolfingrip.jobs.store import Store
-
-RESULT: Final = ("outputs", "gradients", "curve", "iterations", "versions")
-"""What a design's row has of its result; None where it is not done, but for the curve up to a
-failure."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stored:
-    """The designs in a campaign's folder.
-
-    Attributes:
-        facts: what all designs share, see :meth:`Plan.facts`; None before the first design.
-        rows: every design in the order of entry: its ``key``, ``inputs``, ``config``, ``status``,
-            :data:`RESULT`, ``failure_class``, ``failure``, ``started_at``, ``wall_s``, ``worker``.
-    """
-
-    facts: dict[str, Any] | None
-    rows: list[dict[str, Any]]
-
-    def by_key(self) -> dict[str, dict[str, Any]]:
-        """Rows by their keys."""
-        return {row["key"]: row for row in self.rows}
 
 
 def run(
@@ -60,31 +38,47 @@ def run(
         ConfigError: one line, where the folder is another campaign's or there are no workers.
         SchedulerGone: all workers are gone.
     """
-    with Pool(where) as pool:
-        return jobs.run(
-            plan.jobs(where.ranks), out, pool, plan.shared,
-            retry_failed=retry_failed, spared=spared, progress=progress,
-        )  # fmt: skip
+    try:
+        with Pool(where) as pool:
+            standing = jobs.run(
+                plan.jobs(where.ranks), out, pool, plan.shared,
+                retry_failed=retry_failed, spared=spared, progress=progress,
+            )  # fmt: skip
+    except (KeyboardInterrupt, Unfinished):
+        read(out).write(out)
+        raise
+    read(out).write(out)
+    return standing
 
 
-def read(folder: Path) -> Stored:
-    """Read the designs in a campaign's folder.
+def read(folder: Path) -> CampaignFile:
+    """Read the designs in a campaign's store, which may be ahead of its ``campaign.json``.
 
     Args:
         folder: of the campaign.
 
     Returns:
-        Its designs, and what they share.
+        Contents of ``campaign.json``.
 
     Raises:
-        ConfigError: one line, where there is no campaign.
+        ConfigError: one line, where there is no campaign, or its store is damaged.
     """
     with Store(folder) as store:
-        return Stored(store.facts(), [_of_design(row) for row in store.rows()])
+        facts = store.facts() or {}
+        names = facts.get("parameters", ())
+        designs = tuple(_design(row, names) for row in store.rows())
+    return CampaignFile(designs=designs, **facts)
 
 
-def _of_design(row: dict[str, Any]) -> dict[str, Any]:
-    """A job's row as a design's."""
-    found = row.pop("result") or row.pop("partial") or {}
-    config = row.pop("arguments")["config"]
-    return {**row, "config": config, **{name: found.get(name) for name in RESULT}}
+def _design(row: dict[str, Any], parameters: Sequence[str]) -> CampaignDesign:
+    """A job's row as a design; its curve is that up to a failure."""
+    found = row["result"] or row["partial"] or {}
+    config = row["arguments"]["config"]
+    inputs = {key: value for key in parameters if (value := _value(config, key)) is not None}
+    return CampaignDesign.model_validate({**row, **found, "inputs": inputs})
+
+
+def _value(data: Any, key: str) -> Any:
+    for name in key.split("."):
+        data = (data or {}).get(name)
+    return data

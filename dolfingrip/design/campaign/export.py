@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import operator
-from functools import reduce
 from pathlib import Path
 
 import pyarrow
@@ -35,22 +33,23 @@ def table(source: Path) -> pyarrow.Table:
         ConfigError: one line, where there is no campaign.
     """
     found = campaign.read(source.parent if source.name == NAME else source)
-    facts, rows = found.facts or {"parameters": [], "quantities": []}, found.rows
+    designs = found.designs
     columns: dict[str, pyarrow.Array] = {
-        "key": pyarrow.array([row["key"] for row in rows], pyarrow.string()),
-        "status": pyarrow.array([row["status"] for row in rows], pyarrow.string()),
+        name: pyarrow.array([getattr(each, name) for each in designs], pyarrow.string())
+        for name in ("key", "status")
     }
-    for key in facts["parameters"]:
-        values = [reduce(operator.getitem, key.split("."), row["config"]) for row in rows]
-        columns[key] = pyarrow.array(values)
-    for quantity in facts["quantities"]:
-        values = [(row["outputs"] or {}).get(quantity) for row in rows]
+    for key in found.parameters:
+        columns[key] = pyarrow.array([each.inputs.get(key) for each in designs])
+    for quantity in found.quantities:
+        values = [(each.outputs or {}).get(quantity) for each in designs]
         columns[quantity] = pyarrow.array(values, pyarrow.float64())
     kinds = {"iterations": pyarrow.int64(), "wall_s": pyarrow.float64()}
     for name in _KEPT:
-        columns[name] = pyarrow.array([r[name] for r in rows], kinds.get(name, pyarrow.string()))
+        entries = [getattr(each, name) for each in designs]
+        columns[name] = pyarrow.array(entries, kinds.get(name, pyarrow.string()))
     for name in _TEXTS:
-        texts = [None if row[name] is None else json.dumps(row[name]) for row in rows]
+        entries = [getattr(each, name) for each in designs]
+        texts = [None if each is None else json.dumps(each) for each in entries]
         columns[name] = pyarrow.array(texts, pyarrow.string())
     return pyarrow.table(columns)
 
@@ -69,8 +68,8 @@ def sensitivities(source: Path) -> pyarrow.Table:
     """
     found = [
         (row, column, parameter, derivative)
-        for row, design in enumerate(campaign.read(source).rows)
-        for column, slopes in (design["gradients"] or {}).items()
+        for row, design in enumerate(campaign.read(source).designs)
+        for column, slopes in (design.gradients or {}).items()
         for parameter, derivative in slopes.items()
     ]
     kinds = (pyarrow.int64(), pyarrow.string(), pyarrow.string(), pyarrow.float64())
@@ -83,10 +82,10 @@ def sensitivities(source: Path) -> pyarrow.Table:
 
 
 def write(source: Path, paths: list[Path]) -> int:
-    """Write a campaign's table; the suffix determines the format.
+    """Write a campaign's table, and its ``campaign.json`` anew; the suffix determines the format.
 
     Args:
-        source: folder of the campaign, or its ``campaign.sqlite``.
+        source: folder of the campaign.
         paths: files that end in ``.csv`` or ``.parquet``.
 
     Returns:
@@ -97,6 +96,7 @@ def write(source: Path, paths: list[Path]) -> int:
         WriteError: one line.
     """
     content = table(source)
+    campaign.read(source).write(source)
     for path in paths:
         _write(content, path)
     return int(content.num_rows)

@@ -1,14 +1,66 @@
-"""The quantities of a design by their names, by simulation."""
+"""A design as a job: its configuration goes to an objective function, its numbers come back."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from math import isfinite
 from pathlib import Path
+from typing import Final
 
 from dolfingrip import config as configuration
 from dolfingrip.design.quantities.index import SOURCES, parse
 from dolfingrip.design.quantities.quantity import AskedDesign, Outcome
-from dolfingrip.jobs.job import Data
+from dolfingrip.jobs.job import Data, JobFailure
+from dolfingrip.jobs.work import found
+
+FUNCTION: Final = "dolfingrip.design.campaign.objective:evaluate"
+"""Import path of :func:`evaluate`."""
+
+
+Objective = Callable[..., Outcome]
+"""From a configuration, the wanted quantities and the number of MPI ranks to their numbers; where
+derivatives are asked for, also from the keys of their parameters. It raises
+:class:`~dolfingrip.jobs.job.JobFailure` where there is no result, whose ``partial`` may have a
+``curve``."""
+
+
+def evaluate(
+    config: Data,
+    quantities: Sequence[str],
+    objective: str,
+    ranks: int = 1,
+    gradients: Sequence[str] | None = None,
+    fields: str | None = None,
+) -> Data:
+    """Compute a design.
+
+    Args:
+        config: resolved.
+        quantities: outputs that are wanted.
+        objective: import path ``module:function`` of an :data:`Objective`.
+        ranks: MPI processes that the design runs on.
+        gradients: keys of parameters that the quantities are derived by, () for all; None for what
+            the objective derives anyway.
+        fields: folder that the objective keeps its results with fields in; None where it keeps
+            none.
+
+    Returns:
+        The fields of an :class:`~dolfingrip.design.quantities.quantity.Outcome`.
+
+    Raises:
+        JobFailure: where there is no result.
+        ConfigError: where there is no such design.
+    """
+    function: Objective = found(objective)
+    keys = () if gradients is None else (tuple(gradients),)
+    kept = {} if fields is None else {"fields": fields}
+    outcome = function(config, tuple(quantities), ranks, *keys, **kept)
+    missing = [q for q in quantities if not isfinite(outcome.outputs.get(q, float("nan")))]
+    if missing:
+        raise JobFailure("no number", f"{', '.join(missing)} came out as no number")
+    outcome.outputs = {name: float(outcome.outputs[name]) for name in quantities}
+    return asdict(outcome)
 
 
 def simulate(

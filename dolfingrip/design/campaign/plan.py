@@ -10,7 +10,7 @@ from typing import Any
 
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, felt
-from dolfingrip.design.campaign.evaluate import FUNCTION
+from dolfingrip.design.campaign.objective import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.design.quantities.index import parse
 from dolfingrip.jobs.job import Job, content_key

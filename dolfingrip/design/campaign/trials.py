@@ -1,27 +1,15 @@
-"""Grasps of one gripper and food by pressure and friction, each computed once.
-
-Each grasp is an answer in a spool, so that a search that was killed goes on where it was.
-"""
+"""Grasps of one gripper and food by pressure and friction, each computed once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign.plan import OBJECTIVE, Plan
-from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.jobs.job import REFUSED, Answer
-from dolfingrip.jobs.pool import Unfinished
-from dolfingrip.jobs.spool import Spool
-from dolfingrip.jobs.work import work
-
-PRESSURE: Final = "experiment.max_pressure_kPa"
-FRICTION: Final = "food.friction"
-
-WANTED: Final = ("picked_up", "normal_N", "weight_N", "outcome_s", "margin")
+from dolfingrip.design.quantities.grasp import GRASP, NO_CLASS, outputs_of
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.simulate import Compute
+from dolfingrip.jobs.job import REFUSED
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,14 +17,13 @@ class GraspTrial:
     """One grasp of a search.
 
     Attributes:
-        pressure_kPa: of the fingers.
-        friction: of fingers on food.
-        picked_up: whether it was.
-        outcome: class, or that of the failure.
-        normal_N: sum of the normal forces before the lift; 0 of a failure.
-        weight_N: of the food.
-        computed: not known from before.
-        wall_s: its time.
+        pressure_kPa: highest pressure.
+        friction: coefficient of fingers on food.
+        picked_up: whether the food was.
+        outcome: class of the grasp; ``failure: …`` where it ended before one was known.
+        normal_N: sum of the fingers' normal forces before the lift; 0 where it ended early.
+        weight_N: the food's.
+        wall_s: time of the computation.
     """
 
     pressure_kPa: float
@@ -45,7 +32,6 @@ class GraspTrial:
     outcome: str
     normal_N: float
     weight_N: float
-    computed: bool
     wall_s: float
 
 
@@ -53,24 +39,20 @@ class GraspTrials:
     """Grasps of one gripper and food by pressure and friction, each computed once.
 
     Args:
-        base: configuration that pressure and friction are put into.
-        out: folder, whose ``spool`` has the answers.
+        base: configuration; its pressure and friction are those of each grasp.
+        compute: computes requests, and keeps their answers.
         progress: called with each trial.
-        objective: import path of what computes a grasp.
     """
 
     def __init__(
         self,
         base: Config,
-        out: Path,
+        compute: Compute,
         progress: Callable[[GraspTrial], None] = lambda trial: None,
-        objective: str = OBJECTIVE,
     ) -> None:
         self.base = base
+        self._compute, self._progress = compute, progress
         self._known: dict[str, GraspTrial] = {}
-        self._spool = Spool((out / "spool").absolute())
-        self._progress = progress
-        self._objective = objective
 
     @property
     def made(self) -> list[GraspTrial]:
@@ -81,51 +63,41 @@ class GraspTrials:
         """Return the grasp at a pressure and with a coefficient of friction.
 
         Args:
-            pressure_kPa: of the fingers.
+            pressure_kPa: highest pressure; a shorter one than a step is reached in one.
             friction: of fingers on food.
 
-        Returns:
-            The grasp, computed where it is not known.
-
         Raises:
-            ConfigError: there is no such gripper.
-            Unfinished: the machine did not let the grasp come to an end.
+            ConfigError: where there is no such gripper or food.
+            Unfinished: the machine did not let it come to an end.
         """
-        inputs: Inputs = {PRESSURE: round(pressure_kPa, 9), FRICTION: round(friction, 9)}
-        step = min(self.base.experiment.step_kPa, pressure_kPa)
-        base = self.base.changed(experiment={"step_kPa": step})
-        plan = Plan(base, (PRESSURE, FRICTION), (inputs,), WANTED, self._objective)
-        (job,) = plan.jobs()
-        if job.key in self._known:
-            return self._known[job.key]
-        self._spool.folder.mkdir(parents=True, exist_ok=True)
-        known = self._spool.read(job.key) is not None
-        answer = work(job, self._spool.folder)
-        if answer.status == "broken":
-            raise Unfinished(
-                f"{pressure_kPa:g} kPa, μ = {friction:.4g} could not be computed on this machine: "
-                f"{answer.failure}; the same call goes on from there"
-            )
-        if answer.failure_class == REFUSED:
-            self._spool.forget(job.key)
-            raise ConfigError(answer.failure or "there is no such gripper")
-        trial = _trial(pressure_kPa, friction, answer, computed=not known)
-        self._known[job.key] = trial
-        self._progress(trial)
-        return trial
+        pressure = round(pressure_kPa, 9)
+        steps = {"step_kPa": min(self.base.experiment.step_kPa, pressure)}
+        config = self.base.changed(
+            experiment={"max_pressure_kPa": pressure, **steps},
+            food={"friction": round(friction, 9)},
+        )
+        request = Request.of(GRASP, config)
+        key = request.key
+        if key not in self._known:
+            (answer,) = self._compute([request])
+            if answer.failure_class == REFUSED:
+                raise ConfigError(answer.failure or "there is no such gripper")
+            self._known[key] = _trial(pressure_kPa, friction, answer)
+            self._progress(self._known[key])
+        return self._known[key]
 
 
-def _trial(pressure_kPa: float, friction: float, answer: Answer, *, computed: bool) -> GraspTrial:
-    result: dict[str, Any] = answer.result or {"outputs": {}, "curve": {}}
-    outputs = result["outputs"]
-    outcome = result["curve"].get("outcome") or f"failure: {answer.failure_class}"
+def _trial(pressure_kPa: float, friction: float, answer: Answer) -> GraspTrial:
+    outputs: dict[str, float] = {}
+    outcome = f"failure: {answer.failure_class or NO_CLASS}"
+    if answer.outcome is not None:
+        outputs, outcome = outputs_of(answer), str(answer.outcome["kind"])
     return GraspTrial(
         pressure_kPa,
         friction,
         outputs.get("picked_up") == 1.0,
-        str(outcome),
-        float(outputs.get("normal_N", 0.0)),
-        float(outputs.get("weight_N", 0.0)),
-        computed,
+        outcome,
+        outputs.get("normal_N", 0.0),
+        outputs.get("weight_N", 0.0),
         answer.wall_s or 0.0,
     )

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations, Floats
+from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations
 from dolfingrip.design.gradient.policy import DescentPolicy
-from dolfingrip.design.gradient.problem import Constraint, Problem
+from dolfingrip.design.gradient.problem import Constraint, Floats, Problem, Scaling
 from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.gradient.shape_limits import ShapeLimits, size_of
 from dolfingrip.design.gradient.subproblem import ObjectiveModel, Rows, best_step
@@ -47,8 +47,8 @@ class TrustRegionSQP:
         self._problem, self._simulations, self._say = problem, simulations, say
         self._policy = policy
         self._shapes = UnloadedShapes(problem)
-        self._low = np.array([each.low for each in problem.variables])
-        self._range = np.array([each.high for each in problem.variables]) - self._low
+        self._scaling = Scaling(problem.variables)
+        self._range = self._scaling.size
         self._spent, self._seconds = 0, 0.0
         self._limit: list[float] = []
 
@@ -65,8 +65,7 @@ class TrustRegionSQP:
             NoStart: one line.
         """
         problem = self._problem
-        starts = np.array([each.start for each in problem.variables])
-        scaled = (starts - self._low) / self._range
+        scaled = self._scaling.start
         self._spent, self._seconds = 0, 0.0
         if not self._limit:
             given = self._shapes.at(self._values(scaled))
@@ -81,7 +80,7 @@ class TrustRegionSQP:
             raise NoStart(f"the start cannot be simulated: {here.failure}")
         here.accepted = True
         self._tell(here)
-        trials, n = [here], len(starts)
+        trials, n = [here], len(scaled)
         radius = problem.method.radius
         bend: Floats = np.zeros(len(here.above))
         curvature, fresh = np.eye(n) * self._policy.enough * abs(here.signed).max(), True
@@ -157,8 +156,7 @@ class TrustRegionSQP:
         return np.asarray(np.round(np.clip(scaled, 0.0, 1.0), self._policy.digits), dtype=float)
 
     def _values(self, scaled: Floats) -> Floats:
-        values = np.round(self._low + scaled * self._range, self._policy.digits - 2)
-        return np.asarray(values + 0.0)  # no minus zero
+        return self._scaling.values(scaled, self._policy.digits - 2)
 
     def _simulated(self, scaled: Floats) -> Trial:
         values = self._values(scaled)

@@ -6,19 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dolfingrip.config import Config
-from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.problem import Floats, Problem
 from dolfingrip.design.quantities.grasp import GRASP, outputs_of
 from dolfingrip.design.quantities.quantity import Quantity
 from dolfingrip.design.quantities.readings import at_places, read
-from dolfingrip.experiments.request import Answer, Request
-
-Floats = NDArray[np.float64]
-
-Compute = Callable[[Sequence[Request]], list[Answer]]
-"""From requests to their answers, in order."""
+from dolfingrip.experiments.request import Request
+from dolfingrip.experiments.simulate import Compute
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +57,8 @@ class DesignSimulations:
     def __init__(self, problem: Problem, compute: Compute) -> None:
         self._problem, self._compute = problem, compute
         wanted = [problem.objective, *(limit.quantity for limit in problem.limits)]
+        if problem.against is not None:
+            wanted.append(problem.against)
         self.quantities = list(dict.fromkeys(each for each in wanted if each.experiment))
         starts = [each.start for each in problem.variables]
         self._starts = [each.config(problem.variables, starts) for each in problem.conditions]

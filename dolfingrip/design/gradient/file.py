@@ -87,10 +87,11 @@ class Method(Section):
     )
 
 
-class FrontTable(Section):
-    """A front instead of one design: the best objective for each limit of a number of the shape."""
+class FrontTable(Placed):
+    """A front instead of one design: the best objective for each limit of another quantity."""
 
-    against: Literal["cog_offset_mm", "mass_g"] = Field(description="that is limited")
+    against: str = Field(description="name of the quantity that is limited")
+    sense: Literal["at most", "at least"] = Field("at most", description="how it is limited")
     low: float = Field(description="least limit, in the name's unit")
     high: float = Field(description="largest limit, in the name's unit")
     unsure: float = Field(

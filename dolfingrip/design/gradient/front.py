@@ -1,26 +1,28 @@
-"""A front: the best objective for each limit of a number of the shape, by few simulations.
+"""A front: the best objective for each limit of another quantity, by few simulations.
 
-A Gaussian process learns from values and gradients of the objective. The number of the shape is
-exact, so the process alone is unsure; the next simulation is where its front is unsure most. At the
-end functions are drawn from the process; where each of them has its best design tells how well the
+Gaussian processes learn from values and gradients what is simulated of the two quantities. A number
+of the unloaded shape is exact. The next simulation is where the front is unsure most. At the end
+functions are drawn from the processes; where each of them has its best design tells how well the
 place of a design is known.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations, Floats
+from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations
 from dolfingrip.design.gradient.file import FrontTable
-from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.shape import UnloadedShapes
-from dolfingrip.design.quantities.quantity import objective
-from dolfingrip.design.surrogate.process import GradientProcess
+from dolfingrip.design.gradient.problem import Floats, Problem, Scaling
+from dolfingrip.design.gradient.shape import UnloadedShape, UnloadedShapes
+from dolfingrip.design.quantities.quantity import Quantity, objective
+from dolfingrip.design.surrogate.process import GradientProcess, ProcessPolicy
+from dolfingrip.experiments.simulate import Compute
 from dolfingrip.files.front import FrontFile, FrontLevel, SimulatedDesign
 from dolfingrip.files.objective import Sense
 
@@ -29,13 +31,82 @@ CANDIDATES, LEVELS, SEED, FIRST = 2048, 40, 1, 4
 DRAWS, SHARE = 400, 0.9
 """Number of functions that are drawn, and the share of them that an interval holds."""
 
+SAME = 1e-12
+"""Difference below which a candidate is at a limit."""
+
+
+class _Front(NamedTuple):
+    """The front by what is known so far; less is better in both quantities.
+
+    Attributes:
+        limits: shape (levels,), of the limited quantity, rising.
+        best: shape (levels,), row of the best candidate for each limit.
+        mean, deviation: shape (levels,), of the improved quantity there.
+    """
+
+    limits: Floats
+    best: np.ndarray
+    mean: Floats
+    deviation: Floats
+
+
+class _Signed:
+    """One of the two quantities, times its sign: less is better.
+
+    Args:
+        quantity: of a design.
+        sign: 1 where less is better, −1 where more is.
+        size: shape (variables,), the ranges that derivatives are scaled by.
+        seed: of what is drawn.
+
+    Attributes:
+        exact: shape (candidates,), signed, where it is a number of the shape; else None.
+        values: of the designs that were simulated, as they are.
+    """
+
+    def __init__(self, quantity: Quantity, sign: float, size: Floats, seed: int) -> None:
+        self.quantity, self.sign = quantity, sign
+        self.exact: Floats | None = None
+        self.values: list[float] = []
+        self._slopes: list[Floats] = []
+        self._size, self._policy = size, ProcessPolicy(seed=seed)
+        self._process: GradientProcess | None = None
+
+    def learn(self, shape: UnloadedShape, found: DesignNumbers) -> None:
+        """Add a design: its shape, or the condition in which it is worst."""
+        if self.exact is not None:
+            self.values.append(shape.value(self.quantity.name))
+            return
+        each = [by[self.quantity] for by in found.by_condition]
+        worst = max(each, key=lambda one: self.sign * one.value)
+        self.values.append(worst.value)
+        self._slopes.append(worst.slopes * self._size)
+
+    def predict(self, candidates: Floats, seen: Sequence[int]) -> tuple[Floats, Floats]:
+        """Mean and deviation at all candidates, from those that were simulated."""
+        if self.exact is not None:
+            return self.exact, np.zeros(len(self.exact))
+        slopes = np.array(self._slopes)
+        self._process = GradientProcess(
+            candidates[seen], np.array(self.values), slopes, self._policy
+        )
+        mean, deviation = self._process.predict(candidates)
+        return self.sign * mean, deviation
+
+    def draws(self, candidates: Floats, chosen: np.ndarray) -> Floats:
+        """Functions drawn at some candidates, shape (draws, chosen)."""
+        if self.exact is not None:
+            return np.broadcast_to(self.exact[chosen], (DRAWS, int(chosen.sum())))
+        assert self._process is not None
+        return self.sign * self._process.draws(candidates[chosen], DRAWS)
+
 
 class FrontFinder:
     """Finds a front.
 
     Args:
         problem: without limits of simulated quantities.
-        asked: number of the shape, its range and how sure the front shall be.
+        asked: range of the limits, and how sure the front shall be.
         compute: what computes jobs.
         say: called with the number of simulations, the uncertainty and whether the last one failed.
     """
@@ -47,114 +118,91 @@ class FrontFinder:
         compute: Compute,
         say: Callable[[int, float, bool], None] = lambda done, unsure, failed: None,
     ) -> None:
+        assert problem.against is not None
         self._problem, self._asked, self._say = problem, asked, say
-        self._simulations, self._shapes = (
-            DesignSimulations(problem, compute),
-            UnloadedShapes(problem),
-        )
-        self._low = np.array([each.low for each in problem.variables])
-        self._range = np.array([each.high for each in problem.variables]) - self._low
+        self._simulations = DesignSimulations(problem, compute)
+        self._shapes, self._scaling = UnloadedShapes(problem), Scaling(problem.variables)
+        size, sign = self._scaling.size, 1.0 if asked.sense == "at most" else -1.0
+        self._limited = _Signed(problem.against, sign, size, SEED + 1)
+        self._improved = _Signed(problem.objective, problem.sign, size, SEED)
 
     def run(self) -> FrontFile:
         """Simulate until the front is sure enough, or the simulations are spent.
 
         Returns:
-            The front with its uncertainty.
+            The front, and the designs that were simulated.
 
         Raises:
-            ConfigError: one line, where no limit can be kept, or no two designs be simulated.
+            ConfigError: one line, where no design has such limits, or all simulations fail.
         """
         begun = time.monotonic()
         candidates = self._candidates()
-        against = np.array([self._against(each) for each in candidates])
-        kept = (against >= self._asked.low) & (against <= self._asked.high)
-        if not kept.any():
-            reach = f"{np.nanmin(against):.4g} to {np.nanmax(against):.4g}"
-            raise ConfigError(
-                f"front.low, high: {self._asked.against} is {reach} in the parameters' ranges; "
-                "allowed: low and high among these"
-            )
-        candidates, against = candidates[kept], against[kept]
-        taken: list[int] = []
-        places = np.linspace(against.min(), against.max(), FIRST)
-        for place in places:  # spread along the number of the shape, and apart from one another
-            near = np.argsort(np.abs(against - place), kind="stable")[: max(len(against) // 20, 1)]
-            apart = [
-                min(
-                    (float(np.abs(candidates[i] - candidates[j]).max()) for j in taken), default=1.0
-                )
-                for i in near
-            ]
-            taken.append(int(near[int(np.argmax(apart))]))
-        limits = np.linspace(against.min(), against.max(), LEVELS)
+        taken = self._first(candidates)
         seen: list[int] = []
-        values: list[float] = []
-        slopes: list[Floats] = []
         areas: list[float] = []
         unsure: list[float] = []
         failed, spent = 0, 0
-        front: tuple[np.ndarray, Floats, Floats] | None = None
-        process: GradientProcess | None = None
+        front: _Front | None = None
         while spent < self._problem.method.simulations:
             if len(seen) + failed < len(taken):
                 chosen = taken[len(seen) + failed]
+            elif front is None:
+                break
             else:
-                assert front is not None
-                best, _, deviation = front
-                chosen = int(best[int(np.argmax(deviation))])
-            found = self._simulations.at(self._values(candidates[chosen]))
+                chosen = int(front.best[int(np.argmax(front.deviation))])
+            values = self._scaling.values(candidates[chosen])
+            found = self._simulations.at(values)
             spent += found.simulations
             if found.failure:
                 failed += 1
                 free = np.arange(len(candidates)) != chosen
-                candidates, against = candidates[free], against[free]
+                candidates = candidates[free]
+                for each in (self._limited, self._improved):
+                    each.exact = None if each.exact is None else each.exact[free]
                 seen = [i - (i > chosen) for i in seen]
                 taken = [i - (i > chosen) for i in taken]
             else:
-                worst = [by[self._problem.objective] for by in found.by_condition]
-                one = max(worst, key=lambda each: self._problem.sign * each.value)
                 seen.append(chosen)
-                values.append(one.value)
-                slopes.append(one.slopes * self._range)
+                for each in (self._limited, self._improved):
+                    each.learn(self._shapes.at(values), found)
             if len(seen) >= 2:
-                process = GradientProcess(candidates[seen], np.array(values), np.array(slopes))
-                front = self._front(process, candidates, against, limits)
-                areas.append(self._area(limits, front[1]))
-                size = float(np.ptp(front[1])) or 1.0
-                unsure.append(float(front[2].max()) / size)
+                front = self._front(candidates, seen)
+                areas.append(float(np.trapezoid(front.mean.max() - front.mean, front.limits)))
+                unsure.append(float(front.deviation.max()) / (float(np.ptp(front.mean)) or 1.0))
             self._say(spent, unsure[-1] if unsure else 1.0, bool(found.failure))
-            if len(seen) + failed >= len(taken) and unsure[-1] < self._asked.unsure:
+            if len(seen) + failed >= len(taken) and front and unsure[-1] < self._asked.unsure:
                 break
-        if front is None or process is None:
+        if front is None:
             raise ConfigError("front: no two designs could be simulated")
-        best, mean, deviation = front
-        lowest, highest = self._places(process, candidates, against, limits, front)
+        limited, improved = self._limited, self._improved
+        intervals = self._places(candidates, seen, front)
         keys = [each.key for each in self._problem.variables]
-        intervals = np.stack([self._values(candidates[best]), lowest, highest], axis=2)
         sense: Sense = "minimise" if self._problem.sign > 0 else "maximise"
         return FrontFile(
             objectives=(
-                objective(self._asked.against, "at most"),
-                objective(str(self._problem.objective), sense),
+                objective(str(limited.quantity), self._asked.sense),
+                objective(str(improved.quantity), sense),
             ),
             ranges={each.key: (each.low, each.high) for each in self._problem.variables},
             levels=tuple(
                 FrontLevel(
-                    limit=float(limits[i]),
-                    mean=float(mean[i]),
-                    deviation=float(deviation[i]),
+                    limit=limited.sign * float(front.limits[i]),
+                    mean=improved.sign * float(front.mean[i]),
+                    deviation=float(front.deviation[i]),
                     inputs=dict(zip(keys, map(tuple, intervals[i].tolist()), strict=True)),
                 )
-                for i in range(len(limits))
+                for i in range(len(front.limits))
             ),
             simulated=tuple(
                 SimulatedDesign(
-                    inputs=dict(zip(keys, map(float, self._values(candidates[i])), strict=True)),
-                    values=(float(against[i]), value),
+                    inputs=dict(zip(keys, map(float, self._scaling.values(design)), strict=True)),
+                    values=values,
                 )
-                for i, value in zip(seen, values, strict=True)
+                for design, *values in zip(
+                    candidates[seen], limited.values, improved.values, strict=True
+                )
             ),
-            simulations=len(values) + failed,
+            simulations=len(seen) + failed,
             failed=failed,
             hypervolumes=tuple(areas),
             unsure=tuple(unsure),
@@ -162,64 +210,100 @@ class FrontFinder:
         )
 
     def _candidates(self) -> Floats:
-        """Scaled designs: a grid of two variables, a Sobol sequence of more."""
-        count = len(self._range)
+        """Scaled designs that keep the limits of the shape, and their exact numbers.
+
+        They are a grid of two variables, a Sobol sequence of more.
+        """
+        count = len(self._scaling.size)
         if count <= 2:
             axis = np.linspace(0, 1, round(CANDIDATES ** (1 / count)))
-            return np.stack(np.meshgrid(*[axis] * count, indexing="ij"), axis=-1).reshape(-1, count)
-        return np.asarray(qmc.Sobol(count, rng=SEED).random(CANDIDATES))
+            every = np.stack(np.meshgrid(*[axis] * count, indexing="ij"), axis=-1)
+            every = every.reshape(-1, count)
+        else:
+            every = np.asarray(qmc.Sobol(count, rng=SEED).random(CANDIDATES))
+        of_shape = [q for q in (self._limited, self._improved) if q.quantity.experiment is None]
+        numbers = np.array([self._numbers(each, of_shape) for each in every])
+        kept = ~np.isnan(numbers[:, 0])
+        if self._limited in of_shape:
+            at = self._limited.sign * numbers[:, 1]
+            kept &= (at >= self._asked.low) & (at <= self._asked.high)
+            if not kept.any():
+                self._refuse(at)
+        for each, column in zip(of_shape, numbers[kept].T[1:], strict=True):
+            each.exact = column
+        return np.asarray(every[kept])
 
-    def _values(self, scaled: Floats) -> Floats:
-        return np.asarray(np.round(self._low + scaled * self._range, 10) + 0.0)
-
-    def _against(self, scaled: Floats) -> float:
+    def _numbers(self, scaled: Floats, of_shape: Sequence[_Signed]) -> list[float]:
+        """Numbers of a design's shape, behind a first one; NaN where a limit is broken."""
         try:
-            shape = self._shapes.at(self._values(scaled))
+            shape = self._shapes.at(self._scaling.values(scaled))
             for limit in self._problem.limits:
                 value = shape.value(limit.quantity.name)
                 if limit.limit is not None and limit.sign * (value - limit.limit) > 0:
-                    return float("nan")
-            return shape.value(self._asked.against)
+                    raise ConfigError(str(limit))
+            return [0.0, *(each.sign * shape.value(each.quantity.name) for each in of_shape)]
         except ConfigError:
-            return float("nan")
+            return [np.nan] * (1 + len(of_shape))
 
-    def _front(
-        self, process: GradientProcess, candidates: Floats, against: Floats, limits: Floats
-    ) -> tuple[np.ndarray, Floats, Floats]:
-        """Row of the best candidate for each limit, with mean and deviation there."""
-        mean, deviation = process.predict(candidates)
-        good = np.where(
-            against[None] <= limits[:, None] + 1e-12, self._problem.sign * mean[None], np.inf
+    def _refuse(self, reached: Floats) -> None:
+        reach = "nothing"
+        if not np.isnan(reached).all():
+            reach = f"{np.nanmin(reached):.4g} to {np.nanmax(reached):.4g}"
+        raise ConfigError(
+            f"front.low, high: {self._limited.quantity} is {reach} in the parameters' ranges; "
+            "allowed: low and high among these"
         )
-        best = good.argmin(axis=1)
-        return best, mean[best], deviation[best]
 
-    def _places(
-        self,
-        process: GradientProcess,
-        candidates: Floats,
-        against: Floats,
-        limits: Floats,
-        front: tuple[np.ndarray, Floats, Floats],
-    ) -> tuple[Floats, Floats]:
-        """Interval of each variable of the best design for each limit, by drawn functions."""
-        sign = self._problem.sign
-        mean, deviation = process.predict(candidates)
-        level = np.searchsorted(limits, against - 1e-12)  # the least limit that a candidate keeps
-        best = sign * front[1] + 4 * front[2]
-        near = sign * mean - 4 * deviation <= best[np.minimum(level, len(limits) - 1)]
-        near[front[0]] = True
-        chosen, own = candidates[near], against[near]
-        drawn = sign * process.draws(chosen, DRAWS)
+    def _first(self, candidates: Floats) -> list[int]:
+        """Rows of the first designs: apart from one another, and along an exact number."""
+        exact, taken = self._limited.exact, list[int]()
+        along = np.zeros(len(candidates)) if exact is None else exact
+        nearest = len(along) if exact is None else max(len(along) // 20, 1)
+        for place in np.linspace(along.min(), along.max(), FIRST):
+            near = np.argsort(np.abs(along - place), kind="stable")[:nearest]
+            apart = [
+                min((float(np.abs(candidates[i] - candidates[j]).max()) for j in taken), default=1)
+                for i in near
+            ]
+            taken.append(int(near[int(np.argmax(apart))]))
+        return taken
+
+    def _front(self, candidates: Floats, seen: Sequence[int]) -> _Front:
+        """The front by what is known; deviations of a learnt limit count by the front's slope."""
+        against, sure = self._limited.predict(candidates, seen)
+        mean, deviation = self._improved.predict(candidates, seen)
+        low, high = float(against.min()), float(against.max())
+        if self._limited.exact is None:
+            ends = sorted(self._limited.sign * end for end in (self._asked.low, self._asked.high))
+            if len(seen) >= FIRST and not max(low, ends[0]) < min(high, ends[1]):
+                self._refuse(self._limited.sign * against)
+            low, high = max(low, ends[0]), min(high, ends[1])
+        limits: Floats = np.linspace(low, max(low, high), LEVELS, dtype=float)
+        within = against[None] <= limits[:, None] + SAME
+        best = np.where(within, mean[None], np.inf).argmin(axis=1)
+        found = mean[best]
+        slope = np.gradient(found, limits) if limits[0] < limits[-1] else np.zeros(LEVELS)
+        return _Front(limits, best, found, np.hypot(deviation[best], slope * sure[best]))
+
+    def _places(self, candidates: Floats, seen: Sequence[int], front: _Front) -> Floats:
+        """Best value of each variable for each limit, and its interval by drawn functions.
+
+        Returns:
+            Shape (levels, variables, 3).
+        """
+        against, sure = self._limited.predict(candidates, seen)
+        mean, deviation = self._improved.predict(candidates, seen)
+        # the least limit that a candidate may keep
+        level = np.searchsorted(front.limits, against - 4 * sure - SAME)
+        worst = front.mean + 4 * front.deviation
+        near = mean - 4 * deviation <= worst[np.minimum(level, len(front.limits) - 1)]
+        near[front.best] = True
+        drawn, own = (each.draws(candidates, near) for each in (self._improved, self._limited))
         ends = []
-        for limit in limits:
-            kept = np.flatnonzero(own <= limit + 1e-12)
-            found = chosen[kept[drawn[:, kept].argmin(axis=1)]]
-            ends.append(np.quantile(found, [(1 - SHARE) / 2, (1 + SHARE) / 2], axis=0))
+        for limit in front.limits:
+            best = np.where(own <= limit + SAME, drawn, np.inf).argmin(axis=1)
+            tails = [(1 - SHARE) / 2, (1 + SHARE) / 2]
+            ends.append(np.quantile(candidates[near][best], tails, axis=0))
         low, high = np.transpose(ends, (1, 0, 2))
-        return self._values(low), self._values(high)
-
-    def _area(self, limits: Floats, mean: Floats) -> float:
-        """Area between the front and the worst objective on it, over the limits."""
-        gain = np.abs(mean - (mean.max() if self._problem.sign > 0 else mean.min()))
-        return float(np.trapezoid(gain, limits))
+        values = [self._scaling.values(each) for each in (candidates[front.best], low, high)]
+        return np.stack(values, axis=2)

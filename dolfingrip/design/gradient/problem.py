@@ -13,6 +13,8 @@ from dolfingrip.design.gradient.file import FrontTable, Method
 from dolfingrip.design.quantities.quantity import Quantity
 from dolfingrip.parameter import Parameter, find
 
+Floats = NDArray[np.float64]
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:
@@ -34,9 +36,30 @@ class Variable:
         """Key of the configuration."""
         return self.parameter.key
 
-    def scaled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Values of it as parts of its range, 0 to 1."""
-        return np.asarray((values - self.low) / (self.high - self.low), dtype=float)
+
+class Scaling:
+    """Values of variables as parts of their ranges, 0 to 1.
+
+    Args:
+        variables: with their ranges.
+
+    Attributes:
+        low, size: shape (variables,), where each range begins, and how long it is.
+        start: shape (variables,), scaled values where they begin.
+    """
+
+    def __init__(self, variables: Sequence[Variable]) -> None:
+        self.low = np.array([each.low for each in variables])
+        self.size = np.array([each.high for each in variables]) - self.low
+        self.start = self.parts(np.array([each.start for each in variables]))
+
+    def parts(self, values: Floats) -> Floats:
+        """Scale values, shape (…, variables)."""
+        return np.asarray((values - self.low) / self.size, dtype=float)
+
+    def values(self, parts: Floats, digits: int = 10) -> Floats:
+        """Return values of scaled ones, shape (…, variables), to so many decimals."""
+        return np.asarray(np.round(self.low + parts * self.size, digits) + 0.0)  # no minus zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +122,7 @@ class Problem:
         conditions: that a design is simulated under; the first is the nominal one.
         method: how long it is sought.
         front: that is asked for instead of one design; None: one design.
+        against: quantity that the front limits.
     """
 
     sign: float
@@ -108,6 +132,7 @@ class Problem:
     conditions: tuple[Condition, ...]
     method: Method
     front: FrontTable | None = None
+    against: Quantity | None = None
 
     @property
     def nominal(self) -> Condition:

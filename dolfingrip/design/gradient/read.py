@@ -13,6 +13,7 @@ from dolfingrip.design.gradient.file import File, FrontTable, Limit, Objective, 
 from dolfingrip.design.gradient.problem import Condition, Constraint, Problem, Variable
 from dolfingrip.design.gradient.quantity import FACING, OF_MANY, OVERHANG
 from dolfingrip.design.quantities.grasp import GRASP
+from dolfingrip.design.quantities.quantity import Quantity
 from dolfingrip.parameter import Entry, Parameter, find, named
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import checked
@@ -52,14 +53,26 @@ def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
     conditions = [Condition("nominal", base)]
     for number, scenario in enumerate(asked.scenarios, 1):
         conditions.append(_condition(file, asked, base, given, number, scenario))
+    against = None
     if asked.front is not None:
-        _check_front(asked.front, limits)
+        against = asked.front.quantity("front.against", asked.front.against)
+        _check_front(asked.front, limits, objective, against)
     if objective.experiment == GRASP:
         _check_grasp(asked, limits)
-    return Problem(sign, objective, limits, variables, tuple(conditions), asked.method, asked.front)
+    return Problem(
+        sign, objective, limits, variables, tuple(conditions), asked.method, asked.front, against
+    )
 
 
-def _check_front(front: FrontTable, limits: Sequence[Constraint]) -> None:
+def _check_front(
+    front: FrontTable, limits: Sequence[Constraint], objective: Quantity, against: Quantity
+) -> None:
+    if objective.experiment is None and against.experiment is None:
+        raise ConfigError(
+            f"front.against = {against}: allowed: a reading, as the objective is of the shape"
+        )
+    if objective == against:
+        raise ConfigError(f"front.against = {against}: allowed: another one than the objective")
     if not front.low < front.high:
         raise ConfigError(f"front.low = {front.low:g}: allowed: below high = {front.high:g}")
     for limit in limits:

@@ -8,10 +8,10 @@ from typing import Any, Final
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations
+from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
-from dolfingrip.experiments.simulate import simulate
+from dolfingrip.experiments.simulate import Compute
 from dolfingrip.files import table, whole
 from dolfingrip.files.design import (
     ConditionObjective,
@@ -21,7 +21,6 @@ from dolfingrip.files.design import (
     RefinedDesign,
 )
 from dolfingrip.files.front import FrontFile
-from dolfingrip.jobs.pool import Pool
 
 FOLDER: Final = "simulations"
 """Folder in ``--out`` that holds what was computed."""
@@ -32,19 +31,6 @@ REFINED: Final = 2
 
 NOTHING: Final = 1e-6
 """Part of the best objective below which the start's has no gain that means anything."""
-
-
-def computed_in(folder: Path, pool: Pool) -> Compute:
-    """Return what computes requests and keeps their answers in a folder.
-
-    Args:
-        folder: of the store; what it has is not computed again.
-        pool: workers.
-
-    Returns:
-        A function from requests to answers.
-    """
-    return lambda requests: simulate(requests, folder, pool)
 
 
 def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
@@ -200,7 +186,7 @@ def write_front(told: FrontFile, out: Path) -> None:
     limited, improved = told.objectives
     rows = [
         {
-            f"{limited.name} at most": each.limit,
+            f"{limited.title} {limited.sense}": each.limit,
             improved.name: each.mean,
             "standard_deviation": each.deviation,
             **{

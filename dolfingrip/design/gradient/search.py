@@ -15,8 +15,8 @@ from scipy.stats import qmc
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.descent import NoStart
-from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations, Floats
-from dolfingrip.design.gradient.problem import Constraint, Problem
+from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations
+from dolfingrip.design.gradient.problem import Constraint, Floats, Problem, Scaling
 from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.gradient.trial import Descent, Say, Trial, say_nothing
 from dolfingrip.design.surrogate.process import GradientProcess
@@ -69,8 +69,7 @@ class BayesianSearch:
         self._policy = policy
         self._shapes = UnloadedShapes(problem)
         self._foods = [grasped(each.base.food) for each in problem.conditions]
-        self._low = np.array([each.low for each in problem.variables])
-        self._range = np.array([each.high for each in problem.variables]) - self._low
+        self._scaling = Scaling(problem.variables)
         self._random = np.random.default_rng(policy.seed)
         self._limits: list[tuple[Constraint, float]] = []
 
@@ -81,8 +80,7 @@ class BayesianSearch:
             NoStart: one line, where the start cannot be simulated.
         """
         problem = self._problem
-        starts = np.array([each.start for each in problem.variables])
-        begin = (starts - self._low) / self._range
+        begin = self._scaling.start
         given = self._shapes.at(self._values(begin))
         self._limits = [
             (each, given.value(each.quantity.name) if each.limit is None else each.limit)
@@ -147,7 +145,7 @@ class BayesianSearch:
         return whole
 
     def _values(self, scaled: Floats) -> Floats:
-        return np.asarray(np.round(self._low + scaled * self._range, 6) + 0.0)
+        return self._scaling.values(scaled, 6)
 
     def _kept(self, scaled: Floats) -> bool:
         """Tell whether there is such a finger within the limits, and a gripper for each food."""

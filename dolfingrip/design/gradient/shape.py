@@ -12,13 +12,12 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING, OVERHANG
-from dolfingrip.design.quantities.shape import COG, MASS
-from dolfingrip.experiments.derivatives.gradients import G_PER_MM3
+from dolfingrip.design.quantities.shape import ShapeNumbers
+from dolfingrip.experiments.derivatives.gradients import MassProperties
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import placed, straight
 from dolfingrip.meshes.cells import FACET_CORNERS
 from dolfingrip.meshes.dimensions import moved
-from dolfingrip.meshes.measures import moment_gradients, moments
 from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 from dolfingrip.meshes.walls import Facing, facing
 from dolfingrip.parameter import Entry
@@ -152,34 +151,23 @@ class UnloadedShape:
     # -- numbers ---------------------------------------------------------------------------------
 
     @cached_property
-    def _moments(self) -> tuple[float, Floats]:
-        return moments(self.mesh)
+    def _properties(self) -> MassProperties:
+        return MassProperties(self.mesh, self.config)
 
     def value(self, name: str) -> float:
         """Mass (g), COG offset (mm), or the extreme of :meth:`rows`."""
-        volume, moment = self._moments
-        if name == MASS:
-            return volume * self._copies * self.config.material.density_kg_m3 * G_PER_MM3
-        if name == COG:
-            return float(moment[0] / volume) - self.config.cog.x_ref_mm
+        if name in ShapeNumbers.names:
+            return self._properties.value(name)
         rows = self.rows(name)
         if name == OVERHANG:
             return float(rows.max(initial=0.0))
         return float(rows.min(initial=np.inf))
 
-    @property
-    def _copies(self) -> int:
-        return 2 if "symmetry" in self.mesh.facets else 1
-
     def gradient(self, name: str) -> Floats:
         """Derivatives of mass or COG offset by the variables."""
-        volume, moment = self._moments
-        by_volume, by_moment = moment_gradients(self.mesh)
-        if name == MASS:
-            field = by_volume * self._copies * self.config.material.density_kg_m3 * G_PER_MM3
-        else:
-            field = (by_moment[0] - moment[0] / volume * by_volume) / volume
-        return np.asarray(np.einsum("pni,ni->p", self._velocity, field))
+        keys = [each.key for each in self._all.variables]
+        slopes = self._properties.slopes(name, dict(zip(keys, self._velocity, strict=True)))
+        return np.array([slopes[key] for key in keys])
 
     # -- many rows -------------------------------------------------------------------------------
 

@@ -6,9 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from dolfingrip.design.gradient.evaluation import Floats
 from dolfingrip.design.gradient.policy import DescentPolicy
-from dolfingrip.design.gradient.problem import Constraint
+from dolfingrip.design.gradient.problem import Constraint, Floats
 from dolfingrip.design.gradient.quantity import CELL_QUALITY, OF_MANY, OVERHANG
 from dolfingrip.design.gradient.shape import UnloadedShape
 from dolfingrip.design.gradient.subproblem import Rows

@@ -8,11 +8,12 @@ from typing import Any, Final
 import numpy as np
 
 from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
-from dolfingrip.design.gradient.evaluation import Compute, DesignSimulations
+from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.search import BayesianSearch, SearchPolicy
 from dolfingrip.design.gradient.trial import Descent, Say, Trial, say_nothing
 from dolfingrip.design.quantities.grasp import GRASP
+from dolfingrip.experiments.simulate import Compute
 
 SEED: Final = 33
 """Of the random starts, so that a run that goes on begins at the same places."""

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dolfingrip.design.gradient.evaluation import Floats
-from dolfingrip.design.gradient.problem import Constraint
+from dolfingrip.design.gradient.problem import Constraint, Floats
 from dolfingrip.design.gradient.shape import UnloadedShape
 
 

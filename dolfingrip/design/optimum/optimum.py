@@ -20,6 +20,7 @@ from dolfingrip.design.optimum.genetic import NSGA2Settings
 from dolfingrip.design.optimum.pareto import Matrix, TradeOff, Vector
 from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.files import table
+from dolfingrip.files.campaign import CampaignDesign
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile, SurrogateError
 from dolfingrip.files.surrogate import PREFIX
@@ -155,10 +156,8 @@ def evaluator(
     return evaluate
 
 
-def _recomputed(row: Mapping[str, Any]) -> Recomputed:
-    if row["status"] != "done":
-        return Recomputed(None, row["failure"] or "not computed")
-    return Recomputed({name: float(value) for name, value in row["outputs"].items()})
+def _recomputed(design: CampaignDesign) -> Recomputed:
+    return Recomputed(design.outputs, "" if design.outputs else design.failure or "not computed")
 
 
 def resolve(found: OptimumFile, along: int, evaluate: Evaluate) -> OptimumFile:

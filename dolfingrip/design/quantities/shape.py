@@ -22,15 +22,15 @@ class ShapeNumbers(QuantitySource):
 
     def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
         from dolfingrip.experiments.derivatives.choices import choices
-        from dolfingrip.experiments.derivatives.gradients import cog_offset_mm, mass_g
+        from dolfingrip.experiments.derivatives.gradients import shape_number
         from dolfingrip.experiments.derivatives.sensitivities import chosen
 
         keys = asked.keys
         parameters = None if keys is None else chosen(asked.config, keys)
         assert outcome.gradients is not None
         for each in wanted:
-            compute = cog_offset_mm if each.name == COG else mass_g
-            value, slopes = compute(asked.config, parameters)
+            value, slopes = shape_number(each.name, asked.config, parameters)
             for choice in choices(asked.config, keys):
-                slopes[choice.label] = choice.difference(value, compute(choice.other, ())[0])
+                other, _ = shape_number(each.name, choice.other, ())
+                slopes[choice.label] = choice.difference(value, other)
             outcome.outputs[str(each)], outcome.gradients[str(each)] = value, slopes

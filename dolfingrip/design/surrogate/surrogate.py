@@ -9,28 +9,27 @@ from __future__ import annotations
 import hashlib
 import io
 import itertools
-import json
 import pickle
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import torch
 
 from dolfingrip.files import whole
+from dolfingrip.files.result_file import ResultFileError
+from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.sections.errors import ConfigError
 
 Matrix = npt.NDArray[np.float64]
 Vector = npt.NDArray[np.float64]
 
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "silu": torch.nn.SiLU}
-WEIGHTS, DESCRIPTION = "surrogate.pt", "surrogate.json"
-FORMAT = 1
-"""Version of the description; raised where its meaning changes."""
+WEIGHTS = "surrogate.pt"
 
 
 class OutsideRange(UserWarning):
@@ -45,9 +44,10 @@ class Range:
     high: Vector
 
     @classmethod
-    def of(cls, values: Matrix) -> Range:
-        """The range of each column of ``values``, shape (rows, columns)."""
-        return cls(values.min(axis=0), values.max(axis=0))
+    def of(cls, ends: Mapping[str, tuple[float, float]]) -> Range:
+        """The ranges of columns that have names."""
+        low, high = np.array(list(ends.values()), dtype=float).T
+        return cls(low, high)
 
     def normalise(self, values: Matrix) -> Matrix:
         """0 at the lowest, 1 at the highest; shape as ``values``."""
@@ -80,19 +80,33 @@ class Surrogate:
     """Outputs of a design from its inputs, in the units that their names carry.
 
     Attributes:
-        inputs: range of the designs it learnt from, those held out included.
-        outputs: range by which outputs are normalised, that of the training designs.
-        facts: where it comes from and how well it fits; JSON-serialisable.
+        facts: ranges, layers, where it comes from and how well it fits: contents of
+            ``surrogate.json``.
+        net: network with its weights.
     """
 
-    input_names: tuple[str, ...]
-    output_names: tuple[str, ...]
-    inputs: Range
-    outputs: Range
-    layers: tuple[int, ...]
-    activation: str
+    facts: SurrogateFile
     net: torch.nn.Sequential
-    facts: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of the inputs in order."""
+        return tuple(self.facts.inputs)
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Names of the outputs in order."""
+        return tuple(self.facts.outputs)
+
+    @cached_property
+    def inputs(self) -> Range:
+        """Range of the designs it learnt from, those held out included."""
+        return Range.of(self.facts.inputs)
+
+    @cached_property
+    def outputs(self) -> Range:
+        """Range by which outputs are normalised, that of the training designs."""
+        return Range.of(self.facts.outputs)
 
     def predict(self, inputs: Matrix, *, warn: bool = True) -> Matrix:
         """Outputs of many designs at once.
@@ -125,7 +139,8 @@ class Surrogate:
 
     def sha256(self) -> str:
         """A fingerprint of weights and ranges: equal where all predictions are."""
-        digest = hashlib.sha256(json.dumps(self._description(), sort_keys=True).encode())
+        own = {"inputs", "outputs", "layers", "activation"}
+        digest = hashlib.sha256(self.facts.model_dump_json(include=own).encode())
         for weights in self.net.parameters():
             digest.update(weights.detach().numpy().astype("<f8").tobytes())
         return digest.hexdigest()
@@ -139,30 +154,13 @@ class Surrogate:
         Raises:
             WriteError: one line; both files are then as before.
         """
-        weights = _bytes(self.net)
-        content = {
-            **self._description(),
-            "weights_sha256": hashlib.sha256(weights).hexdigest(),
-            **self.facts,
-        }
-        text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-        whole.write_together({folder / WEIGHTS: weights, folder / DESCRIPTION: text})
-
-    def _description(self) -> dict[str, Any]:
-        def ranges(names: Sequence[str], found: Range) -> dict[str, list[float]]:
-            return {
-                name: [float(low), float(high)]
-                for name, low, high in zip(names, found.low, found.high, strict=True)
-            }
-
-        return {
-            "format": FORMAT,
-            "inputs": ranges(self.input_names, self.inputs),
-            "outputs": ranges(self.output_names, self.outputs),
-            "normalisation": "inputs to [-1, 1], outputs to [0, 1] by these ranges",
-            "layers": list(self.layers),
-            "activation": self.activation,
-        }
+        stream = io.BytesIO()
+        torch.save(self.net.state_dict(), stream)
+        weights = stream.getvalue()
+        facts = self.facts.model_copy(
+            update={"weights_sha256": hashlib.sha256(weights).hexdigest()}
+        )
+        whole.write_together({folder / WEIGHTS: weights, folder / facts.FILE: facts.text()})
 
     def _warn(self, inputs: Matrix) -> None:
         for column, name in enumerate(self.input_names):
@@ -192,54 +190,20 @@ def load(folder: Path) -> Surrogate:
         ConfigError: one line, where a file is missing, not of this kind, or not of the other.
     """
     try:
-        description = json.loads((folder / DESCRIPTION).read_text(encoding="utf-8"))
+        facts = SurrogateFile.read(folder)
         weights = (folder / WEIGHTS).read_bytes()
+    except ResultFileError as error:
+        raise ConfigError(f"{error}; allowed: a surrogate") from None
     except OSError as error:
         raise ConfigError(f"{error.filename}: {error.strerror}; allowed: a surrogate") from None
-    except (ValueError, RecursionError):
-        raise ConfigError(f"{folder / DESCRIPTION}: not JSON") from None
-    try:
-        found = _described(description)
-    except (KeyError, TypeError, ValueError, AttributeError):
-        raise ConfigError(f"{folder / DESCRIPTION}: not the description of a surrogate") from None
-    if hashlib.sha256(weights).hexdigest() != description.get("weights_sha256"):
-        raise ConfigError(f"{folder / WEIGHTS}: not the weights that {DESCRIPTION} was written for")
+    if (len(facts.inputs), len(facts.outputs)) != (*facts.layers[:1], *facts.layers[-1:]):
+        raise ConfigError(f"{folder / facts.FILE}: layers = {facts.layers}: not of these inputs")
+    if hashlib.sha256(weights).hexdigest() != facts.weights_sha256:
+        raise ConfigError(f"{folder / WEIGHTS}: not the weights that {facts.FILE} was written for")
+    net = network(facts.layers, facts.activation)
     try:
         # weights_only: an unpickler that knows tensors and nothing else
-        state = torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu")
-        found.net.load_state_dict(state)
+        net.load_state_dict(torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu"))
     except (pickle.UnpicklingError, RuntimeError, TypeError, EOFError, AttributeError):
         raise ConfigError(f"{folder / WEIGHTS}: not the weights of this network alone") from None
-    return found
-
-
-def _described(description: dict[str, Any]) -> Surrogate:
-    """The surrogate of a description, its weights still to come."""
-    if description["format"] != FORMAT:
-        raise ValueError
-    inputs, outputs = description["inputs"], description["outputs"]
-    known = {"format", "inputs", "outputs", "normalisation", "layers", "activation"}
-    layers = tuple(int(width) for width in description["layers"])
-    if layers[0] != len(inputs) or layers[-1] != len(outputs):
-        raise ValueError
-    return Surrogate(
-        tuple(inputs),
-        tuple(outputs),
-        _range(inputs),
-        _range(outputs),
-        layers,
-        description["activation"],
-        network(layers, description["activation"]),
-        {key: value for key, value in description.items() if key not in known | {"weights_sha256"}},
-    )
-
-
-def _range(bounds: dict[str, list[float]]) -> Range:
-    both = np.array(list(bounds.values()), dtype=np.float64)
-    return Range(both[:, 0], both[:, 1])
-
-
-def _bytes(net: torch.nn.Module) -> bytes:
-    stream = io.BytesIO()
-    torch.save(net.state_dict(), stream)
-    return stream.getvalue()
+    return Surrogate(facts, net)

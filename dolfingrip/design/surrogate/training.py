@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from importlib import metadata
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 import torch
 
 import dolfingrip
-from dolfingrip.design.surrogate.surrogate import Range, Surrogate, network
+from dolfingrip.design.surrogate.surrogate import Matrix, Surrogate, network
 from dolfingrip.design.surrogate.table import Table
+from dolfingrip.files.surrogate import OutputError, SurrogateFile
 from dolfingrip.sections.errors import ConfigError
 
 Progress = Callable[[int], None]
@@ -29,7 +30,7 @@ class TrainingSettings:
     """
 
     hidden: tuple[int, ...] = (20, 50)
-    activation: str = "tanh"
+    activation: Literal["tanh", "silu"] = "tanh"
     epochs: int = 5000
     test_share: float = 0.2
     rate: float = 0.01
@@ -90,6 +91,7 @@ def train(
     settings: TrainingSettings = TrainingSettings(),
     progress: Progress | None = None,
     policy: TrainingPolicy = TrainingPolicy(),
+    campaign: dict[str, Any] | None = None,
 ) -> Training:
     """Fit the network to a table.
 
@@ -98,6 +100,7 @@ def train(
         settings: the paper's by default.
         progress: called with the number of epochs done.
         policy: how it is followed and judged.
+        campaign: what all designs share; None: not known.
 
     Returns:
         The surrogate and its learning curve.
@@ -110,13 +113,20 @@ def train(
             f"{len(table)} computed designs; allowed: at least {policy.fewest_designs}"
         )
     test = split(len(table), settings.test_share, settings.seed)
-    inputs, outputs = Range.of(table.inputs), Range.of(table.outputs[~test])
-    layers = (table.inputs.shape[1], *settings.hidden, table.outputs.shape[1])
+    facts = SurrogateFile(
+        inputs=_ends(table.input_names, table.inputs),
+        outputs=_ends(table.output_names, table.outputs[~test]),
+        layers=(table.inputs.shape[1], *settings.hidden, table.outputs.shape[1]),
+        activation=settings.activation,
+        settings=asdict(settings),
+        campaign=campaign,
+    )
     with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they are
         torch.manual_seed(settings.seed)
-        net = network(layers, settings.activation)
-    x = torch.from_numpy(2 * inputs.normalise(table.inputs) - 1)
-    y = torch.from_numpy(outputs.normalise(table.outputs))
+        net = network(facts.layers, facts.activation)
+    surrogate = Surrogate(facts, net)
+    x = torch.from_numpy(2 * surrogate.inputs.normalise(table.inputs) - 1)
+    y = torch.from_numpy(surrogate.outputs.normalise(table.outputs))
     held_out = torch.from_numpy(test)
     curve = _fit(
         net,
@@ -126,10 +136,7 @@ def train(
         policy.sampled_epochs,
         progress,
     )
-    surrogate = Surrogate(
-        table.input_names, table.output_names, inputs, outputs, layers, settings.activation, net
-    )
-    surrogate.facts.update(_facts(surrogate, table, test, settings, curve[-1]))
+    surrogate = replace(surrogate, facts=_judged(surrogate, table, test, curve[-1]))
     epoch, training_mse, test_mse = np.array(curve).T
     return Training(surrogate, epoch.astype(int), training_mse, test_mse, test)
 
@@ -169,36 +176,42 @@ def _fit(
     return curve
 
 
-def _facts(
+def _ends(names: Sequence[str], values: Matrix) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of each column."""
+    low, high = values.min(axis=0).tolist(), values.max(axis=0).tolist()
+    return dict(zip(names, zip(low, high, strict=True), strict=True))
+
+
+def _judged(
     surrogate: Surrogate,
     table: Table,
     test: npt.NDArray[np.bool_],
-    settings: TrainingSettings,
     last: tuple[int, float, float],
-) -> dict[str, Any]:
-    """Contents of ``surrogate.json`` without the network itself."""
+) -> SurrogateFile:
+    """Contents of ``surrogate.json`` with what came of the training."""
     miss = surrogate.predict(table.inputs) - table.outputs
     rms = {
-        name: {
-            "training": float(np.sqrt(np.mean(miss[~test, column] ** 2))),
-            "test": float(np.sqrt(np.mean(miss[test, column] ** 2))),
-        }
+        name: OutputError(
+            training=float(np.sqrt(np.mean(miss[~test, column] ** 2))),
+            test=float(np.sqrt(np.mean(miss[test, column] ** 2))),
+        )
         for column, name in enumerate(table.output_names)
     }
-    return {
-        "settings": asdict(settings),
-        "training_mse": last[1],
-        "test_mse": last[2],
-        "rms_error": rms,
-        "training_designs": int((~test).sum()),
-        "test_designs": int(test.sum()),
-        "failed_designs": table.failed,
-        "incomplete_designs": table.incomplete,
-        "table_sha256": table.sha256(),
-        "versions": {
-            "dolfingrip": dolfingrip.__version__,
-            "python": platform.python_version(),
-            "torch": torch.__version__,
-            "numpy": metadata.version("numpy"),
-        },
-    }
+    return surrogate.facts.model_copy(
+        update={
+            "training_mse": last[1],
+            "test_mse": last[2],
+            "rms_error": rms,
+            "training_designs": int((~test).sum()),
+            "test_designs": int(test.sum()),
+            "failed_designs": table.failed,
+            "incomplete_designs": table.incomplete,
+            "table_sha256": table.sha256(),
+            "versions": {
+                "dolfingrip": dolfingrip.__version__,
+                "python": platform.python_version(),
+                "torch": torch.__version__,
+                "numpy": metadata.version("numpy"),
+            },
+        }
+    )

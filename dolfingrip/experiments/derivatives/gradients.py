@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -17,7 +17,7 @@ from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.experiments.rigs.undeformed import solid, unplaced
 from dolfingrip.extensions.effect import Displaying
-from dolfingrip.meshes.measures import centroid, centroid_rate, moment_gradients, moments
+from dolfingrip.meshes.measures import centroid_gradients, moment_gradients, moments
 from dolfingrip.meshes.solid import Floats, SolidMesh
 from dolfingrip.parameter import Entry, Parameter, find
 
@@ -27,18 +27,61 @@ G_PER_MM3: Final = 1e-6
 """Grams of a cubic millimetre of 1 kg/m³."""
 
 
-def cog_offset_mm(
-    config: Config, parameters: Sequence[Parameter] | None = None
-) -> tuple[float, dict[str, float]]:
-    """Offset of the undeformed finger's centre of gravity, and its derivatives.
+COG, MASS = "cog_offset_mm", "mass_g"
+"""Numbers of the unloaded shape."""
+
+
+class MassProperties:
+    """Mass of the whole finger and offset of its centre of gravity, by the mesh.
 
     Args:
+        mesh: of the finger, or of its half.
+        config: its density, and the place that the offset is told from.
+    """
+
+    def __init__(self, mesh: SolidMesh, config: Config) -> None:
+        self._mesh, self._config = mesh, config
+        self._volume, self._moment = moments(mesh)
+        copies = 2 if "symmetry" in mesh.facets else 1
+        self._density = copies * config.material.density_kg_m3 * G_PER_MM3
+
+    def value(self, name: str) -> float:
+        """The mass (g), or the offset (mm)."""
+        if name == MASS:
+            return self._volume * self._density
+        return float(self._moment[0] / self._volume) - self._config.cog.x_ref_mm
+
+    def slopes(self, name: str, moving: Mapping[str, Floats]) -> dict[str, float]:
+        """Derivatives by parameters that move the points, and that of the mass by the density.
+
+        Args:
+            name: of the number.
+            moving: velocities of the points, shape (n, 3), by key of the parameter.
+        """
+        found = {}
+        if moving and name == MASS:
+            by_points = moment_gradients(self._mesh)[0] * self._density
+        elif moving:
+            by_points = centroid_gradients(self._mesh)[0]
+        for key, velocity in moving.items():
+            found[key] = float(np.vdot(by_points, velocity))
+        if name == MASS:
+            found["material.density_kg_m3"] = self.value(name) / self._config.material.density_kg_m3
+        return found
+
+
+def shape_number(
+    name: str, config: Config, parameters: Sequence[Parameter] | None = None
+) -> tuple[float, dict[str, float]]:
+    """Compute a number of the unloaded finger, and its derivatives.
+
+    Args:
+        name: :data:`COG`, the offset of the centre of gravity (mm), or :data:`MASS` (g).
         config: configuration of the finger.
-        parameters: parameters that the offset is derived by; None: ξ1 and ξ2.
+        parameters: parameters that it is derived by; None: ξ1 and ξ2.
 
     Returns:
-        The offset (mm), and its derivatives by the parameters' keys (mm for each unit of the
-        parameter).
+        The number, and its derivatives by the parameters' keys, for each unit of the parameter.
 
     Raises:
         MeshError: one line, if no finger has these dimensions.
@@ -46,46 +89,11 @@ def cog_offset_mm(
     if parameters is None:
         parameters = find(config, XI)
     mesh = solid(config)
-    offset = float(centroid(mesh)[0]) - config.cog.x_ref_mm
-    moving = _velocities(config, mesh, parameters)
-    slopes = {key: float(centroid_rate(mesh, each)[0]) for key, each in moving.items()}
-    return offset, {each.key: slopes.get(each.key, 0.0) for each in parameters}
-
-
-def mass_g(
-    config: Config, parameters: Sequence[Parameter] | None = None
-) -> tuple[float, dict[str, float]]:
-    """Mass of the whole finger, and its derivatives.
-
-    Args:
-        config: configuration of the finger.
-        parameters: parameters that the mass is derived by; None: ξ1 and ξ2.
-
-    Returns:
-        The mass (g), and its derivatives by the parameters' keys (g for each unit of the
-        parameter).
-
-    Raises:
-        MeshError: one line, if no finger has these dimensions.
-    """
-    if parameters is None:
-        parameters = find(config, XI)
-    mesh, density = solid(config), config.material.density_kg_m3
-    copies = 2 if "symmetry" in mesh.facets else 1
-    mass = moments(mesh)[0] * copies * density * G_PER_MM3
-    by_points = moment_gradients(mesh)[0] * copies * density * G_PER_MM3
-    moving = _velocities(config, mesh, parameters)
-    slopes = {key: float(np.sum(by_points * each)) for key, each in moving.items()}
-    slopes["material.density_kg_m3"] = mass / density
-    return mass, {each.key: slopes.get(each.key, 0.0) for each in parameters}
-
-
-def _velocities(
-    config: Config, mesh: SolidMesh, parameters: Sequence[Parameter]
-) -> dict[str, Floats]:
-    """Velocities of the mesh's points, (n, 3), by key of the parameters of the shape."""
     shaped = [each for each in parameters if each.entry is Entry.SHAPE]
-    return velocities(shaped, config, unplaced(mesh.points, config)) if shaped else {}
+    moving = velocities(shaped, config, unplaced(mesh.points, config)) if shaped else {}
+    found = MassProperties(mesh, config)
+    slopes = found.slopes(name, moving) if parameters else {}
+    return found.value(name), {each.key: slopes.get(each.key, 0.0) for each in parameters}
 
 
 def by_adjoint(config: Config) -> bool:

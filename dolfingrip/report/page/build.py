@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from dolfingrip.report.page.content import Page
 from dolfingrip.report.page.contribution import FoundResult, Given
-from dolfingrip.report.page.index import CONTRIBUTIONS
 from dolfingrip.report.page.key_numbers import MOST, summary
+from dolfingrip.report.page.sources import CONTRIBUTIONS
 
 
 def build(found: Sequence[FoundResult], given: Given | None = None, title: str = "") -> Page:

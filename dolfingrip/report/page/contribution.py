@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from dolfingrip.files.columns import Columns
 from dolfingrip.report.page.content import Page
@@ -30,13 +30,11 @@ class Given:
     """Data that a page is made with, besides the results.
 
     Attributes:
-        designs: the designs of each campaign, by folder.
         measured: columns of a measurement, drawn beside the curves.
         pictures: whether pictures are rendered that stand in place of the 3D view.
         say: called with a line on what is being read.
     """
 
-    designs: Mapping[Path, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     measured: Columns | None = None
     pictures: bool = True
     say: Callable[[str], None] = lambda text: None

@@ -1,4 +1,4 @@
-"""The scene of one finger, or of a coupon, from the fields of a run."""
+"""The scene of one finger, or of a coupon, from the fields of a run; and of a design at rest."""
 
 from __future__ import annotations
 
@@ -11,9 +11,20 @@ import numpy as np
 import numpy.typing as npt
 
 from dolfingrip.charts.theme import PALE
-from dolfingrip.report.fields import FieldMesh, list_steps, read_grid, read_mesh, read_point_data
-from dolfingrip.report.page.scene import UPRIGHT, Floats, Part
-from dolfingrip.report.skin import Ints, Skin, extract_skin
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.undeformed import solid
+from dolfingrip.report.fields import FieldMesh, list_steps, read_steps
+from dolfingrip.report.page.scene import (
+    FINGER_VIEW,
+    UPRIGHT,
+    Floats,
+    Load,
+    Part,
+    Scene,
+    towards,
+)
+from dolfingrip.report.scene import clamp
+from dolfingrip.report.skin import Skin, extract_skin
 
 CELL_CORNERS: Final = {4: 4, 10: 4, 8: 8, 20: 8, 27: 8}
 """Corners of an element, by its nodes."""
@@ -26,14 +37,10 @@ class Detail:
     Attributes:
         most_steps: steps; others are left out evenly, and the page says so.
         most_places: points times frames; a finer mesh is drawn by the corners of its elements.
-        clamp_mm: height of the block drawn as the clamp.
-        around_mm: how far it stands out.
     """
 
     most_steps: int = 41
     most_places: int = 700_000
-    clamp_mm: float = 8.0
-    around_mm: float = 3.0
 
 
 DETAIL: Final = Detail()
@@ -70,16 +77,7 @@ def read(collection: Path, readings: int, detail: Detail = DETAIL) -> Fields:
     files = list_steps(collection)[:readings]
     count = min(len(files), detail.most_steps)
     rows = np.unique(np.round(np.linspace(0, len(files) - 1, count)).astype(np.int64))
-    mesh: FieldMesh | None = None
-    displacements, stretches = [], []
-    for row in rows:
-        grid = read_grid(files[row])
-        mesh = mesh or read_mesh(grid)
-        displacements.append(read_point_data(grid, "displacement_mm", mesh.source))
-        if "principal_stretch" in grid.point_data:
-            stretches.append(read_point_data(grid, "principal_stretch", mesh.source))
-    assert mesh is not None  # a collection has at least one step
-    return Fields(mesh, displacements, stretches, rows)
+    return Fields(*read_steps([files[row] for row in rows]), rows)
 
 
 def shown_mesh(fields: Fields, detail: Detail = DETAIL) -> FieldMesh:
@@ -105,49 +103,38 @@ def parts(fields: Fields, name: str, detail: Detail = DETAIL, *, clamped: bool) 
     whole = extract_skin(mesh, mirror=True)
     found = []
     if (whole.side < 0).any():
-        half = one_side(whole)
+        half = whole.part(whole.side > 0)
         found.append(_part(fields, half, name, mirrored=True))
         found.append(_part(fields, extract_skin(mesh, cut=True), name, section=True))
     else:
         found.append(_part(fields, whole, name, cut=True))
     if clamped:
-        found.append(_clamp(whole, detail))
+        found.append(block("clamp", *clamp(whole), np.eye(3), np.zeros(3)))
     return found
 
 
-def one_side(skin: Skin) -> Skin:
-    """The half y ≥ 0 of a skin that was completed by its mirror image."""
-    mine = skin.side > 0
+def unloaded_shape(config: Config) -> Scene:
+    """Return the scene of a design without load, meshed from its configuration.
 
-    def kept(items: Ints) -> Ints:
-        return items[mine[items].all(axis=1)]
+    Args:
+        config: of the design.
 
-    count = int(mine.sum())  # they come first
-    return Skin(
-        skin.points[:count], skin.node[:count], skin.side[:count],
-        kept(skin.triangles), kept(skin.edges), kept(skin.creases),
-    )  # fmt: skip
-
-
-def unloaded(mesh: FieldMesh, name: str) -> list[Part]:
-    """A finger that is not loaded, with its section; its skin is that of the corners."""
-    still = Fields(mesh, [np.zeros_like(mesh.points)], [], np.zeros(1, dtype=np.int64))
-    return parts(still, name, replace(DETAIL, most_places=0), clamped=False)
+    Raises:
+        ConfigError: one line, if it cannot be meshed.
+    """
+    mesh = solid(config.changed(mesh={"order": 1}))
+    corners = mesh.cells[:, : mesh.shape.corners]
+    shape = FieldMesh(mesh.points, corners, np.arange(len(mesh.points)))
+    still = Fields(shape, [np.zeros_like(shape.points)], [], np.zeros(1, dtype=np.int64))
+    found = parts(still, "design", replace(DETAIL, most_places=0), clamped=False)
+    load = Load("", "", np.zeros(1), [""], still.rows)
+    return Scene("design", "Shape of the design", "design", found, load, towards(FINGER_VIEW))
 
 
 def _part(fields: Fields, skin: Skin, name: str, **kind: Any) -> Part:
     frames = [skin.points, *(skin.move(each) for each in fields.displacements)]
     stretch = np.array([each[skin.node] for each in fields.stretches]) if fields.stretches else None
     return Part(name, skin, np.array(frames) * UPRIGHT, stretch=stretch, **kind)
-
-
-def _clamp(skin: Skin, detail: Detail) -> Part:
-    """A block at the clamped face z = 0, a little larger than it."""
-    z = skin.points[:, 2]
-    held = skin.points[z < z.min() + 1e-6 * np.ptp(z)]
-    low, high = held.min(axis=0) - detail.around_mm, held.max(axis=0) + detail.around_mm
-    low[2], high[2] = z.min() - detail.clamp_mm, z.min()
-    return block("clamp", low, high, np.eye(3), np.zeros(3))
 
 
 def block(name: str, low: Floats, high: Floats, axes: Floats, centre: Floats) -> Part:

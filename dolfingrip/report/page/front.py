@@ -12,12 +12,13 @@ import numpy as np
 from dolfingrip import config as configuration
 from dolfingrip.charts.chart import Axis, Chart
 from dolfingrip.config import Config
+from dolfingrip.files.campaign import CampaignDesign, CampaignFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import LearntDesign, SurrogateFile
 from dolfingrip.report.design import label, learning_curve, unit_of
 from dolfingrip.report.page.content import Front, FrontPoint
 from dolfingrip.report.page.contribution import FoundResult
-from dolfingrip.report.page.design_shape import design_shape
+from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.sections.errors import ConfigError
 
@@ -48,23 +49,20 @@ class Loop:
         surrogate: folder of the training.
         learnt: what the surrogate learnt.
         optimum: the optimisation.
-        designs: computed designs: ``inputs`` and ``outputs`` by name, and the ``config`` of each.
+        campaigns: computed designs.
     """
 
     surrogate: Path | None = None
     learnt: SurrogateFile | None = None
     optimum: OptimumFile | None = None
-    designs: Sequence[Mapping[str, Any]] = ()
+    campaigns: Sequence[CampaignFile] = ()
 
     @classmethod
-    def of(
-        cls, found: Sequence[FoundResult], designs: Mapping[Path, Sequence[Mapping[str, Any]]]
-    ) -> Loop:
+    def of(cls, found: Sequence[FoundResult]) -> Loop:
         """Read a design loop.
 
         Args:
             found: results; the first of a kind counts.
-            designs: the designs of each campaign among them, by folder.
 
         Returns:
             What is known of it.
@@ -80,8 +78,13 @@ class Loop:
             trained[0] if trained else None,
             SurrogateFile.read(trained[0]) if trained else None,
             OptimumFile.read(chosen[0]) if chosen else None,
-            [row for folder in campaigns for row in designs.get(folder, ())],
+            [CampaignFile.read(folder) for folder in campaigns],
         )
+
+    @property
+    def designs(self) -> list[CampaignDesign]:
+        """The designs of all campaigns."""
+        return [each for campaign in self.campaigns for each in campaign.designs]
 
     @property
     def errors(self) -> Mapping[str, float]:
@@ -95,7 +98,7 @@ class _Design:
 
     label: str
     group: str
-    inputs: dict[str, float]
+    inputs: Mapping[str, Any]
     predicted: dict[str, float]
     computed: dict[str, float] = field(default_factory=dict)
     failure: str = ""
@@ -175,7 +178,7 @@ class _Shapes:
             self.missed += 1
             return None
         try:
-            scene = design_shape(self._base, inputs)
+            scene = unloaded_shape(configuration.changed(self._base, inputs))
         except (ConfigError, ValueError):
             self.missed += 1
             return None
@@ -193,8 +196,8 @@ def base_of(loop: Loop) -> Config | None:
         The configuration; None if it is not known.
     """
     data = loop.learnt.base if loop.learnt else None
-    if data is None and loop.designs:
-        data = loop.designs[0].get("config")
+    if data is None and loop.campaigns:
+        data = loop.campaigns[0].base
     if not data:
         return None
     try:
@@ -238,14 +241,10 @@ def _along(optimum: OptimumFile | None) -> list[_Design]:
 
 def _computed(loop: Loop) -> list[_Design]:
     """Designs of experiments that were computed."""
-    done = [row for row in loop.designs if row.get("outputs")]
+    done = [(each.inputs, each.outputs) for each in loop.designs if each.outputs]
     if done:
         keep = np.unique(np.linspace(0, len(done) - 1, min(POLICY.designs, len(done))).astype(int))
-        return [
-            _Design(f"Design {i + 1}", "design", dict(done[i]["inputs"]), {},
-                    {k: float(v) for k, v in done[i]["outputs"].items() if v is not None})
-            for i in keep
-        ]  # fmt: skip
+        return [_Design(f"Design {i + 1}", "design", done[i][0], {}, done[i][1]) for i in keep]
     learnt: list[LearntDesign] = []
     if loop.learnt is not None and loop.surrogate is not None:
         learnt = loop.learnt.designs(loop.surrogate)

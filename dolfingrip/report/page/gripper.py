@@ -12,7 +12,6 @@ from dolfingrip.charts.theme import PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
 from dolfingrip.files.columns import Columns
-from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
 from dolfingrip.report.gripper import FOOD, moments_of
 from dolfingrip.report.page.finger import DETAIL, Detail, box_skin
 from dolfingrip.report.page.scene import Floats, Part
@@ -41,19 +40,12 @@ def parts(
     Raises:
         ValueError: one line, if the fields are missing or hold something else.
     """
-    fields = folder / "fields.pvd"
     body = grasped(config.food)
-    skin, moments = moments_of(fields, config, result, body)
+    skin, moments = moments_of(folder / "fields.pvd", config, result, body)
     count = min(len(moments), detail.most_steps)
     rows = np.unique(np.round(np.linspace(0, len(moments) - 1, count)).astype(np.int64))
-    files = list_steps(fields)
-    mesh = read_mesh(read_grid(files[0]))
-    displacements, stretches = [], []
-    for row in rows:
-        grid = read_grid(files[row])
-        moved = read_point_data(grid, "displacement_mm", mesh.source)[skin.node]
-        displacements.append(np.linalg.norm(moved, axis=1))
-        stretches.append(read_point_data(grid, "principal_stretch", mesh.source)[skin.node])
+    displacements = [np.linalg.norm(moments[row].displacement, axis=1) for row in rows]
+    stretches = [moments[row].stretch for row in rows]
     up = np.array([0.0, 0.0, 1.0])
     places = np.array([moments[row].skin - up * moments[row].table_mm for row in rows])
     frames = np.concatenate([places[:1], places])
@@ -71,20 +63,9 @@ def _finger(
     skin: Skin, number: int, name: str, frames: Floats, displacement: Floats, stretch: Floats
 ) -> Part:
     """One finger of the skin."""
-    mine = np.flatnonzero(skin.side == number)
-    own = np.full(len(skin.points), -1, dtype=np.int64)
-    own[mine] = np.arange(len(mine))
-
-    def kept(items: Ints) -> Ints:
-        numbered = own[items]
-        return numbered[(numbered >= 0).all(axis=1)]
-
-    alone = Skin(
-        frames[0, mine], skin.node[mine], skin.side[mine],
-        kept(skin.triangles), kept(skin.edges), kept(skin.creases),
-    )  # fmt: skip
+    mine = skin.side == number
     return Part(
-        name, alone, frames[:, mine],
+        name, replace(skin, points=frames[0]).part(mine), frames[:, mine],
         displacement=displacement[:, mine], stretch=stretch[:, mine], cut=True,
     )  # fmt: skip
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from dolfingrip.report.page import finger, gripper
 from dolfingrip.report.page.numbers import said
-from dolfingrip.report.page.plate import plate
 from dolfingrip.report.page.runs import Run
-from dolfingrip.report.page.scene import FINGER_VIEW, GRIPPER_VIEW, Load, Scene, towards
+from dolfingrip.report.page.scene import FINGER_VIEW, GRIPPER_VIEW, Load, Part, Scene, towards
+from dolfingrip.report.scene import Plate, slab
 
 
 def scene_of(run: Run, fields: finger.Fields | None = None) -> Scene:
@@ -31,10 +31,21 @@ def _finger(run: Run, fields: finger.Fields) -> Scene:
     name = "finger" if clamped else "coupon"
     parts = finger.parts(fields, name, clamped=clamped)
     if "plate" in run.experiment.parts:
-        parts.append(plate(run, fields))
+        parts += _plate(run, fields)
     load = _load(run, fields.rows)
     alt = f"{run.title}: the deformed {name} in 3D, {said(load.values[-1], load.unit)} at the end"
     return Scene(run.title, alt, run.experiment.name, parts, load, towards(FINGER_VIEW))
+
+
+def _plate(run: Run, fields: finger.Fields) -> list[Part]:
+    """The force sensor where it stood; nothing if the run does not tell."""
+    pose = run.result.plate
+    if pose is None:
+        return []
+    rest, length = fields.mesh.points, run.result.config.plate.contact_length_mm
+    plate = Plate(pose.point_mm, pose.normal, length)
+    sizes, axes, centre = slab(rest.min(axis=0), rest.max(axis=0), plate)
+    return [finger.block("force sensor", -sizes, sizes * [0, 1, 1], axes, centre)]
 
 
 def _grasp(run: Run) -> Scene:

@@ -1,14 +1,32 @@
-"""Results in folders: what kind each is, told by its files."""
+"""The index of kinds of results, and the folders that hold them, told by their files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import pkgutil
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from dolfingrip.report.page.contribution import FoundResult
-from dolfingrip.report.page.index import MARKS
+from dolfingrip.report.page import results
+from dolfingrip.report.page.contribution import Contribution, FoundResult
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.lookup import only_class
+
+CONTRIBUTIONS: Final[tuple[Contribution, ...]] = tuple(
+    sorted(
+        (
+            only_class(f"{results.__name__}.{file.name}", Contribution)()
+            for file in pkgutil.iter_modules(results.__path__)
+        ),
+        key=lambda each: each.place,
+    )
+)
+"""One for each file of ``page/results``, in the order of the page."""
+
+MARKS: Final[Mapping[str, str]] = {
+    kind: mark for each in CONTRIBUTIONS for kind, mark in each.marks.items()
+}
+"""The file by which each kind of result is known; of two in a folder, the first counts."""
 
 EXPLORED: Final = "explore"
 """Name of a folder that the explorer keeps its solutions in; they are no results of a page."""

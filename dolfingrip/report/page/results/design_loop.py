@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
+from dolfingrip.files.campaign import CampaignFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.report.page import front
@@ -17,14 +18,14 @@ class DesignLoop(Contribution):
     """The front, its designs, and how the surrogate learnt."""
 
     marks: ClassVar = {
-        "optimise": OptimumFile.FILE, "train": SurrogateFile.FILE, "doe": "campaign.sqlite",
+        "optimise": OptimumFile.FILE, "train": SurrogateFile.FILE, "doe": CampaignFile.FILE,
     }  # fmt: skip
     titles: ClassVar = {"optimise": "chosen design", "train": "surrogate", "doe": "designs"}
     place = 20
 
     def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
         given.say("making the shapes of the designs")
-        loop = front.Loop.of(found, given.designs)
+        loop = front.Loop.of(found)
         page.front = front.front(loop)
         page.charts += front.charts(loop.surrogate)
         if page.front is not None:

@@ -30,7 +30,7 @@ class GradientFront(Contribution):
                     KeyNumber(
                         f"{improved.title} on the front",
                         with_error(last.mean, last.deviation, improved.unit), "",
-                        f"at {limited.name} ≤ {last.limit:g}",
+                        f"at {limited.title} {'≤' if limited.sign > 0 else '≥'} {last.limit:g}",
                     )
                 )  # fmt: skip
             facts = [("simulations", f"{front.simulations}, {front.failed} of them failed")]
