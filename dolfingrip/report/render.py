@@ -137,9 +137,7 @@ def draw(
     if colour_by == "displacement":
         values = [np.linalg.norm(each, axis=1) for each in displacements]
     elif not values:
-        raise ValueError(
-            f"{fields}: no stretches; allowed: displacement"
-        )
+        raise ValueError(f"{fields}: no stretches; allowed: displacement")
     skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
     range_, open_ended = _range([value[skin.node] for value in values], colour_by)
     view = CUT if shown == "section" else SIDE
