@@ -203,10 +203,10 @@ def _campaign(folder: Path) -> None:
 
 
 def _result(folder: Path) -> None:
-    from dolfingrip.report.page import build, html, sources
+    from dolfingrip.report.page import html, sources
     from dolfingrip.report.page.contribution import Given
 
-    page = build.build(sources.find([folder]), Given(), "")
+    page = sources.build(sources.find([folder]), Given(), "")
     html.rendered(page)
 
 

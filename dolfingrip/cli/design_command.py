@@ -7,13 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dolfingrip.charts import picture
-from dolfingrip.cli.console import (
-    Screen,
-    check_writable,
-    console,
-    one_process,
-    resumable,
-)
+from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import DesignSettings
 from dolfingrip.design.gradient import front, run, starts
 from dolfingrip.design.gradient.problem import Constraint, Problem

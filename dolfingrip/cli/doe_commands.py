@@ -10,13 +10,7 @@ import typer
 
 from dolfingrip import config as configuration
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import (
-    check_writable,
-    console,
-    gradient_keys,
-    one_process,
-    resumable,
-)
+from dolfingrip.cli.console import check_writable, console, gradient_keys, one_process, resumable
 from dolfingrip.cli.settings import DoeExportSettings, DoeSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, plan, space

@@ -14,12 +14,7 @@ from mpi4py import MPI
 from dolfingrip import config as configuration
 from dolfingrip.channels import PRESSURE
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import (
-    Screen,
-    check_writable,
-    console,
-    gradient_keys,
-)
+from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
 from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.experiments import pressures_kPa, synthetic

@@ -15,11 +15,7 @@ from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
-from dolfingrip.cli.console import (
-    check_writable,
-    console,
-    one_process,
-)
+from dolfingrip.cli.console import check_writable, console, one_process
 from dolfingrip.cli.experiment_commands import exit_early, run_demo
 from dolfingrip.cli.report_command import write_report
 from dolfingrip.cli.settings import (

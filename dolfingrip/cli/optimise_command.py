@@ -12,13 +12,7 @@ from rich.table import Table
 from dolfingrip import config as configuration
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
-from dolfingrip.cli.console import (
-    Screen,
-    check_writable,
-    console,
-    one_process,
-    resumable,
-)
+from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
 from dolfingrip.cli.doe_commands import DEFAULTS
 from dolfingrip.cli.settings import OptimiseSettings, TradeOffSettings
 from dolfingrip.config import Change, Config, ConfigError

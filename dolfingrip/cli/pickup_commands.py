@@ -10,13 +10,7 @@ from pathlib import Path
 import typer
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.console import (
-    Screen,
-    check_writable,
-    console,
-    one_process,
-    resumable,
-)
+from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import FrictionSettings, PickupSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import pickup as searches

@@ -10,7 +10,7 @@ from dolfingrip.cli.settings import ReportSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.files import whole
 from dolfingrip.files.columns import read_csv
-from dolfingrip.report.page import build, html, sources
+from dolfingrip.report.page import html, sources
 from dolfingrip.report.page.contribution import Given
 from dolfingrip.report.page.pdf import print_page
 
@@ -59,7 +59,7 @@ def write_report(
             table = read_csv(measured)
         except (OSError, ValueError) as error:
             raise ConfigError(f"--measured {measured}: {error}") from None
-    page = build.build(found, Given(table), title or "")
+    page = sources.build(found, Given(table), title or "")
     text = html.rendered(page).encode()
     size_MB = len(text) / MB
     if size_MB > html.LARGEST_MB:

@@ -36,11 +36,11 @@ class CampaignFile(ResultFile):
     MADE_BY: ClassVar[str] = "dolfingrip doe"
 
     schema_version: Literal[1] = 1
-    parameters: tuple[str, ...] = Field((), description="that the campaign varies")
-    quantities: tuple[str, ...] = Field((), description="outputs of each design")
+    parameters: tuple[str, ...] = Field(description="that the campaign varies")
+    quantities: tuple[str, ...] = Field(description="outputs of each design")
     objective: str = Field("", description="import path of what computes a design")
     base: dict[str, Any] = Field({}, description="configuration that the inputs are set in")
-    designs: tuple[CampaignDesign, ...] = Field((), description="in the order of entry")
+    designs: tuple[CampaignDesign, ...] = Field(description="in the order of entry")
 
     def by_key(self) -> dict[str, CampaignDesign]:
         """Designs by their keys."""

@@ -10,16 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from dolfingrip.charts.theme import (
-    BLUE,
-    DPI,
-    GREEN,
-    INK,
-    ORANGE,
-    PURPLE,
-    figure_theme,
-    save,
-)
+from dolfingrip.charts.theme import BLUE, DPI, GREEN, INK, ORANGE, PURPLE, figure_theme, save
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.report.layout import place_pictures

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from dolfingrip.report.page import build, sources
+from dolfingrip.report.page import sources
 
 CONTENT = {
     "of": "maximise force_N at 250 kPa", "objective": 3.0, "start": 2.5, "gain": 0.2,
@@ -22,7 +22,7 @@ STEPS = "simulations,accepted,objective\n1,True,2.5\n2,False,2.4\n3,True,3.0\n"
 def test_what_the_page_has(tmp_path: Path) -> None:
     (tmp_path / "design.json").write_text(json.dumps(CONTENT), encoding="utf-8")
     (tmp_path / "steps.csv").write_text(STEPS, encoding="utf-8")
-    page = build.build(sources.find([tmp_path]))
+    page = sources.build(sources.find([tmp_path]))
     accepted, refused = page.charts[0].series
     assert list(accepted.y) == [2.5, 3.0]
     assert list(refused.y) == [2.4]

@@ -25,7 +25,7 @@ from dolfingrip.files.diagnosis import (
     FittedHypothesis,
     Verdict,
 )
-from dolfingrip.report.page import build, front, html, sources
+from dolfingrip.report.page import front, html, sources
 from dolfingrip.report.page.content import Front, FrontPoint
 from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.sections.tables import assignments
@@ -106,7 +106,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("a", "b"):
         write_run(folder / name)
     write_diagnosis(folder / "diagnosed")
-    page = build.build(sources.find([folder]))
+    page = sources.build(sources.find([folder]))
     page.front = two_designs()
     written = folder / "report.html"
     written.write_text(html.rendered(page), encoding="utf-8")

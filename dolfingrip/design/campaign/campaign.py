@@ -64,9 +64,8 @@ def read(folder: Path) -> CampaignFile:
         ConfigError: one line, where there is no campaign, or its store is damaged.
     """
     with Store(folder) as store:
-        facts = store.facts() or {}
-        names = facts.get("parameters", ())
-        designs = tuple(_design(row, names) for row in store.rows())
+        facts = store.facts() or {"parameters": (), "quantities": ()}
+        designs = tuple(_design(row, facts["parameters"]) for row in store.rows())
     return CampaignFile(designs=designs, **facts)
 
 

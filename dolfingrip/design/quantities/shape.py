@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from dolfingrip.design.quantities.quantity import (
-    AskedDesign,
-    Outcome,
-    Quantity,
-    QuantitySource,
-)
+from dolfingrip.design.quantities.quantity import AskedDesign, Outcome, Quantity, QuantitySource
 
 COG, MASS = "cog_offset_mm", "mass_g"
 

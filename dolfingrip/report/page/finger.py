@@ -14,15 +14,7 @@ from dolfingrip.charts.theme import PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.report.fields import FieldMesh, list_steps, read_steps
-from dolfingrip.report.page.scene import (
-    FINGER_VIEW,
-    UPRIGHT,
-    Floats,
-    Load,
-    Part,
-    Scene,
-    towards,
-)
+from dolfingrip.report.page.scene import FINGER_VIEW, UPRIGHT, Floats, Load, Part, Scene, towards
 from dolfingrip.report.scene import clamp
 from dolfingrip.report.skin import Skin, extract_skin
 

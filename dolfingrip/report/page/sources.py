@@ -1,4 +1,4 @@
-"""The index of kinds of results, and the folders that hold them, told by their files."""
+"""The index of kinds of results: the folders that hold them, and the page that shows them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Final
 
 from dolfingrip.report.page import results
-from dolfingrip.report.page.contribution import Contribution, FoundResult
+from dolfingrip.report.page.content import Page
+from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.key_numbers import MOST, summary
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.lookup import only_class
 
@@ -74,3 +76,31 @@ def _below(folder: Path, depth: int) -> Iterator[FoundResult]:
         inside = (path for path in folder.iterdir() if path.is_dir() and path.name != EXPLORED)
         for each in sorted(inside):
             yield from _below(each, depth + 1)
+
+
+def build(found: Sequence[FoundResult], given: Given | None = None, title: str = "") -> Page:
+    """Gather everything on the page of these results.
+
+    Args:
+        found: folders with results, at least one.
+        given: what else it is made with; None: nothing.
+        title: of the page; "": made of the results.
+
+    Returns:
+        The page.
+
+    Raises:
+        ResultFileError: one line, if a result cannot be read.
+        ConfigError: one line, if its configuration cannot.
+    """
+    page, names = Page(title), []
+    for each in CONTRIBUTIONS:
+        own = [result for result in found if result.kind in each.marks]
+        if own:
+            names += each.add(page, own, given or Given())
+    checked = summary(page.checks)
+    page.numbers = page.numbers[: MOST - len(checked)] + checked
+    once = list(dict.fromkeys(names))
+    text = once[0] if len(once) == 1 else f"{', '.join(once[:-1])} and {once[-1]}"
+    page.title = title or text[0].upper() + text[1:]
+    return page

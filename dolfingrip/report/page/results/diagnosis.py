@@ -11,13 +11,7 @@ import pandas as pd
 
 from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
 from dolfingrip.report.diagnosis import overlays, panels, probabilities, residuals
-from dolfingrip.report.page.content import (
-    DiagnosisPart,
-    KeyNumber,
-    Page,
-    Source,
-    Verdict,
-)
+from dolfingrip.report.page.content import DiagnosisPart, KeyNumber, Page, Source, Verdict
 from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
 from dolfingrip.report.page.numbers import said
 
