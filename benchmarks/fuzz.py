@@ -269,7 +269,7 @@ def _message(folder: Path, rng: random.Random | None, told: Callable[[str], None
             told(one[1])
     else:
         text = damaged(text.encode(), rng).decode(errors="replace")
-    known = space.of_results([], {}, None, {}, ["morph.xi1=-0.2:1"])
+    known = space.of_results([], None, {}, ["morph.xi1=-0.2:1"])
     message = session.parsed(text)
     asked = wanted.read(known, message)
     answers = message.get("answers")

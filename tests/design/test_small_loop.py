@@ -45,9 +45,10 @@ def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None
     assert chosen.surrogate["cog_offset_mm"] <= small_loop.POLICY.largest_offset_mm
     # the original is a design of the campaign, too
     computed = next(row for row in rows.values() if not any(row.inputs.values()))
+    assert computed.outputs is not None
     assert original.fem is not None
     assert chosen.fem is not None
-    assert original.fem["force_N"] == pytest.approx(computed["outputs"]["force_N"], rel=1e-9)
+    assert original.fem["force_N"] == pytest.approx(computed.outputs["force_N"], rel=1e-9)
     assert chosen.gain == pytest.approx(chosen.fem["force_N"] / original.fem["force_N"] - 1)
     assert matplotlib.image.imread(tmp_path / "optimum" / "pareto.png")[..., :3].std() > 0.01
     small_loop.run_small_loop(SETTINGS, tmp_path, DESIGNS)

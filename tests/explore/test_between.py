@@ -115,6 +115,6 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
 
 
 def test_the_experiment_that_is_solved_is_shown_first() -> None:
-    text, _ = server.rendered(space.of_results([], {}, None, {}, ()), "blocked_force")
+    text, _ = server.rendered(space.of_results([], None, {}, ()), "blocked_force")
     assert re.findall(r'data-view="(\w+)" aria-pressed="true"', text) == ["blocked_force"]
     assert ">finger.wall_mm</label>" in text  # the key tells the unit

@@ -34,7 +34,7 @@ TOKEN = "a" * 43
 
 @pytest.fixture
 def client(tmp_path: Path) -> Iterator[TestClient]:
-    designed = space.of_results([], {}, None, {"finger.length_mm": 38, "finger.bellows": 2}, [])
+    designed = space.of_results([], None, {"finger.length_mm": 38, "finger.bellows": 2}, [])
     session = Session(designed, Library(designed), tmp_path)
     app = server.application(session, TOKEN, "127.0.0.1", PORT)
     with TestClient(app, base_url=HERE, follow_redirects=False) as found:
