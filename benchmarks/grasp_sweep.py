@@ -105,7 +105,7 @@ def outcomes(points: Sequence[Inputs], shared: Config, out: Path) -> list[Row]:
             {
                 "grasp": number,
                 **design.inputs,
-                "outcome": curve.get("outcome", f"{FAILED}{kept['failure_class']}"),
+                "outcome": curve.get("outcome", f"{FAILED}{kept.failure_class}"),
                 **{name: outputs.get(name) for name in QUANTITIES},
                 "sentence": curve.get("sentence", kept.failure),
                 "iterations": kept.iterations,

@@ -96,9 +96,9 @@ def write(source: Path, paths: list[Path]) -> int:
         WriteError: one line.
     """
     content = table(source)
-    campaign.read(source).write(source)
     for path in paths:
         _write(content, path)
+    campaign.read(source).write(source)
     return int(content.num_rows)
 
 
