@@ -21,7 +21,7 @@ from benchmarks.blind.case import Case
 from benchmarks.blind.coupons import run as coupons
 from benchmarks.blind.fingers import cases as fingers
 from benchmarks.blind.said import Bench
-from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 
 EXPECTED: Final = Path(__file__).with_name("ci.csv")
 EFFECTS: Final = (
@@ -83,7 +83,7 @@ class Answered:
         return ""
 
 
-def answered(name: str, case: Case[Any], found: CouponDiagnosis) -> Answered:
+def answered(name: str, case: Case[Any], found: Diagnosis) -> Answered:
     """The answer as a row."""
     decision = found.decision
     sets = [each for each in (decision.first, decision.second) if each]

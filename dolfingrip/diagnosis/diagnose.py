@@ -9,22 +9,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.additions.worth import next_experiments
-from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.core.numbers import check_effects
-from dolfingrip.diagnosis.coupon import diagnosis as coupons
+from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
 from dolfingrip.diagnosis.coupon.simulation import in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
-from dolfingrip.diagnosis.finger import diagnosis as fingers
+from dolfingrip.diagnosis.finger.analysis import analyse_fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.jobs.run import Progress, silent
 
@@ -102,15 +104,16 @@ def diagnose_measurement(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say, names, quick = settings.say, settings.effects, settings.quick
-    found: Diagnosis
+    analysis: Analysis[Any]
     if in_closed_form(measurement, config):
-        found = coupons.compared(measurement, config, names, say=say)
+        analysis = analyse_coupons(measurement, config, names, say=say)
     else:
-        found = fingers.compared(measurement, config, workers, names, quick=quick, say=say)
-    told = found.as_configured()
+        analysis = analyse_fingers(measurement, config, workers, names, say)
+    found = diagnosed(analysis, config, quick=quick, say=say)
+    told = analysis.configured
     shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
     found.suspicions = sentences(suspicions(found.analysis.measurement, shown))
-    found.warnings = [*measurement.warnings, *found.cautions(), *_of_the_emulator(found)]
+    found.warnings = [*measurement.warnings, *found.cautions()]
     found.quick = quick
     if quick or found.decision.answer != "cause":
         return found
@@ -123,18 +126,6 @@ def diagnose_measurement(
     )  # fmt: skip
     found.warnings += failed
     return found
-
-
-def _of_the_emulator(found: Diagnosis) -> list[str]:
-    off = found.left_by_emulator
-    if off <= 1.0:
-        return []
-    if np.isnan(off):
-        return ["the leading fit could not be simulated"]
-    return [
-        f"the fit's fast model is off by {off:.2g} standard deviations of the noise from a "
-        "simulation at its numbers"
-    ]
 
 
 def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:

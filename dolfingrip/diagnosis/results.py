@@ -15,7 +15,7 @@ from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import page
-from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, fitted
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.ten_lines import chance, channels, scatter, ten_lines
 from dolfingrip.diagnosis.core.decision import held
 from dolfingrip.diagnosis.core.search import NONE
@@ -153,8 +153,8 @@ def _readings(found: Diagnosis) -> pd.DataFrame:
     return listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
-        run=listed["test"], noise=found.analysis.errors.noise, configured=found.as_configured(),
-        before=found.with_best_modulus(), after=fitted(found.analysis, found.decision.best),
+        run=listed["test"], noise=found.analysis.errors.noise, configured=found.analysis.configured,
+        before=found.with_best_modulus(), after=found.analysis.fitted(found.decision.best),
     )  # fmt: skip
 
 

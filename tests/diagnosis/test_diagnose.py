@@ -17,8 +17,9 @@ from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.additions.worth import PredictedAddition, next_experiments
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis, _without
+from dolfingrip.diagnosis.coupon.analysis import _without
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write
@@ -30,23 +31,23 @@ COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
 TRIED = ("mooney_rivlin", "prony", "yeoh", "gent", "force_gain", "force_offset")
 
 
-def diagnosed(file: Path, store: Path, *, quick: bool = False) -> CouponDiagnosis:
+def diagnosed(file: Path, store: Path, *, quick: bool = False) -> Diagnosis:
     measurement, _ = selected(read([file]), Config())
     settings = DiagnosisSettings(quick=quick, effects=TRIED)
     return diagnose_measurement(measurement, Config(), Here(store), settings)
 
 
 @pytest.fixture(scope="module")
-def ninjaflex(store: Path) -> CouponDiagnosis:
+def ninjaflex(store: Path) -> Diagnosis:
     return diagnosed(COUPONS, store)
 
 
 @pytest.fixture(scope="module")
-def printed(ninjaflex: CouponDiagnosis, tmp_path_factory: pytest.TempPathFactory) -> Delivered:
+def printed(ninjaflex: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Delivered:
     return delivered(ninjaflex, tmp_path_factory.mktemp("printed"), [COUPONS])
 
 
-def test_printed_coupons_soften(ninjaflex: CouponDiagnosis, printed: Delivered) -> None:
+def test_printed_coupons_soften(ninjaflex: Diagnosis, printed: Delivered) -> None:
     """Against closed forms of uniaxial tension, fitted to 50 % strain outside this package:
     2 C01/mu = 0.93; g = 0.55 and tau = 5 s would do; refitted neo-Hooke leaves 4.7 times the
     error on specimens left out, where their scales are known."""
@@ -89,7 +90,7 @@ def test_a_silicone_is_a_far_softer_material(store: Path, tmp_path: Path) -> Non
     assert np.isfinite(found.left_by_emulator)
 
 
-def test_causes_without_equilibrium_are_left_out(ninjaflex: CouponDiagnosis) -> None:
+def test_causes_without_equilibrium_are_left_out(ninjaflex: Diagnosis) -> None:
     before = ninjaflex.posterior
     after = _without(before, ("mooney_rivlin",))
     effects = before.problem.effects
@@ -105,7 +106,7 @@ def test_other_rates_and_waits_would_tell_them_apart(printed: Delivered) -> None
 
 
 def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
-    ninjaflex: CouponDiagnosis,
+    ninjaflex: Diagnosis,
 ) -> None:
     """As polynomials at three times the strain that they were fitted to."""
 
@@ -127,9 +128,9 @@ def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
 
 
 def test_an_extension_that_is_not_allowed_is_a_warning(
-    ninjaflex: CouponDiagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ninjaflex: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(CouponDiagnosis, "overrides", lambda self, fit: {"material.mu_MPa": -1})
+    monkeypatch.setattr(Diagnosis, "overrides", lambda self, fit: {"material.mu_MPa": -1})
     found = replace(ninjaflex, warnings=[])
     write(found, [COUPONS], tmp_path)
     result = outcome.DiagnosisFile.read(tmp_path)
@@ -142,7 +143,7 @@ def test_an_extension_that_is_not_allowed_is_a_warning(
     assert not (tmp_path / "extended.toml").exists()
 
 
-def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
+def test_files(ninjaflex: Diagnosis, tmp_path: Path) -> None:
     found = write(ninjaflex, [COUPONS], tmp_path)
     text = (tmp_path / "diagnosis.json").read_text(encoding="utf-8")
     result = outcome.DiagnosisFile.read(tmp_path)
@@ -159,7 +160,7 @@ def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
 
 
 def test_a_implausible_modulus_is_reported_with_a_cause_that_does_as_well(
-    ninjaflex: CouponDiagnosis, tmp_path: Path
+    ninjaflex: Diagnosis, tmp_path: Path
 ) -> None:
     """Its names are no effects of the catalogue, nor is the cause one that was fitted."""
     own = replace(

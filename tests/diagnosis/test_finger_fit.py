@@ -10,9 +10,9 @@ from support import hidden_bending
 from support.delivered import Delivered, delivered
 from support.here import Here
 
+from dolfingrip.diagnosis.answer.diagnosis import MESH_UNKNOWN
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger.diagnosis import MESH_UNKNOWN
 from dolfingrip.diagnosis.simulation import meshes
 
 PRESSURES_kPa = (0, 25, 50, 75, 100)

@@ -13,8 +13,8 @@ from support.invented_coupon import WIDTH_NOISE, made, white
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
-from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import ADDITIONS
@@ -43,21 +43,21 @@ def coupon(folder: Path, *overrides: str, told: str = EXACT, **others: object) -
     return selected(read([file]), Config())[0]
 
 
-def diagnosed(measurement: Measurement, store: Path, *effects: str) -> CouponDiagnosis:
+def diagnosed(measurement: Measurement, store: Path, *effects: str) -> Diagnosis:
     return diagnose_measurement(
         measurement, Config(), Here(store), DiagnosisSettings(effects=effects)
     )
 
 
 @pytest.fixture(scope="module")
-def tied(store: Path, tmp_path_factory: pytest.TempPathFactory) -> CouponDiagnosis:
+def tied(store: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     """Its force alone, of a material that is less compressible."""
     measurement = coupon(tmp_path_factory.mktemp("force"), HIDDEN)
     return diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
 
 
 def test_the_width_tells_how_far_the_volume_changes(
-    tied: CouponDiagnosis, store: Path, tmp_path: Path
+    tied: Diagnosis, store: Path, tmp_path: Path
 ) -> None:
     """A bulk modulus that is 4.5 times as large changes the force as another law does, and the
     width at 50 % by 0.013, 6.5 standard deviations of a camera."""
@@ -74,7 +74,7 @@ def test_the_width_tells_how_far_the_volume_changes(
     assert more.low < 100 < more.high
 
 
-def test_a_camera_is_asked_for_where_the_force_ties(tied: CouponDiagnosis) -> None:
+def test_a_camera_is_asked_for_where_the_force_ties(tied: Diagnosis) -> None:
     for each in tied.next:
         print(each.name, each.gain, each.chance)
     assert tied.next[0].splits
@@ -89,7 +89,7 @@ def columns(proposal: Proposal) -> set[str]:
     return set(proposal.measurement.listed()["column"])
 
 
-def test_additions_with_a_camera(tied: CouponDiagnosis, tmp_path: Path) -> None:
+def test_additions_with_a_camera(tied: Diagnosis, tmp_path: Path) -> None:
     """Where there is none yet it takes its minutes; where there is one it goes on seeing."""
     found = by_name(tied.analysis.simulation.measurement)
     seen = {name: each for name, each in found.items() if each.kind == "coupon_width"}

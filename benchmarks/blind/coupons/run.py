@@ -13,9 +13,11 @@ from benchmarks.blind.case import Case
 from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.cases import Bench, drawn
 from benchmarks.blind.coupons.coupon import Truth
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
+from dolfingrip.diagnosis.answer.diagnosis import diagnosed as diagnose
 from dolfingrip.diagnosis.core.decision import Decision, sensitivity
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis, compared
+from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
 from dolfingrip.diagnosis.data import measurement
 
 
@@ -25,16 +27,16 @@ def bench(protocol: str, scratch: Path) -> said.Bench[Case[Truth]]:
     return said.Bench(partial(drawn, own), partial(diagnosed, own, scratch), partial(exact, own))
 
 
-def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> CouponDiagnosis:
+def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> Diagnosis:
     """A case is measured, written, read, and diagnosed up to its verdict."""
     rng = np.random.default_rng((*case.seed, 1))
     forces = coupon.measured(bench.protocol, case.truth, rng)
     file = coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
     read = measurement.read([file], bench.config)
-    return compared(read, bench.config, kept=bench.kept)
+    return diagnose(analyse_coupons(read, bench.config, kept=bench.kept), bench.config)
 
 
-def exact(bench: Bench, case: Case[Truth], found: CouponDiagnosis) -> Decision:
+def exact(bench: Bench, case: Case[Truth], found: Diagnosis) -> Decision:
     """The answer under the true covariance, and without a discrepancy, which is not there."""
     model, off = found.analysis.problem, found.analysis.errors
     listed = found.analysis.simulation.measurement.listed()

@@ -26,8 +26,8 @@ from benchmarks.blind.fingers import finger
 from benchmarks.blind.fingers.finger import MODULUS, PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.numbers import causes
-from dolfingrip.diagnosis.coupon.diagnosis import CouponDiagnosis
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.jobs.cluster import Where
@@ -168,7 +168,7 @@ def _far(truth: Truth, name: str, rng: np.random.Generator) -> tuple[Truth, Trut
     return replace(truth, far=truth.far | own), Truth(far=own), size
 
 
-def diagnosed(bench: Bench, case: Case[Truth]) -> CouponDiagnosis:
+def diagnosed(bench: Bench, case: Case[Truth]) -> Diagnosis:
     """A case is measured, written, read, and diagnosed up to its verdict."""
     true = finger.measured(bench.protocol, case.truth, bench.workers)
     readings = finger.scattered(bench.protocol, true, np.random.default_rng((*case.seed, 1)))

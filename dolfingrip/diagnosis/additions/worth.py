@@ -207,14 +207,13 @@ def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) ->
     return np.array([by_column.get(name, CHANNELS[name].noise) for name in columns])
 
 
-def shows_memory(known: Measurement, added: Measurement) -> bool:
+def shows_memory(*measurements: Measurement) -> bool:
     """Tell whether readings of the same experiments show what a material remembers.
 
-    They do where something is unloaded or waits, or is loaded at two rates, in those that are added
-    or before.
+    They do where something is unloaded or waits, or is loaded at two rates.
     """
     rates: dict[str, list[float]] = defaultdict(list)
-    for measurement in (known, added):
+    for measurement in measurements:
         for test in measurement.tests:
             rows = measurement.rows(test.number)
             if (rows["branch"] != "loading").any():

@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
+import scipy.linalg
 
+from dolfingrip.config import Change, Config
+from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation import variants
+from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
+from dolfingrip.parameter import every
+from dolfingrip.sections.section import Role
 
 
 class Simulation(Protocol):
     """The simulation of a measurement."""
 
     measurement: Measurement
+    config: Config
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +45,7 @@ class Analysis[S: Simulation](ABC):
         failed: why others could not be simulated, by name.
         implausible: numbers of the rig that may be implausible and are no effects, by name.
         not_reached: tests with readings that the model does not reach, and why.
+        wall_std: relative standard deviation of the walls; 0 where they are a linear nuisance.
     """
 
     problem: InferenceProblem
@@ -45,6 +56,9 @@ class Analysis[S: Simulation](ABC):
     failed: Mapping[str, str] = field(default_factory=dict)
     implausible: Mapping[str, Cause] = field(default_factory=dict)
     not_reached: Sequence[str] = ()
+    wall_std: float = 0.0
+
+    closed_form: ClassVar[bool]
 
     @property
     def measurement(self) -> Measurement:
@@ -56,18 +70,125 @@ class Analysis[S: Simulation](ABC):
         """(n,) whether a reading is proportional to the moduli."""
         return in_proportion(self.measurement)
 
+    @property
+    def applied(self) -> Config:
+        """Configuration of the first test's set-up; its material is that of all."""
+        return self.measurement.tests[0].setup.applied(self.simulation.config)
+
+    # -- a fit as a configuration -----------------------------------------------------------------
+
     def factor(self, fit: MapFit) -> float:
         """Return the factor of all moduli, by those configured."""
         return float(self.problem.factor(fit.zeta[0]))
 
-    def at(self, fit: MapFit, factor: float) -> dict[str, Any]:
-        """Return the change to the causes of a fit, their moduli times a factor."""
+    def walls(self, zeta: float | np.ndarray) -> np.ndarray:
+        """Thickness of the walls by that configured."""
+        return np.asarray(1 + self.wall_std * np.asarray(zeta))
+
+    def wall(self) -> tuple[str, float]:
+        """Key and value of the walls' thickness, as configured (mm)."""
+        applied = self.applied
+        return f"{applied.geometry_table}.wall_mm", applied.geometry.wall_mm
+
+    def overrides(self, fit: MapFit) -> Change:
+        """Return the change of the configuration to the numbers that every simulation is of."""
+        c = self.factor(fit)
+        found = dict(variants.overrides(self.applied, c)) if c != 1.0 else {}
+        if self.wall_std:
+            key, wall_mm = self.wall()
+            found[key] = wall_mm * float(self.walls(fit.zeta[1]))
         places = self.problem.places(fit.subset)
-        found: dict[str, Any] = {}
         for name in fit.subset:
             if name in self.causes:
-                found |= self.causes[name].overrides(fit.zeta[places[name]], factor)
+                found |= self.causes[name].overrides(fit.zeta[places[name]], c)
         return found
+
+    # -- what is linear ---------------------------------------------------------------------------
+
+    def left(self, fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual of an exact simulation at a fit, by C⁻¹ and itself, (n,) each."""
+        rest = self.problem.value - self.exact(fit)
+        total = self.problem.covariance + fit.level**2 * self.problem.kernel
+        return np.asarray(scipy.linalg.solve(total, rest, assume_a="pos")), rest
+
+    def fitted(self, fit: MapFit) -> np.ndarray:
+        """(n,) exact readings at a fit, with the rig's numbers and the specimens' own as fitted."""
+        weighed, rest = self.left(fit)
+        return np.asarray(self.problem.value - rest + self.errors.fitted @ weighed)
+
+    def nuisances(self, fit: MapFit) -> dict[str, float]:
+        """The most probable linear nuisances at a fit, by their standard deviations."""
+        weighed, _ = self.left(fit)
+        found = {each.name: float(each.change @ weighed) for each in self.errors.shared}
+        for name, places in self.problem.places(fit.subset).items():
+            if name in found:
+                found[name] += POLICY.implausible_width * float(fit.zeta[places[0]])
+        return found
+
+    def nuisance_parameters(self) -> dict[str, tuple[Nuisance, float]]:
+        """The body's own numbers that are linear nuisances, with their unit of change, by key.
+
+        They are what the laboratory told a deviation of by its key, such as a chamber's width.
+        """
+        config = self.simulation.config
+        tests = [test.setup.applied(config) for test in self.measurement.tests]
+        values = [
+            {(p.key, p.value(own)) for p in every(own) if p.section.role is Role.BODY}
+            for own in tests
+        ]
+        known = {key for key, _ in set.intersection(*values)}  # alike in all tests
+        found = {}
+        for each in self.errors.shared:
+            key, std = each.name, each.std
+            if key == WALL:
+                key, wall_mm = self.wall()
+                std *= wall_mm
+            if key in known:
+                found[key] = each, std
+        return found
+
+    def nuisance_overrides(self, fit: MapFit) -> Change:
+        """Return the change of these numbers to a fit."""
+        fitted, applied = self.nuisances(fit), self.applied
+        known = {each.key: each.value(applied) for each in every(applied)}
+        moved = {**known, **self.overrides(fit)}
+        return {
+            key: float(moved[key]) + std * fitted[each.name]
+            for key, (each, std) in self.nuisance_parameters().items()
+        }
+
+    def nuisance_change(self, fit: MapFit) -> np.ndarray:
+        """(n,) what these change of the readings at a fit, linear in them."""
+        fitted = self.nuisances(fit)
+        found = np.zeros(len(self.problem.value))
+        for each, _ in self.nuisance_parameters().values():
+            found += fitted[each.name] * each.change
+        return found
+
+    def relinearised(self, fit: MapFit, missed: np.ndarray) -> Self:
+        """With the body's own numbers linear between their middle and a fit.
+
+        Args:
+            fit: where they are so far out that derivatives at their middle mislead.
+            missed: (n,) exact readings there less linear ones. The number that changes most takes
+                it over.
+        """
+        fitted = self.nuisances(fit)
+        most = max(
+            (each for each, _ in self.nuisance_parameters().values()),
+            key=lambda each: float(np.linalg.norm(fitted[each.name] * each.change)),
+        )
+        change = most.change + missed / fitted[most.name]
+        more = np.outer(change, change) - np.outer(most.change, most.change)
+        shared = tuple(replace(e, change=change) if e is most else e for e in self.errors.shared)
+        off = replace(
+            self.errors, shared=shared, fitted=self.errors.fitted + more,
+            covariance=self.errors.covariance + more,
+        )  # fmt: skip
+        problem = replace(self.problem, covariance=self.problem.covariance + more)
+        return replace(self, errors=off, problem=problem)
+
+    # -- exact simulations ------------------------------------------------------------------------
 
     def emulator_error(self, fit: MapFit, exact: np.ndarray) -> float:
         """Largest difference of the emulators at a fit from exact readings, (n,), by the noise."""
@@ -77,3 +198,45 @@ class Analysis[S: Simulation](ABC):
     @abstractmethod
     def exact(self, fit: MapFit) -> np.ndarray:
         """(n,) readings at a fit's numbers, linear nuisances left out."""
+
+    @abstractmethod
+    def simulated(
+        self, fit: MapFit, addition: Proposal | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Simulate a fit: readings, (m,), and derivatives by ζ, (m, d); no linear nuisances.
+
+        Args:
+            fit: the hypothesis.
+            addition: whose protocols are followed, by a rig that is as reported; the measurement's
+                where None.
+
+        Raises:
+            ConfigError: one line, where the simulation does not reach all readings.
+        """
+
+    @abstractmethod
+    def covariances(
+        self, addition: Proposal, readings: np.ndarray
+    ) -> tuple[np.ndarray, float | np.ndarray]:
+        """Return covariances by nuisances of an addition: (m, m), with the readings so far (n, m).
+
+        Args:
+            addition: what may be measured.
+            readings: (m,) that are expected.
+        """
+
+    @property
+    @abstractmethod
+    def configured(self) -> np.ndarray:
+        """(n,) readings of the model as configured; NaN where it does not come so far."""
+
+    @abstractmethod
+    def verified(
+        self, posterior: ModelPosterior, say: Callable[[str], None]
+    ) -> tuple[Self, ModelPosterior, float]:
+        """Hold likely hypotheses against exact simulations, and compare all anew.
+
+        Returns:
+            The problem with what these tell, its posterior, and the largest difference of the
+            leading fit's emulators from a simulation, by the noise; NaN where that did not end.
+        """

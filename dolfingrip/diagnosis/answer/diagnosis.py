@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, Final
 
 import numpy as np
 
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.additions.worth import PredictedAddition
+from dolfingrip.diagnosis.additions.worth import PredictedAddition, Rival, shows_memory
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.gain import HeldOut
-from dolfingrip.diagnosis.core.decision import Decision, Sensitivity
+from dolfingrip.diagnosis.core.decision import Decision, Sensitivity, sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.search import NONE, ModelPosterior
+from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
+from dolfingrip.diagnosis.simulation.nuisances import WALL, modulus_keys
+from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
 from dolfingrip.parameter import find
+from dolfingrip.sections.section import Role
+
+MESH_UNKNOWN: Final = (
+    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
+    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
+)
+"""Said where there is no second mesh to compare with."""
 
 
 @dataclass(eq=False)
-class Diagnosis(ABC):
+class Diagnosis:
     """Everything that was found.
 
     Attributes:
@@ -42,8 +49,6 @@ class Diagnosis(ABC):
         downstream: what the extended model changes about a campaign's designs.
         simulated_s: time of all simulations.
         quick: whether it stopped after the screen.
-        load: what readings lie along.
-        beside: what is fitted beside the causes, in words.
     """
 
     config: Config
@@ -60,18 +65,22 @@ class Diagnosis(ABC):
     quick: bool = False
     downstream: Downstream | None = None
 
-    load: ClassVar[str]
-    beside: ClassVar[str]
+    @property
+    def load(self) -> str:
+        """What readings lie along."""
+        return "strain" if self.analysis.closed_form else "pressure"
+
+    @property
+    def beside(self) -> str:
+        """What is fitted beside the causes, in words."""
+        if self.analysis.closed_form:
+            return "each coupon's own stiffness and slack"
+        return "what else the rig may be off by"
 
     @property
     def none(self) -> MapFit:
         """The model as it is, its modulus fitted."""
         return self.posterior.best(NONE, level=0.0)
-
-    @property
-    @abstractmethod
-    def model(self) -> Config:
-        """Whose moduli are fitted."""
 
     def nuisance_values(self, c: np.ndarray, zeta: np.ndarray) -> dict[str, np.ndarray]:
         """The model's own numbers that are fitted, by key, shape (places,).
@@ -80,10 +89,12 @@ class Diagnosis(ABC):
             c: factor of all moduli, shape (places,).
             zeta: shape (places, d).
         """
-        return {
-            each.key: each.value(self.model) * c
-            for each in find(self.model, modulus_keys(self.model))
-        }
+        model = self.analysis.applied
+        found = {each.key: each.value(model) * c for each in find(model, modulus_keys(model))}
+        if self.analysis.wall_std:
+            key, wall_mm = self.analysis.wall()
+            found[key] = wall_mm * self.analysis.walls(zeta[:, 1])
+        return found
 
     def configured(self) -> dict[str, float]:
         """Return the nuisances as configured."""
@@ -114,24 +125,25 @@ class Diagnosis(ABC):
         if sigma > POLICY.implausible_sigma:
             std = 100 * self.analysis.problem.factor.std
             told += f" (prior ±{std:.2g} %: {sigma:.1f} standard deviations)"
-        walls = self.walls(fit)
-        return f"{told} and {walls} are fitted." if walls else f"{told} is fitted."
-
-    def walls(self, fit: MapFit) -> str:
-        """How thick the walls are that were fitted, in words; empty where they were not."""
-        return ""
+        if not self.analysis.wall_std:
+            return f"{told} is fitted."
+        thicker = 100 * (float(self.analysis.walls(fit.zeta[1])) - 1)
+        way = "thicker" if thicker > 0 else "thinner"
+        return f"{told} and walls {abs(thicker):.2g} % {way} than configured are fitted."
 
     def nuisances(self, fit: MapFit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
-        return {"modulus": float(fit.zeta[0])}
-
-    @abstractmethod
-    def setup_deviations(self, fit: MapFit) -> dict[str, float]:
-        """Deviations of the rig's numbers from their priors' means, in standard deviations."""
+        return dict(
+            zip(
+                ("modulus", WALL),
+                map(float, fit.zeta[: self.analysis.problem.nuisance_count]),
+                strict=False,
+            )
+        ) | self.analysis.nuisances(fit)
 
     def setup_estimates(self, fit: MapFit) -> list[SetupEstimate]:
         """Numbers of the rig at a fit, but those known exactly."""
-        deviations, found = self.setup_deviations(fit), []
+        deviations, found = self.analysis.nuisances(fit), []
         for each in self.analysis.errors.shared:
             if not each.std or each.name.startswith("specimen_scale"):
                 continue
@@ -143,59 +155,140 @@ class Diagnosis(ABC):
             found.append(SetupEstimate(each.name, unit, std, sigma * std, share))
         return found
 
-    @abstractmethod
-    def as_configured(self) -> np.ndarray:
-        """(n,) readings of the model as configured; NaN where it does not come so far."""
-
-    @abstractmethod
     def with_best_modulus(self) -> np.ndarray:
         """(n,) readings of the model without causes, what is its own fitted."""
+        return self.analysis.fitted(self.none)
 
-    @abstractmethod
     def hidden(self) -> str:
         """Causes that the readings cannot feel, in words; empty where they feel all."""
+        material = [
+            name for name in self.analysis.unseen
+            if self.analysis.closed_form and effect(name).kind in ("elastic", "dissipative")
+        ]  # fmt: skip
+        rest = ", ".join(name for name in self.analysis.unseen if name not in material)
+        if rest and self.analysis.closed_form:
+            rest = f"what only a finger or another instrument feels: {rest}"
+        told = f"{', '.join(material)} (other readings of coupons may tell)" if material else ""
+        return "; ".join(filter(None, [told, rest]))
 
-    @abstractmethod
     def cautions(self) -> list[str]:
         """List what to beware of, a sentence each."""
+        analysis, scatter = self.analysis, self.analysis.errors.scatter
+        found = []
+        if scatter.estimated and scatter.scale > POLICY.scatters * scatter.prior_scale:
+            found.append(
+                f"the specimens' stiffness scatters by {100 * scatter.scale:.2g} %, where "
+                f"{100 * scatter.prior_scale:.2g} % is believed (nuisance.specimen_scale)"
+            )
+        if not (analysis.closed_form or analysis.simulation.mesh.size):
+            found.append(MESH_UNKNOWN)
+        found += [f"{name} could not be tried: {why}" for name, why in analysis.failed.items()]
+        if np.isnan(off := self.left_by_emulator):
+            found.append("the leading fit could not be simulated")
+        elif off > 1.0:
+            found.append(
+                f"the fit's fast model is off by {off:.2g} standard deviations of the noise from a "
+                "simulation at its numbers"
+            )
+        return found
 
-    @abstractmethod
     def predict_addition(self, proposal: Proposal, fits: Sequence[MapFit]) -> PredictedAddition:
-        """Tied hypotheses at the readings of an addition."""
+        """Predict tied hypotheses at the readings of an addition.
 
-    @abstractmethod
+        Args:
+            proposal: the addition; the rig's own errors are others then.
+            fits: the hypotheses.
+
+        Raises:
+            ConfigError: one line, where a simulation does not reach all readings.
+        """
+        analysis = self.analysis
+        after = [Rival(fit.zeta, *analysis.simulated(fit, proposal)) for fit in fits]
+        # along one loading a law with memory follows any elastic one, fitted anew
+        seen = shows_memory(analysis.measurement, proposal.measurement)
+        causes = [analysis.problem.causes(fit.subset) for fit in fits]
+        remembers = np.array([any(map(_remembers, each)) for each in causes])
+        unseen = (remembers[:, None] != remembers) & (not seen)
+        return after, *analysis.covariances(proposal, after[0].readings), unseen
+
     def advice(self) -> str:
         """Advise what to do next where no cause is tied with another."""
+        decision, analysis = self.decision, self.analysis
+        named = [n for n in (*decision.first, *decision.second) if n not in analysis.problem.rig]
+        coupons = analysis.closed_form
+        if decision.answer == "unknown":
+            if coupons:
+                return "a coupon, up and down at two rates: it would tell memory from elasticity"
+            return "another channel, unloading, or a coupon: they would tell what kind it is of"
+        if decision.answer == "none":
+            if coupons:
+                return "measure the finger: the coupons agree with the model"
+            return "nothing: the readings agree with the model within their noise"
+        if not coupons:
+            if len(decision.first) > 1:
+                tied = ", ".join(decision.first)
+                return (
+                    f"measure one of these by itself: {tied}; the readings do not tell them apart"
+                )
+            return "nothing is needed: no other cause is nearly as probable as what is named"
+        if decision.nuisance_only:
+            return "measure the coupons' cross-section: it is told from the modulus by nothing else"
+        if not shows_memory(analysis.measurement) and any(map(_remembers, named)):
+            return (
+                "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape "
+                "alone tells memory here; a loop and a force that fades would prove it"
+            )
+        return "measure the finger: no other cause is nearly as probable as the first"
 
-    @abstractmethod
     def overrides(self, fit: MapFit) -> Change:
         """Return the change that makes the configuration the fitted one."""
+        return {**self.analysis.overrides(fit), **self.analysis.nuisance_overrides(fit)}
 
     def share(self, change: np.ndarray) -> float:
         """A change of the readings, (n,), by what the model as configured misses, both rms."""
-        off = self.analysis.problem.value - self.as_configured()
+        off = self.analysis.problem.value - self.analysis.configured
         come = np.isfinite(off)
         missed = float(np.linalg.norm(off[come]))
         return float(np.linalg.norm(change[come])) / missed if missed else 0.0
 
     @property
     def extended(self) -> Config:
-        """The configuration at the answer's numbers."""
-        return changed(self.config, self.overrides(self.decision.best))
+        """The body as it was drawn for the tests, at the answer's numbers; no set-up."""
+        sections = self.analysis.measurement.tests[0].setup.sections
+        classes = Config.classes()
+        drawn = {name: sections[name] for name in sections if classes[name].role is Role.BODY}
+        config = self.config.changed(**drawn) if drawn else self.config
+        return changed(config, self.overrides(self.decision.best))
 
 
-def left(analysis: Analysis[Any], fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
-    """Return the residual of an exact simulation at a fit, by C⁻¹ and itself, (n,) each."""
-    problem = analysis.problem
-    rest = problem.value - analysis.exact(fit)
-    total = problem.covariance + fit.level**2 * problem.kernel
-    return np.asarray(np.linalg.solve(total, rest)), rest
+def diagnosed(
+    analysis: Analysis[Any],
+    config: Config,
+    *,
+    quick: bool = False,
+    say: Callable[[str], None] = lambda text: None,
+) -> Diagnosis:
+    """Find out what the simulation gets wrong, and why, up to the answer.
+
+    Args:
+        analysis: readings with all that could explain them.
+        config: the model that is diagnosed.
+        quick: verify no claim that would take long.
+        say: told what is being done.
+
+    Raises:
+        SchedulerGone: the workers are gone; what was computed is kept.
+    """
+    say("comparing all causes, alone and in pairs")
+    rng = np.random.default_rng(0)
+    posterior, left = search(analysis.problem, rng, sample=not analysis.closed_form), 0.0
+    if not quick or analysis.closed_form:
+        analysis, posterior, left = analysis.verified(posterior, say)
+    return Diagnosis(config, analysis, posterior, *sensitivity(posterior), left)
 
 
-def fitted(analysis: Analysis[Any], fit: MapFit) -> np.ndarray:
-    """(n,) exact readings at a fit, with the slack and the stiffness that coupons have there."""
-    weighed, rest = left(analysis, fit)
-    return np.asarray(analysis.problem.value - rest + analysis.errors.fitted @ weighed)
+def _remembers(name: str) -> bool:
+    return name in NAMES and effect(name).kind == "dissipative"
 
 
 @dataclass(frozen=True, slots=True)

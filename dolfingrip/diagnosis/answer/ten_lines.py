@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, SetupEstimate, fitted
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, SetupEstimate
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.core.search import NONE
@@ -97,7 +97,7 @@ def _doubts(found: Diagnosis) -> str:
 
 def _configured(found: Diagnosis) -> str:
     """Tell what is off as configured, and what was fitted for it."""
-    value, simulated = found.analysis.problem.value, found.as_configured()
+    value, simulated = found.analysis.problem.value, found.analysis.configured
     come = np.isfinite(simulated)
     off = (value - simulated)[come]
     share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(value[come] ** 2))) if come.any() else 0.0
@@ -199,8 +199,8 @@ def _size(found: Diagnosis) -> str:
 
 def _fit(found: Diagnosis) -> str:
     problem = found.analysis.problem
-    before, plain = found.as_configured(), found.with_best_modulus()
-    after = fitted(found.analysis, found.decision.best)
+    before, plain = found.analysis.configured, found.with_best_modulus()
+    after = found.analysis.fitted(found.decision.best)
     named = bool(found.analysis.problem.causes(found.decision.best.subset))
     parts = []
     for name, at in channels(found).items():
@@ -248,7 +248,7 @@ def _left(found: Diagnosis) -> str:
     if decision.discrepancy < 0.5 or percent < 0.01:
         return f"{share}; what is left is no larger than noise and scatter"
     problem, along = found.analysis.problem, found.analysis.errors.along
-    rest = (problem.value - fitted(found.analysis, decision.best)) / found.analysis.errors.noise
+    rest = (problem.value - found.analysis.fitted(decision.best)) / found.analysis.errors.noise
     bands = np.minimum((along.load / PAGE.band).astype(int), int(1 / PAGE.band) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
     low, high = 100 * worst * PAGE.band, 100 * (worst + 1) * PAGE.band

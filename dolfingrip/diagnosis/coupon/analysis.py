@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import (
     SLACK,
@@ -19,10 +22,12 @@ from dolfingrip.diagnosis.answer.errors import (
     lying,
     together,
 )
+from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Emulator, Factor, Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
 from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
+from dolfingrip.diagnosis.core.search import ModelPosterior, pairs_above, searched_again
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
@@ -101,19 +106,35 @@ def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) ->
 class CouponAnalysis(Analysis[CouponSimulation]):
     """Coupons, and what could explain them."""
 
+    closed_form: ClassVar = True
+
+    @property
+    def configured(self) -> np.ndarray:
+        return self.problem.base
+
     def exact(self, fit: MapFit) -> np.ndarray:
-        """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
         return self.readings(fit.subset, fit.zeta[None], self.simulation)[0]
 
     def simulated(
-        self, subset: Subset, zeta: np.ndarray, simulation: CouponSimulation, *, rig: bool = True
+        self, fit: MapFit, addition: Proposal | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Readings, (m,), and their derivatives by ζ, (m, d); see :meth:`readings`."""
-        high = np.vstack([self.problem.baseline_box, self.problem.box(subset)])[:, 1]
-        steps = np.where(zeta + POLICY.step > high, -POLICY.step, POLICY.step)
-        every = np.vstack([zeta, zeta + np.diag(steps)])
-        first, *moved = self.readings(subset, every, simulation, rig=rig)
+        """Simulate a fit; NaN where there is no equilibrium."""
+        simulation, rig = self.simulation, addition is None
+        if addition is not None:
+            simulation = CouponSimulation(addition.measurement, simulation.config)
+        high = np.vstack([self.problem.baseline_box, self.problem.box(fit.subset)])[:, 1]
+        steps = np.where(fit.zeta + POLICY.step > high, -POLICY.step, POLICY.step)
+        every = np.vstack([fit.zeta, fit.zeta + np.diag(steps)])
+        first, *moved = self.readings(fit.subset, every, simulation, rig=rig)
         return first, (np.array(moved) - first).T / steps
+
+    def covariances(
+        self, addition: Proposal, readings: np.ndarray
+    ) -> tuple[np.ndarray, float | np.ndarray]:
+        """Return those by the stiffness of a new coupon, which is another specimen."""
+        scatter = self.errors.scatter
+        stiff = max(scatter.scale, scatter.prior_scale) * readings
+        return np.outer(stiff, stiff), 0.0
 
     def readings(
         self, subset: Subset, zeta: np.ndarray, simulation: CouponSimulation, *, rig: bool = True
@@ -138,12 +159,60 @@ class CouponAnalysis(Analysis[CouponSimulation]):
             found += emulator.at(zeta[:, np.r_[0, places[name]]]) @ emulator.columns.T
         return found
 
+    def verified(
+        self, posterior: ModelPosterior, say: Callable[[str], None]
+    ) -> tuple[CouponAnalysis, ModelPosterior, float]:
+        """Simulate likely pairs together, and causes about their fits where emulators miss."""
+        coupons, rng = self, np.random.default_rng(0)
+        likely = pairs_above(posterior, POLICY.joint)
+        if likely:
+            say(f"simulating {len(likely)} pairs of causes together")
+            coupons = with_pairs(coupons, likely)
+        posterior = searched_again(coupons.problem, posterior, rng)
+        inexact = _inexact_fits(coupons, posterior)
+        if inexact:
+            say("simulating likely causes anew about their fits")
+            coupons = refined(coupons, inexact)
+            posterior = searched_again(coupons.problem, posterior, rng)
+        while True:
+            best = sensitivity(posterior)[0].best
+            left = coupons.emulator_error(best, coupons.exact(best))
+            if np.isfinite(left):
+                return coupons, posterior, left
+            posterior = _without(posterior, coupons.problem.effects(best.subset))
+
+
+def _without(posterior: ModelPosterior, effects: Subset) -> ModelPosterior:
+    """Without effects at whose numbers some reading has no equilibrium: no emulator tells that."""
+    own = [posterior.problem.effects(fit.subset) == effects for fit in posterior.fits]
+    rest = np.where(own, 0.0, posterior.probability + np.finfo(float).tiny)
+    return replace(posterior, probability=rest / rest.sum())
+
+
+def _inexact_fits(coupons: CouponAnalysis, posterior: ModelPosterior) -> list[MapFit]:
+    """Likely fits of those causes whose emulator is not exact there."""
+    total: dict[Subset, float] = defaultdict(float)
+    likely: dict[Subset, list[MapFit]] = defaultdict(list)
+    for p, fit in posterior.weighed:
+        effects = coupons.problem.effects(fit.subset)
+        total[effects] += p
+        if p > POLICY.joint:
+            likely[effects].append(fit)
+    return [
+        fit
+        for effects, fits in likely.items()
+        if effects and total[effects] > POLICY.verified
+        and max(coupons.emulator_error(each, coupons.exact(each)) for each in fits) > POLICY.exact
+        for fit in fits
+    ]  # fmt: skip
+
 
 def analyse_coupons(
     measurement: Measurement,
     config: Config,
     names: Sequence[str] | None = None,
     kept: Kept | None = None,
+    say: Callable[[str], None] = lambda text: None,
 ) -> CouponAnalysis:
     """Simulate what every cause changes about the coupons, and make emulators of it.
 
@@ -152,10 +221,12 @@ def analyse_coupons(
         config: the model that is diagnosed.
         names: of the causes that are tried; the whole catalogue where None.
         kept: what was simulated before of coupons of this set-up on this way; it grows.
+        say: told what is being done.
 
     Raises:
         ConfigError: one line, where the configured material has no equilibrium at some reading.
     """
+    say("simulating what each effect changes about the coupons")
     simulation = CouponSimulation(measurement, config, kept)
     base = simulation.base()
     if not np.isfinite(base).all():

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
-import scipy.linalg
 
-from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
+from dolfingrip.config import Config, ConfigError, changed
+from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import Errors
+from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
+from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.first_pass import (
     first_pass,
@@ -31,65 +33,14 @@ from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance, by_log_modulus, modulus_keys
+from dolfingrip.diagnosis.simulation.nuisances import (
+    base_variant,
+    by_log_modulus,
+    modulus_keys,
+    nuisances,
+)
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
-from dolfingrip.parameter import every
-from dolfingrip.sections.section import Role
-
-
-def simulated(
-    finger: FingerAnalysis,
-    fit: MapFit,
-    measurement: Measurement,
-    mesh: Change = NO_CHANGE,
-    *,
-    rig: bool = True,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Readings, (n,), and their derivatives by ζ, (n, d); linear nuisances are left out.
-
-    Args:
-        finger: whose causes and moduli these are.
-        fit: the hypothesis.
-        measurement: whose protocols are followed.
-        mesh: changes to the mesh.
-        rig: whether numbers of the rig that are far out are so here, too.
-
-    Raises:
-        ConfigError: one line, where the simulation does not reach all readings.
-    """
-    problem = finger.problem
-    numbers = [
-        (number, place)
-        for name, places in problem.places(fit.subset).items()
-        for number, place in zip(finger.causes[name].numbers, places, strict=True)
-        if rig or name not in IMPLAUSIBLE
-    ]
-    overrides = {k: v for k, v in finger.overrides(fit).items() if rig or not _of_rig(k)}
-    gradients = [number.gradient for number, _ in numbers]
-    every = [*gradients, *modulus_keys(finger.simulation.applied)]
-    if finger.wall_std:
-        every.append(finger.wall()[0])
-    wanted = ModelVariant({**mesh, **overrides}, tuple(every))
-    (run,) = simulate(measurement, finger.simulation.config, [wanted], finger.simulation.workers)
-    if not np.isfinite(run.readings).all():
-        why = "; ".join(each.sentence for each in run.failures) or "no reading"
-        raise ConfigError(f"{' with '.join(fit.subset) or 'the model'}: {why}")
-    none = np.zeros(len(run.readings))
-    slopes = np.zeros((len(run.readings), len(fit.zeta)))
-    c = finger.factor(fit)
-    by_log = by_log_modulus(measurement, run)
-    for (number, place), key in zip(numbers, gradients, strict=True):
-        slope = run.slopes.get(key, none)
-        if number.modulus:
-            slope = slope * c
-            by_log = by_log + slope * float(number.at(fit.zeta[place]))
-        slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
-    slopes[:, 0] = by_log * problem.factor.std
-    if finger.wall_std:
-        key, wall_mm = finger.wall()
-        slopes[:, 1] = run.slopes.get(key, none) * wall_mm * finger.wall_std
-    return run.readings, slopes
 
 
 def _of_rig(key: str) -> bool:
@@ -98,104 +49,145 @@ def _of_rig(key: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class FingerAnalysis(Analysis[FingerSimulation]):
-    """Fingers, coupons beside them, and what could explain their readings.
+    """Fingers, coupons beside them, and what could explain their readings."""
 
-    Attributes:
-        wall_std: relative standard deviation of the walls; 0 where they are a linear nuisance.
-    """
+    closed_form: ClassVar = False
 
-    wall_std: float = 0.0
-
-    def walls(self, zeta: float | np.ndarray) -> np.ndarray:
-        """Thickness of the walls by that configured."""
-        return np.asarray(1 + self.wall_std * np.asarray(zeta))
-
-    def overrides(self, fit: MapFit) -> dict[str, Any]:
-        """Return the change of the configuration to a fit's numbers."""
-        c = self.factor(fit)
-        found = dict(self.simulation.moduli(c))
-        if self.wall_std:
-            key, wall_mm = self.wall()
-            found[key] = wall_mm * float(self.walls(fit.zeta[1]))
-        return found | self.at(fit, c)
-
-    def wall(self) -> tuple[str, float]:
-        """Key and value of the walls' thickness, as configured (mm)."""
-        applied = self.simulation.applied
-        return f"{applied.geometry_table}.wall_mm", applied.geometry.wall_mm
+    @property
+    def configured(self) -> np.ndarray:
+        return self.simulation.configured
 
     def exact(self, fit: MapFit) -> np.ndarray:
-        """(n,) readings at a fit's numbers, linear nuisances left out."""
+        """(n,) readings by the emulators, which simulations at fits have corrected."""
         return self.problem.predicted(fit.subset, fit.zeta)
 
-    def nuisance_parameters(self) -> dict[str, tuple[Nuisance, float]]:
-        """The finger's own numbers that are linear nuisances, with their unit of change, by key.
-
-        They are what the laboratory told a deviation of by its key, such as a chamber's width.
-        """
-        config = self.simulation.config
-        tests = [test.setup.applied(config) for test in self.simulation.measurement.tests]
-        values = [
-            {(p.key, p.value(own)) for p in every(own) if p.section.role is Role.BODY}
-            for own in tests
+    def simulated(
+        self, fit: MapFit, addition: Proposal | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        problem, simulation = self.problem, self.simulation
+        rig = addition is None
+        measurement = self.measurement if addition is None else addition.measurement
+        mesh = {} if addition is None or addition.known_mesh else simulation.flat
+        numbers = [
+            (number, place)
+            for name, places in problem.places(fit.subset).items()
+            for number, place in zip(self.causes[name].numbers, places, strict=True)
+            if rig or name not in IMPLAUSIBLE
         ]
-        known = {key for key, _ in set.intersection(*values)}  # alike in all tests
-        found = {}
-        for each in self.errors.shared:
-            key, std = each.name, each.std
-            if key == WALL:
-                key, wall_mm = self.wall()
-                std *= wall_mm
-            if key in known:
-                found[key] = each, std
-        return found
+        overrides = {k: v for k, v in self.overrides(fit).items() if rig or not _of_rig(k)}
+        gradients = [number.gradient for number, _ in numbers]
+        every = [*gradients, *modulus_keys(self.applied)]
+        if self.wall_std:
+            every.append(self.wall()[0])
+        wanted = ModelVariant({**mesh, **overrides}, tuple(every))
+        (run,) = simulate(measurement, simulation.config, [wanted], simulation.workers)
+        if not np.isfinite(run.readings).all():
+            why = "; ".join(each.sentence for each in run.failures) or "no reading"
+            raise ConfigError(f"{' with '.join(fit.subset) or 'the model'}: {why}")
+        none = np.zeros(len(run.readings))
+        slopes = np.zeros((len(run.readings), len(fit.zeta)))
+        c = self.factor(fit)
+        by_log = by_log_modulus(measurement, run)
+        for (number, place), key in zip(numbers, gradients, strict=True):
+            slope = run.slopes.get(key, none)
+            if number.modulus:
+                slope = slope * c
+                by_log = by_log + slope * float(number.at(fit.zeta[place]))
+            slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
+        slopes[:, 0] = by_log * problem.factor.std
+        if self.wall_std:
+            key, wall_mm = self.wall()
+            slopes[:, 1] = run.slopes.get(key, none) * wall_mm * self.wall_std
+        return run.readings, slopes
 
-    def nuisance_overrides(self, fit: MapFit) -> Change:
-        """Return the change of these numbers to a fit."""
-        fitted, applied = self.nuisances(fit), self.simulation.applied
-        known = {each.key: each.value(applied) for each in every(applied)}
-        moved = known | self.overrides(fit)
-        return {
-            key: float(moved[key]) + std * fitted[each.name]
-            for key, (each, std) in self.nuisance_parameters().items()
-        }
+    def covariances(
+        self, addition: Proposal, readings: np.ndarray
+    ) -> tuple[np.ndarray, float | np.ndarray]:
+        simulation, measurement = self.simulation, addition.measurement
+        config = changed(simulation.config, {} if addition.known_mesh else simulation.flat)
+        wanted = base_variant(measurement, config)
+        (base,) = simulate(measurement, config, [wanted], simulation.workers)
+        fitted = {"modulus", *(["wall"] if self.wall_std else [])}
+        old = {each.name: each.change for each in self.errors.shared}
+        n, m = len(self.problem.value), len(base.readings)
+        shared, cross = np.zeros((m, m)), np.zeros((n, m))
+        for each in nuisances(measurement, base):
+            if each.name in fitted:
+                continue
+            change = np.nan_to_num(each.change)
+            shared += np.outer(change, change)
+            if each.name in old and not each.name.startswith("plate_gap"):  # that is set once more
+                cross += np.outer(old[each.name], change)
+        return shared, cross
 
-    def nuisance_change(self, fit: MapFit) -> np.ndarray:
-        """(n,) what these change of the readings at a fit, linear in them."""
-        fitted = self.nuisances(fit)
-        found = np.zeros(len(self.problem.value))
-        for each, _ in self.nuisance_parameters().values():
-            found += fitted[each.name] * each.change
-        return found
+    def verified(
+        self, posterior: ModelPosterior, say: Callable[[str], None]
+    ) -> tuple[FingerAnalysis, ModelPosterior, float]:
+        """Simulate the leading fit; what its emulators missed they learn."""
+        finger, worst = self, float("nan")
+        known: set[Subset] = set()
+        for _ in range(POLICY.rounds):
+            fit = _leading(posterior, known)
+            causes = finger.problem.causes(fit.subset)
+            name = " with ".join(causes) or "the model"
+            try:
+                exact = np.column_stack(finger.simulated(fit))
+            except ConfigError as error:
+                say(f"a simulation at fitted numbers failed: {error}")
+                return finger, posterior, float("nan")
+            worst = finger.emulator_error(fit, exact[:, 0])
+            say(
+                f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
+                "deviations of the noise at most"
+            )
+            leading = sensitivity(posterior)[0].best
+            ends = causes in known or not finger.problem.causes(leading.subset)
+            if worst <= 1.0 and ends:
+                break
+            known.add(causes)
+            finger = replace(finger, problem=finger.problem.corrected(fit.subset, fit.zeta, exact))
+            posterior = search(finger.problem, np.random.default_rng(0))
+        return *_verify_nuisances(finger, posterior, say), worst
 
-    def relinearised(self, fit: MapFit, missed: np.ndarray) -> FingerAnalysis:
-        """With the finger's own numbers linear between their middle and a fit.
 
-        Args:
-            fit: where they are so far out that derivatives at their middle mislead.
-            missed: (n,) exact readings there less linear ones. The number that changes most takes
-                it over.
-        """
-        fitted = self.nuisances(fit)
-        most = max(
-            (each for each, _ in self.nuisance_parameters().values()),
-            key=lambda each: float(np.linalg.norm(fitted[each.name] * each.change)),
+def _verify_nuisances(
+    finger: FingerAnalysis, posterior: ModelPosterior, say: Callable[[str], None]
+) -> tuple[FingerAnalysis, ModelPosterior]:
+    """The finger's own numbers simulated where they are fitted, if any reading feels it."""
+    for _ in range(POLICY.rounds):
+        fit = sensitivity(posterior)[0].best
+        change = finger.nuisance_change(fit)
+        if np.abs(change / finger.errors.noise).max() < 1.0:
+            break
+        overrides = {**finger.overrides(fit), **finger.nuisance_overrides(fit)}
+        simulation = finger.simulation
+        (run,) = simulate(
+            simulation.measurement, simulation.config, [ModelVariant(overrides)], simulation.workers
         )
-        change = most.change + missed / fitted[most.name]
-        more = np.outer(change, change) - np.outer(most.change, most.change)
-        shared = tuple(replace(e, change=change) if e is most else e for e in self.errors.shared)
-        off = replace(
-            self.errors, shared=shared, fitted=self.errors.fitted + more,
-            covariance=self.errors.covariance + more,
-        )  # fmt: skip
-        problem = replace(self.problem, covariance=self.problem.covariance + more)
-        return replace(self, errors=off, problem=problem)
+        if not np.isfinite(run.readings).all():
+            say("the finger's own numbers, as fitted, could not be simulated")
+            break
+        worst = finger.emulator_error(fit, run.readings - change)
+        say(
+            f"a simulation at the finger's own fitted numbers differs by {worst:.2g} standard "
+            "deviations of the noise at most"
+        )
+        if worst <= 1.0:
+            break
+        missed = run.readings - change - finger.problem.predicted(fit.subset, fit.zeta)
+        finger = finger.relinearised(fit, missed)
+        posterior = search(finger.problem, np.random.default_rng(0))
+    return finger, posterior
 
-    def nuisances(self, fit: MapFit) -> dict[str, float]:
-        """The most probable linear nuisances at a fit, by their standard deviations."""
-        rest = self.problem.value - self.problem.predicted(fit.subset, fit.zeta)
-        left = scipy.linalg.solve(self.problem.covariance, rest, assume_a="pos")
-        return {each.name: float(each.change @ left) for each in self.errors.shared}
+
+def _leading(posterior: ModelPosterior, known: set[Subset]) -> MapFit:
+    """The fit that is to be simulated: of a pair first its stronger cause alone."""
+    best = sensitivity(posterior)[0].best
+    causes = posterior.problem.causes(best.subset)
+    if len(causes) < 2:
+        return best
+    alone = (max(causes, key=dict(zip(best.subset, best.strengths, strict=True)).__getitem__),)
+    return best if alone in known else posterior.best(alone, level=0.0)
 
 
 def analyse_fingers(
