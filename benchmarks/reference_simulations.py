@@ -32,7 +32,7 @@ from dolfingrip.cli import progress
 from dolfingrip.cli.console import console
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.core.numbers import tried
+from dolfingrip.diagnosis.core.unknown import tried
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.plan import analyse_plan, joined, read_alike

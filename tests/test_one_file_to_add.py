@@ -183,7 +183,7 @@ def test_the_effect_is_displayed_and_tried(copy: Path) -> None:
     square = ("--set", "extensions.force_square.square_per_N=0.1")
     code = (
         "from dolfingrip.config import Config\n"
-        "from dolfingrip.diagnosis.core.numbers import causes\n"
+        "from dolfingrip.diagnosis.core.unknown import causes\n"
         "print([len(e.numbers) for e in causes(Config(), ['force_square'])])"
     )
     *_, listed, numbers = run(

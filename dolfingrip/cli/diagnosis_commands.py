@@ -15,7 +15,7 @@ from dolfingrip.cli.console import check_writable, console, one_process, resumab
 from dolfingrip.cli.settings import DiagnoseSettings, PlanExperimentSettings, PredictSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import diagnose as diagnosing
-from dolfingrip.diagnosis.core.numbers import check_effects
+from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.page import plan_text
 from dolfingrip.diagnosis.plan import plan as planning
 from dolfingrip.diagnosis.results import write

@@ -19,7 +19,7 @@ from dolfingrip.diagnosis.additions.worth import next_experiments
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.gain import held_out
-from dolfingrip.diagnosis.core.numbers import check_effects
+from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
 from dolfingrip.diagnosis.coupon.simulation import in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured

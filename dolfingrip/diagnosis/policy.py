@@ -123,8 +123,6 @@ class ModelPolicy:
             far off.
         beside: how far to either side the moduli are spread that causes are simulated at which do
             not scale.
-        steepest: how much more or less the readings may change than the model does, where an error
-            of the control is taken to their unit.
         digits: of a simulation that is kept with the package.
     """
 
@@ -136,7 +134,6 @@ class ModelPolicy:
     weighing: tuple[float, ...] = (0.75, 1.0, 1.4)
     closer: float = 0.9
     beside: float = 1.3
-    steepest: float = 5.0
     digits: int = 7
 
 

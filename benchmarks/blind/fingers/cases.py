@@ -27,7 +27,7 @@ from benchmarks.blind.fingers.finger import MODULUS, PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.core.numbers import causes
+from dolfingrip.diagnosis.core.unknown import causes
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.jobs.cluster import Where

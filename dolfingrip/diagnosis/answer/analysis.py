@@ -5,31 +5,24 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Protocol, Self
+from typing import ClassVar, Self
 
 import numpy as np
 import scipy.linalg
 
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.answer.errors import Errors
+from dolfingrip.diagnosis.answer.errors import Errors, Simulation
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import ModelPosterior
+from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import variants
-from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
+from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance, wall
 from dolfingrip.parameter import every
 from dolfingrip.sections.section import Role
-
-
-class Simulation(Protocol):
-    """The simulation of a measurement."""
-
-    measurement: Measurement
-    config: Config
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +38,6 @@ class Analysis[S: Simulation](ABC):
         failed: why others could not be simulated, by name.
         implausible: numbers of the rig that may be implausible and are no effects, by name.
         not_reached: tests with readings that the model does not reach, and why.
-        wall_std: relative standard deviation of the walls; 0 where they are a linear nuisance.
     """
 
     problem: InferenceProblem
@@ -56,7 +48,6 @@ class Analysis[S: Simulation](ABC):
     failed: Mapping[str, str] = field(default_factory=dict)
     implausible: Mapping[str, Cause] = field(default_factory=dict)
     not_reached: Sequence[str] = ()
-    wall_std: float = 0.0
 
     closed_form: ClassVar[bool]
 
@@ -81,22 +72,12 @@ class Analysis[S: Simulation](ABC):
         """Return the factor of all moduli, by those configured."""
         return float(self.problem.factor(fit.zeta[0]))
 
-    def walls(self, zeta: float | np.ndarray) -> np.ndarray:
-        """Thickness of the walls by that configured."""
-        return np.asarray(1 + self.wall_std * np.asarray(zeta))
-
-    def wall(self) -> tuple[str, float]:
-        """Key and value of the walls' thickness, as configured (mm)."""
-        applied = self.applied
-        return f"{applied.geometry_table}.wall_mm", applied.geometry.wall_mm
-
     def overrides(self, fit: MapFit) -> Change:
         """Return the change of the configuration to the numbers that every simulation is of."""
         c = self.factor(fit)
         found = dict(variants.overrides(self.applied, c)) if c != 1.0 else {}
-        if self.wall_std:
-            key, wall_mm = self.wall()
-            found[key] = wall_mm * float(self.walls(fit.zeta[1]))
+        for number, zeta in zip(self.problem.always[1:], fit.zeta[1:], strict=False):
+            found[number.key] = float(number.at(zeta))
         places = self.problem.places(fit.subset)
         for name in fit.subset:
             if name in self.causes:
@@ -141,7 +122,7 @@ class Analysis[S: Simulation](ABC):
         for each in self.errors.shared:
             key, std = each.name, each.std
             if key == WALL:
-                key, wall_mm = self.wall()
+                key, wall_mm = wall(self.applied)
                 std *= wall_mm
             if key in known:
                 found[key] = each, std

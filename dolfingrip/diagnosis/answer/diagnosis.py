@@ -91,9 +91,8 @@ class Diagnosis:
         """
         model = self.analysis.applied
         found = {each.key: each.value(model) * c for each in find(model, modulus_keys(model))}
-        if self.analysis.wall_std:
-            key, wall_mm = self.analysis.wall()
-            found[key] = wall_mm * self.analysis.walls(zeta[:, 1])
+        for place, number in enumerate(self.analysis.problem.always[1:], 1):
+            found[number.key] = number.at(zeta[:, place])
         return found
 
     def configured(self) -> dict[str, float]:
@@ -125,9 +124,10 @@ class Diagnosis:
         if sigma > POLICY.implausible_sigma:
             std = 100 * self.analysis.problem.factor.std
             told += f" (prior ±{std:.2g} %: {sigma:.1f} standard deviations)"
-        if not self.analysis.wall_std:
+        if len(self.analysis.problem.always) == 1:
             return f"{told} is fitted."
-        thicker = 100 * (float(self.analysis.walls(fit.zeta[1])) - 1)
+        walls = self.analysis.problem.always[1].prior
+        thicker = 100 * (walls.at(float(fit.zeta[1])) / walls.at(0.0) - 1)
         way = "thicker" if thicker > 0 else "thinner"
         return f"{told} and walls {abs(thicker):.2g} % {way} than configured are fitted."
 

@@ -15,15 +15,17 @@ little of it. Readings of another channel or another protocol have their own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 import pandas as pd
 import scipy.linalg
 
 from dolfingrip.channels import TRANSVERSE_STRAIN
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
@@ -213,31 +215,63 @@ class Errors:
     sentences: tuple[str, ...]
 
 
-def together(
-    measurement: Measurement,
-    along: Along,
-    signal: np.ndarray,
-    steep: np.ndarray,
-    shared: Sequence[Nuisance],
-    fitted: np.ndarray,
+class Simulation(Protocol):
+    """The simulation of a measurement."""
+
+    measurement: Measurement
+    config: Config
+
+    @property
+    def groups(self) -> Sequence[SimulationGroup]:
+        """Tests that are simulated together."""
+
+
+def errors_of(
+    simulation: Simulation,
+    base: np.ndarray,
+    slope: np.ndarray,
+    nuisances: Callable[[np.ndarray], Sequence[Nuisance]],
+    columns: Iterable[np.ndarray] = (),
 ) -> Errors:
     """Everything but causes, as one covariance.
 
+    Where the gauge of the control has noise, and where coupons have slack, the slope by the control
+    counts. It is that of a smooth curve through the readings: a material that softens answers a
+    slip of the travel at its toe by more, and later by less, than the configured one.
+
     Args:
-        measurement: of any specimens.
-        along: where its readings lie.
-        signal: a smooth curve through them, shape (n,).
-        steep: its slope by the control, whose gauge has noise, shape (n,).
-        shared: numbers of the rig.
-        fitted: covariance of what else a fit gives the rig and each specimen, shape (n, n).
+        simulation: of the model without causes.
+        base: its readings, shape (n,).
+        slope: derivative of these by the control, shape (n,); 0 where the control rests.
+        nuisances: numbers of the rig, by the factor of the readings on ``base``, shape (n,).
+        columns: what else the model may be wrong by, one standard deviation each, (n,).
     """
+    measurement = simulation.measurement
     listed = measurement.listed()
+    along = lying(simulation)
+    factor, turned = followed(listed, along, base)
+    control, signal = listed["control"].to_numpy(), base * factor
+    moved = (np.abs(control) > 1e-9) & (slope != 0)
+    by_control = np.where(moved, along.load / np.where(moved, control, 1.0), 0.0)
+    test, row = listed["test"].to_numpy(), listed["row"].to_numpy()
+    steep = (slope * factor + base * turned * by_control) / np.sqrt(_in_a_mean(measurement))[row]
+    shared = [*nuisances(factor)]
+    fitted = sum((np.outer(each, each) for each in columns), np.zeros((len(test), len(test))))
+    slack_mm = np.array([
+        test.setup.nuisances[SLACK] if test.experiment == "coupon" else 0.0
+        for test in measurement.tests
+    ])  # fmt: skip
+    if slack_mm.any():
+        late = slack_mm[test] * steep
+        fitted += POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
+        share = float(np.sqrt(1 - POLICY.own_slack))
+        shared.insert(0, Nuisance(SLACK, "mm", share * float(slack_mm.max()), share * late))
     instrument = instruments.noise(measurement)
     covariance = np.diag(np.maximum(instrument.independent, 1e-9) ** 2) + drifting(
         listed, instrument
     )
     # one reading of the control stands behind all readings of its row
-    gauge, row = steep * instrument.control, listed["row"].to_numpy()
+    gauge = steep * instrument.control
     covariance += np.outer(gauge, gauge) * (row[:, None] == row)
     noise = np.sqrt(np.diag(covariance))
     fitted = fitted + sum(np.outer(each.change, each.change) for each in shared)
@@ -247,15 +281,17 @@ def together(
     stiff = scatter.scale * signal
     fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
     return Errors(
-        covariance + apart,
-        noise,
-        along,
-        signal,
-        tuple(shared),
-        fitted,
-        scatter,
+        covariance + apart, noise, along, signal, tuple(shared), fitted, scatter,
         instrument.sentences,
-    )
+    )  # fmt: skip
+
+
+def _in_a_mean(measurement: Measurement) -> np.ndarray:
+    """Number of rows whose mean each row's pressure or travel is: in a wait all of them."""
+    rows = measurement.readings
+    waits = (rows["branch"] == "hold").to_numpy()
+    counts = rows.groupby(["test", "leg"])["leg"].transform("size").to_numpy()
+    return np.where(waits, counts, 1)
 
 
 def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -281,30 +317,37 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
     return found, turned
 
 
-def lying(measurement: Measurement, groups: Sequence[SimulationGroup], load: np.ndarray) -> Along:
-    """Where a measurement's readings lie.
+def lying(simulation: Simulation) -> Along:
+    """Where a measurement's readings lie: loads by the largest of their experiment.
 
-    Args:
-        measurement: of any specimens.
-        groups: tests that are simulated together, whose channels share a discrepancy.
-        load: of each row by the largest, shape (rows,).
+    The load of a coupon is its strain. Channels of tests that are simulated together share a
+    discrepancy.
     """
+    measurement = simulation.measurement
     listed, rows = measurement.listed(), measurement.readings
-    number = rows["test"].to_numpy()
-    path = np.zeros(len(rows))
+    load, path = np.zeros((2, len(rows)))
+    largest: dict[str, float] = defaultdict(float)
+    of = {test.number: np.flatnonzero(rows["test"] == test.number) for test in measurement.tests}
     for test in measurement.tests:
-        mine = np.flatnonzero(number == test.number)
+        own = rows[test.control].to_numpy()[of[test.number]]
+        if test.experiment == "coupon":
+            own = own / test.setup.applied(simulation.config).coupon.gauge_length_mm
+        load[of[test.number]] = own
+        largest[test.experiment] = max(largest[test.experiment], float(np.abs(own).max()))
+    for test in measurement.tests:
+        mine = of[test.number]
+        load[mine] /= largest[test.experiment] or 1.0
         path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine])
     row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
     group = np.zeros(len(listed), dtype=int)
-    for place, each in enumerate(groups):
+    for place, each in enumerate(simulation.groups):
         group[np.isin(listed["test"].to_numpy(), each.tests)] = place
     names, channel = np.unique(column.astype(str), return_inverse=True)
     block = group * len(names) + channel
     value = listed["value"].to_numpy()
     size = np.zeros(len(listed))
-    for each in set(block):
-        size[block == each] = np.sqrt(np.mean(value[block == each] ** 2))
+    for number in set(block):
+        size[block == number] = np.sqrt(np.mean(value[block == number] ** 2))
     return Along(load[row], path[row], block, size)
 
 

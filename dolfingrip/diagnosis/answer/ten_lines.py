@@ -160,7 +160,7 @@ def _result(found: Diagnosis) -> str:
                 f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
             )
         return sentence
-    if len(decision.first) > 1 and decision.first == found.analysis.problem.baseline_names[0]:
+    if len(decision.first) > 1 and decision.first == found.analysis.problem.always[0].names:
         return (
             "Nothing else is off: either the material is so much stiffer or softer, or the "
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."

@@ -220,7 +220,7 @@ def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, 
     place = problem.implausible
     return tuple(
         each for name in names
-        for each in (problem.baseline_names[place[name]] if name in place else (name,))
+        for each in (problem.always[place[name]].names if name in place else (name,))
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from typing import Self
 import numpy as np
 from scipy.stats import qmc
 
+from dolfingrip.diagnosis.core.unknown import Factor
 from dolfingrip.diagnosis.policy import POLICY
 
 
@@ -165,24 +166,6 @@ class Stacked(Emulator):
 
     def rows(self, kept: np.ndarray) -> Self:
         return replace(super().rows(kept), parts=tuple(each.rows(kept) for each in self.parts))
-
-
-@dataclass(frozen=True, slots=True)
-class Factor:
-    """c = exp(s ζ), a log-normal number.
-
-    Attributes:
-        std: s.
-        low, high: range of ζ; draws go where no fit does.
-    """
-
-    std: float
-    low: float
-    high: float
-
-    def __call__(self, zeta: float | np.ndarray) -> np.ndarray:
-        """c, of the shape of ζ."""
-        return np.exp(self.std * np.clip(zeta, self.low, self.high))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.emulator import Emulator, Factor, Local
+from dolfingrip.diagnosis.core.emulator import Emulator, Local
+from dolfingrip.diagnosis.core.unknown import Factor, Unknown
 from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
@@ -30,7 +31,8 @@ class InferenceProblem:
     Attributes:
         value: y, shape (n,).
         base: y₀ as configured, shape (n,).
-        factor: of all moduli, the first of the model's own numbers.
+        always: the model's own numbers, which every hypothesis fits; the factor of all moduli
+            first.
         emulators: of the causes, by name.
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
@@ -42,14 +44,11 @@ class InferenceProblem:
         rig: which of the causes are numbers of the rig; they come last in every subset.
         baseline: what the nuisances change: all moduli, and others that are fitted in every
             hypothesis.
-        others: ranges of ζ of the model's own numbers beside the moduli, (m, 2).
-        baseline_names: names of each nuisance where it is implausible by its prior, in a subset by
-            the first of them; empty where it cannot be.
     """
 
     value: np.ndarray
     base: np.ndarray
-    factor: Factor
+    always: tuple[Unknown, ...]
     emulators: Mapping[str, Emulator]
     covariance: np.ndarray
     kernel: np.ndarray
@@ -58,18 +57,23 @@ class InferenceProblem:
     corrections: Mapping[Subset, Emulator] = field(default_factory=dict)
     local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
-    others: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    baseline_names: tuple[tuple[str, ...], ...] = (("modulus",),)
+
+    @property
+    def factor(self) -> Factor:
+        """The factor of all moduli, by the first of ζ."""
+        prior = self.always[0].prior
+        assert isinstance(prior, Factor)
+        return prior
 
     @property
     def baseline_box(self) -> np.ndarray:
         """Ranges of ζ of the model's own numbers, (own, 2); that of the moduli first."""
-        return np.vstack([[self.factor.low, self.factor.high], self.others])
+        return np.array([[each.low, each.high] for each in self.always])
 
     @property
     def nuisance_count(self) -> int:
         """Count of the model's own numbers, which come first in every ζ."""
-        return 1 + len(self.others)
+        return len(self.always)
 
     def rows(self, kept: np.ndarray) -> InferenceProblem:
         """Restrict the problem to some of the readings."""
@@ -84,7 +88,7 @@ class InferenceProblem:
     @property
     def implausible(self) -> dict[str, int]:
         """Which of ζ each of the model's own numbers is that may be far off, by name."""
-        return {names[0]: place for place, names in enumerate(self.baseline_names) if names}
+        return {each.names[0]: i for i, each in enumerate(self.always) if each.names}
 
     @property
     def simulated(self) -> dict[Subset, Local]:

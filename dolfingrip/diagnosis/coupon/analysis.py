@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
-from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.errors import (
-    SLACK,
-    Along,
-    Errors,
-    followed,
-    kernel,
-    lying,
-    together,
-)
+from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.emulator import Emulator, Factor, Scaled, linear, places, trained
+from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
 from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, pairs_above, searched_again
+from dolfingrip.diagnosis.core.unknown import (
+    MODULUS,
+    Cause,
+    Factor,
+    Unknown,
+    causes,
+    factor_of_moduli,
+)
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
@@ -42,64 +40,17 @@ def errors(simulation: CouponSimulation) -> Errors:
     Args:
         simulation: of the coupons.
     """
-    measurement = simulation.measurement
     base = simulation.base()
-    along = _along(simulation)
-    signal, steep = smooth(simulation, along, base)
-    test = measurement.listed()["test"].to_numpy()
-    slack = np.array([each.setup.nuisances[SLACK] for each in measurement.tests])
-    late = slack[test] * steep
-    own = POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
-    share = float(np.sqrt(1 - POLICY.own_slack))
-    shared = (
-        Nuisance(SLACK, "mm", share * float(slack.max()), share * late),
-        *_told(simulation, base, signal),
-    )
-    return together(measurement, along, signal, steep, shared, own)
 
+    def reported(factor: np.ndarray) -> list[Nuisance]:
+        """Numbers of the configuration that the laboratory gave a standard deviation."""
+        return [
+            Nuisance(key, named(key).unit, std, (simulation.base(moved={key: std}) - base) * factor)
+            for key, std in simulation.measurement.tests[0].setup.nuisances.items()
+            if "." in key and std
+        ]
 
-def smooth(
-    simulation: CouponSimulation, along: Along, base: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """A smooth curve through the readings of each channel, protocol and branch, and its slope.
-
-    The configured model times a polynomial of the load. The slope is the curve's own: a material
-    that softens answers a slip of the travel at its toe by more, and later by less, than the
-    configured one.
-
-    Returns:
-        Shapes (n,), and (n,) for each mm of travel.
-    """
-    listed = simulation.measurement.listed()
-    slope = simulation.slopes()
-    slope = np.where(np.isfinite(slope), slope, 0.0)
-    travel = listed["control"].to_numpy()
-    moved = np.abs(travel) > 1e-9
-    by_mm = np.where(moved, along.load / np.where(moved, travel, 1.0), 0.0)
-    factor, turned = followed(listed, along, base)
-    moves = slope != 0  # a wait has no slope
-    return base * factor, slope * factor + moves * base * turned * by_mm
-
-
-def _along(simulation: CouponSimulation) -> Along:
-    measurement = simulation.measurement
-    rows = measurement.readings
-    gauges = np.array(
-        [test.setup.applied(simulation.config).coupon.gauge_length_mm for test in measurement.tests]
-    )
-    number = rows["test"].to_numpy()
-    load = rows[DISPLACEMENT.name].to_numpy() / gauges[number]
-    largest = float(np.nanmax(np.abs(load))) or 1.0
-    return lying(measurement, simulation.groups, load / largest)
-
-
-def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) -> Iterator[Nuisance]:
-    """Numbers of the configuration that the laboratory gave a standard deviation."""
-    ratio = np.where(np.abs(base) > 1e-12, signal / np.where(base == 0, 1.0, base), 1.0)
-    for key, std in simulation.measurement.tests[0].setup.nuisances.items():
-        if "." in key and std:
-            change = simulation.base(moved={key: std}) - base
-            yield Nuisance(key, named(key).unit, std, change * ratio)
+    return errors_of(simulation, base, np.nan_to_num(simulation.slopes()), reported)
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,11 +209,11 @@ def analyse_coupons(
     factor = Factor(std, -reach, reach)
     scaled = in_proportion(measurement)
     problem = InferenceProblem(
-        measurement.listed()["value"].to_numpy(), base, factor,
+        measurement.listed()["value"].to_numpy(), base,
+        (factor_of_moduli(factor, (MODULUS, "coupon_area")),),
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
         off.covariance, kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
         rig=frozenset(implausible),
-        baseline_names=(("modulus", "coupon_area"),),
     )  # fmt: skip
     return CouponAnalysis(problem, felt, off, simulation, tuple(unseen), implausible=implausible)
 
@@ -270,11 +221,7 @@ def analyse_coupons(
 def _implausible(shared: Nuisance) -> Cause:
     """A number of the rig, in its unit, that may be implausible by the prior."""
     prior = Prior(0.0, POLICY.implausible_width * shared.std, "implausible by the prior")
-    any_value = (-np.inf, np.inf)
-    number = UnknownNumber(
-        shared.name, prior, -POLICY.reach, POLICY.reach, any_value, amplitude=True, listed=False
-    )
-    return Cause(shared.name, (number,), ())
+    return Cause(shared.name, (Unknown(shared.name, prior, -POLICY.reach, POLICY.reach),), ())
 
 
 def with_pairs(coupons: CouponAnalysis, pairs: Sequence[Subset]) -> CouponAnalysis:

@@ -9,7 +9,7 @@ import numpy as np
 
 from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
 from dolfingrip.config import NO_CHANGE, Change, Config, changed
-from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.schedule import StopSchedule

@@ -27,13 +27,13 @@ from dolfingrip.diagnosis.finger.model import (
     errors,
     fitted_moduli,
     fitted_walls,
-    wall_std,
 )
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached, rough_simulation
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import (
+    WALL,
     base_variant,
     by_log_modulus,
     modulus_keys,
@@ -76,9 +76,8 @@ class FingerAnalysis(Analysis[FingerSimulation]):
         ]
         overrides = {k: v for k, v in self.overrides(fit).items() if rig or not _of_rig(k)}
         gradients = [number.gradient for number, _ in numbers]
-        every = [*gradients, *modulus_keys(self.applied)]
-        if self.wall_std:
-            every.append(self.wall()[0])
+        others = problem.always[1:]
+        every = [*gradients, *modulus_keys(self.applied), *(each.key for each in others)]
         wanted = ModelVariant({**mesh, **overrides}, tuple(every))
         (run,) = simulate(measurement, simulation.config, [wanted], simulation.workers)
         if not np.isfinite(run.readings).all():
@@ -95,9 +94,9 @@ class FingerAnalysis(Analysis[FingerSimulation]):
                 by_log = by_log + slope * float(number.at(fit.zeta[place]))
             slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
         slopes[:, 0] = by_log * problem.factor.std
-        if self.wall_std:
-            key, wall_mm = self.wall()
-            slopes[:, 1] = run.slopes.get(key, none) * wall_mm * self.wall_std
+        for place, each in enumerate(others, 1):
+            by = each.prior.slope(float(fit.zeta[place]))
+            slopes[:, place] = run.slopes.get(each.key, none) * by
         return run.readings, slopes
 
     def covariances(
@@ -107,7 +106,7 @@ class FingerAnalysis(Analysis[FingerSimulation]):
         config = changed(simulation.config, {} if addition.known_mesh else simulation.flat)
         wanted = base_variant(measurement, config)
         (base,) = simulate(measurement, config, [wanted], simulation.workers)
-        fitted = {"modulus", *(["wall"] if self.wall_std else [])}
+        fitted = {"modulus", WALL} if len(self.problem.always) > 1 else {"modulus"}
         old = {each.name: each.change for each in self.errors.shared}
         n, m = len(self.problem.value), len(base.readings)
         shared, cross = np.zeros((m, m)), np.zeros((n, m))
@@ -226,9 +225,8 @@ def analyse_fingers(
         boxes={name: box_of(each) for name, each in felt.items()},
         rig=frozenset(IMPLAUSIBLE) & frozenset(felt),
     )  # fmt: skip
-    std = wall_std(simulation)
     return FingerAnalysis(
-        problem, felt, off, simulation, trained.unseen, trained.failed, wall_std=std,
+        problem, felt, off, simulation, trained.unseen, trained.failed,
         not_reached=not_reached(
             measurement, simulation.measurement, simulation.base.readings,
             simulation.failures or simulation.base.failures,
@@ -265,7 +263,7 @@ def _beyond(simulation: FingerSimulation, plain: InferenceProblem) -> float | No
     known = simulation.walls
     if not known:
         return None
-    walls = fitted_walls(plain, wall_std(simulation))
+    walls = fitted_walls(plain)
     tried = simulation.tried_walls
     if min(known) <= walls <= max(known) or walls in tried or walls <= 0:
         return None

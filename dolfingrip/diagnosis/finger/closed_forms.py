@@ -15,8 +15,8 @@ import numpy as np
 
 from dolfingrip.config import changed
 from dolfingrip.diagnosis.core.curved import SimulatedChanges
-from dolfingrip.diagnosis.core.emulator import Emulator, Factor, places, trained
-from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.core.emulator import Emulator, places, trained
+from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY

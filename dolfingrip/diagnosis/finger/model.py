@@ -6,27 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.answer.errors import (
-    SLACK,
-    Along,
-    Errors,
-    followed,
-    kernel,
-    lying,
-    together,
-)
+from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
-from dolfingrip.diagnosis.core.emulator import Factor
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, MapFit
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import levels
+from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import WALL
-
-FITTED = ("modulus",)
-"""Nuisances that every hypothesis fits."""
+from dolfingrip.diagnosis.simulation.nuisances import WALL, wall
+from dolfingrip.extensions.effect import Prior
 
 
 def errors(simulation: FingerSimulation) -> Errors:
@@ -35,41 +25,16 @@ def errors(simulation: FingerSimulation) -> Errors:
     Args:
         simulation: of the model without causes.
     """
-    measurement, base = simulation.measurement, simulation.base
-    listed = measurement.listed()
-    along = _along(simulation)
-    signal = base.readings * followed(listed, along, base.readings)[0]
-    steep = np.nan_to_num(base.by_control) * _steeper(base.readings, signal)
-    told = (*FITTED, *([WALL] if simulation.walls else []))
+    fitted = {MODULUS, WALL} if simulation.walls else {MODULUS}
     shared = [
         replace(each, change=np.nan_to_num(each.change))
         for each in simulation.nuisances
-        if each.name not in told
+        if each.name not in fitted
     ]
-    columns = list(np.nan_to_num(simulation.mesh.T))
-    for test in measurement.tests:
-        if test.experiment == "coupon":
-            own = np.where(listed["test"].to_numpy() == test.number, steep, 0.0)
-            columns.append(own * test.setup.nuisances[SLACK])
-    rest = np.zeros((len(listed), len(listed))) + sum(np.outer(each, each) for each in columns)
-    return together(measurement, along, signal, steep, shared, rest)
-
-
-def _steeper(base: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """How much more the readings change than the model does."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(np.abs(base) > 1e-9, signal / base, 1.0)
-    return np.clip(np.nan_to_num(ratio, nan=1.0), 1 / MODEL.steepest, MODEL.steepest)
-
-
-def _along(simulation: FingerSimulation) -> Along:
-    rows = simulation.measurement.readings
-    number, load = rows["test"].to_numpy(), np.zeros(len(rows))
-    for test in simulation.measurement.tests:
-        mine = np.flatnonzero(number == test.number)
-        own = rows[test.control].to_numpy()[mine]
-        load[mine] = own / (float(np.nanmax(np.abs(own))) or 1.0)
-    return lying(simulation.measurement, simulation.groups, load)
+    base = simulation.base
+    columns = np.nan_to_num(simulation.mesh.T)
+    slope = np.nan_to_num(base.by_control)
+    return errors_of(simulation, base.readings, slope, lambda factor: shared, columns)
 
 
 def wall_std(simulation: FingerSimulation) -> float:
@@ -108,11 +73,14 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     every = SimulatedChanges(zeta, told_values, slopes, nodes)
     takes = tuple(range(1 + len(own)))
     baseline = trained_on(every, own, off.noise, takes, exact=True)
-    others = np.tile([-POLICY.walls_reach, POLICY.walls_reach], (len(own), 1))
-    names = ((("modulus",) if free else ()), (WALLS,))[: 1 + len(own)]
+    always = [factor_of_moduli(factor, (MODULUS,) if free else ())]
+    if spread:
+        key, wall_mm = wall(simulation.applied)
+        prior, reach = Prior(wall_mm, wall_mm * spread, "as reported"), POLICY.walls_reach
+        always.append(Unknown(key, prior, -reach, reach, role="always", names=(WALLS,)))
     return InferenceProblem(
-        listed["value"].to_numpy(), simulation.base.readings, factor, {}, off.covariance,
-        kernel(off.along), {}, baseline, others=others, baseline_names=names,
+        listed["value"].to_numpy(), simulation.base.readings, tuple(always), {},
+        off.covariance, kernel(off.along), {}, baseline,
     )  # fmt: skip
 
 
@@ -153,14 +121,10 @@ def fitted_moduli(plain: InferenceProblem, known: float, slack: float) -> float:
     return float(np.exp(step * np.round(np.log(factor) / step)))
 
 
-def fitted_walls(plain: InferenceProblem, spread: float) -> float:
-    """The fitted thickness of the walls by that configured, in few steps.
-
-    Args:
-        plain: the model without causes.
-        spread: relative standard deviation of the walls.
-    """
-    walls = 1 + spread * float(_fitted(plain)[1])
+def fitted_walls(plain: InferenceProblem) -> float:
+    """The fitted thickness of the walls by that configured, in few steps."""
+    prior = plain.always[1].prior
+    walls = prior.at(float(_fitted(plain)[1])) / prior.at(0.0)
     step = MODEL.walls_by / 2
     return float(np.round(step * np.round(walls / step), 9))
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
-from dolfingrip.diagnosis.core.emulator import Emulator, Factor, Stacked, places
-from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places
 from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import even, nodes_of, spread
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation

@@ -11,7 +11,7 @@ import numpy as np
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.curved import Coordinate
-from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
+from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
@@ -60,7 +60,7 @@ def _tilted(cause: Cause) -> Cause:
     key = f"extensions.{TILTED}.pitch_deg"
     reach = POLICY.finger_reach
     return Cause(
-        cause.name, (UnknownNumber(key, prior, -reach, reach, (-180.0, 180.0), True, False),), ()
+        cause.name, (Unknown(key, prior, -reach, reach, (-180.0, 180.0), True, False),), ()
     )
 
 
@@ -86,7 +86,7 @@ def _implausible(measurement: Measurement, config: Config) -> list[Cause]:
         if name == "plate_gap":
             gaps = [t.setup.applied(config).plate.gap_mm for t in fingers]
             low = max(low, prior.zeta(-min(gaps)))
-        number = UnknownNumber(
+        number = Unknown(
             f"extensions.{name}.{key}", prior, low, high, bounds_of(effect(name), key), True, False
         )
         found.append(Cause(name, (number,), ()))
@@ -122,7 +122,7 @@ def _sides(own: Coordinate) -> list[Coordinate]:
     ]
 
 
-def _coordinate(cause: Cause, number: UnknownNumber) -> Coordinate:
+def _coordinate(cause: Cause, number: Unknown) -> Coordinate:
     if not number.amplitude:
         return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
     start = neutral(cause, number)
@@ -138,7 +138,7 @@ def _coordinate(cause: Cause, number: UnknownNumber) -> Coordinate:
     return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9))
 
 
-def neutral(cause: Cause, number: UnknownNumber) -> float:
+def neutral(cause: Cause, number: Unknown) -> float:
     """Value of an amplitude at which the effect does nothing."""
     name = number.key.rpartition(".")[2]
     value = effect(cause.name).neutral.get(name, 0.0)

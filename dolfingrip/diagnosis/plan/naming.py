@@ -21,9 +21,9 @@ from scipy.special import ndtri
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
-from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import NONE, Key, levels, one_at_a_time
+from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.finger.unknowns import neutral
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.files.plan import EffectOutlook
@@ -199,7 +199,7 @@ class Hidden:
         return count
 
 
-def _start_and_step(cause: Cause, number: UnknownNumber) -> tuple[float, float]:
+def _start_and_step(cause: Cause, number: Unknown) -> tuple[float, float]:
     """The value at which an amplitude does nothing, and from there to the ordinary one."""
     start = neutral(cause, number)
     step = number.prior.mean - start

@@ -54,6 +54,11 @@ class Nuisance:
     change: np.ndarray
 
 
+def wall(config: Config) -> tuple[str, float]:
+    """Key and value of the walls' thickness (mm)."""
+    return f"{config.geometry_table}.wall_mm", config.geometry.wall_mm
+
+
 def neutral_stages(config: Config) -> Change:
     """Return the change that makes the regulator's gain and offset parameters, without effect.
 

@@ -99,9 +99,8 @@ class SimulatedReadings:
     Attributes:
         variant: what was simulated.
         readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
-        by_control: (n,) change of the reading by an error of the control, for each kPa or mm of the
-            gauge's noise: the derivative, in a wait divided by the root of its number of rows,
-            whose mean is taken, and 0 in waits of models with memory.
+        by_control: (n,) derivative of the reading by the control, for each kPa or mm; 0 in waits of
+            models with memory.
         slopes: (n,) derivative by each parameter that is felt, for each unit of it; entries of a
             list are numbered, as in ``extensions.prony.g[0]``.
         failures: of simulations that left readings without a number.
@@ -207,13 +206,4 @@ def _assembled(
         if run.result.failure_class is not None and lost:
             tests = tuple(measurement.tests[number] for number in run.group.tests)
             failures.append(SimulationFailure(tests, run.result.failure or ""))
-    by_control /= np.sqrt(_in_a_mean(measurement))[row]
     return SimulatedReadings(variant, readings, by_control, slopes, failures, runs)
-
-
-def _in_a_mean(measurement: Measurement) -> np.ndarray:
-    """Number of rows whose mean each row's pressure or travel is: in a wait all of them."""
-    rows = measurement.readings
-    waits = (rows["branch"] == "hold").to_numpy()
-    counts = rows.groupby(["test", "leg"])["leg"].transform("size").to_numpy()
-    return np.where(waits, counts, 1)

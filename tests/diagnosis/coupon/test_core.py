@@ -11,10 +11,11 @@ from scipy.integrate import dblquad
 from dolfingrip.diagnosis.answer.errors import Along, kernel
 from dolfingrip.diagnosis.core import evidence
 from dolfingrip.diagnosis.core.decision import decide, sensitivity
-from dolfingrip.diagnosis.core.emulator import Factor, Scaled, linear, places, trained
+from dolfingrip.diagnosis.core.emulator import Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search, searched_again
+from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
 
 SEED = 5
 X = np.linspace(0.1, 1.0, 12)
@@ -26,7 +27,7 @@ def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> InferenceProblem:
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
     every, factor = np.ones(len(X), dtype=bool), Factor(0.1, -8.0, 8.0)
     return InferenceProblem(
-        value, BASE, factor,
+        value, BASE, (factor_of_moduli(factor),),
         {name: Scaled.of(linear(change), every, factor) for name, change in changes.items()},
         NOISE**2 * np.eye(len(X)), kernel(along),
         {name: np.array([[-3.3, 3.3]]) for name in changes}, Scaled.alone(BASE, every, factor),
@@ -159,7 +160,7 @@ def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     decision = decide(posterior)
     factor = own.factor(decision.best.zeta[0])
     assert decision.answer == "cause"
-    assert (decision.first,) == own.baseline_names
+    assert decision.first == own.always[0].names
     assert decision.probability > 0.9
     assert float(factor) == pytest.approx(1.6, rel=0.02)
 
@@ -169,7 +170,7 @@ def test_a_cause_that_needs_no_far_modulus_stands_beside_it() -> None:
     own = case(1.6 * drawn(), WAVES | {"gain": 0.4 * BASE})
     decision, under = sensitivity(search(own, np.random.default_rng(SEED)))
     assert decision.answer == "cause"
-    assert {*decision.first} == {*own.baseline_names[0], "gain"}
+    assert {*decision.first} == {*own.always[0].names, "gain"}
     assert decision.nuisance_only
     assert under.least > 0.5
 

@@ -10,10 +10,10 @@ from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.emulator import Emulator, Factor
-from dolfingrip.diagnosis.core.numbers import causes, tried
+from dolfingrip.diagnosis.core.emulator import Emulator
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
+from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli, tried
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, coordinates_of, unknowns
 from dolfingrip.extensions.index import effect
 
@@ -78,7 +78,8 @@ def case_of(readings: np.ndarray) -> InferenceProblem:
     values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
     told = SimulatedChanges(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
     return InferenceProblem(
-        readings, bend(1.0), Factor(STD, -2.5, 2.5), {"softening": softening()}, np.diag(SCALE**2),
+        readings, bend(1.0), (factor_of_moduli(Factor(STD, -2.5, 2.5)),),
+        {"softening": softening()}, np.diag(SCALE**2),
         np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
         trained_on(told, [], SCALE, (0,), exact=True),
     )  # fmt: skip

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from dolfingrip.diagnosis.core.curved import SimulatedChanges
-from dolfingrip.diagnosis.core.emulator import Factor, Scaled
+from dolfingrip.diagnosis.core.emulator import Scaled
 from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 
 SEED = 23
@@ -32,7 +33,7 @@ def read(**strengths: float) -> InferenceProblem:
     n, factor = len(X), Factor(0.2, -4.0, 4.0)
     kernel = np.diag((0.1 * BASE) ** 2)
     return InferenceProblem(
-        value, BASE, factor, {}, np.eye(n) * NOISE**2, kernel, {},
+        value, BASE, (factor_of_moduli(factor),), {}, np.eye(n) * NOISE**2, kernel, {},
         Scaled.alone(BASE, np.ones(n, bool), factor),
     )  # fmt: skip
 

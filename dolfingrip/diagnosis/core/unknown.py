@@ -1,10 +1,14 @@
-"""The numbers of a cause as standard normal ones, θ = θ(ζ), by the catalogue's priors."""
+"""What is not known: a number with its prior, as a standard normal one, θ = θ(ζ), and its role.
+
+An unknown is fitted in every hypothesis, as the factor of all moduli is, or it is a number of a
+cause that may be named.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -14,6 +18,9 @@ from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.priors import scaled_priors
+
+MODULUS: Final = "modulus"
+"""Key of the factor of all moduli, and what it is called."""
 
 
 def tried(names: Sequence[str] | None) -> list[str]:
@@ -37,27 +44,58 @@ def check_effects(names: Sequence[str] | None) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class UnknownNumber:
-    """A number of an effect that readings may tell.
+class Factor:
+    """The prior of a factor c = exp(s ζ), whose median is 1.
 
     Attributes:
-        key: of the configuration, without entry numbers.
+        std: s.
+        low, high: range of ζ; draws go where no fit does.
+    """
+
+    std: float
+    low: float
+    high: float
+
+    def __call__(self, zeta: float | np.ndarray) -> np.ndarray:
+        """c, of the shape of ζ."""
+        return np.exp(self.std * np.clip(zeta, self.low, self.high))
+
+    def at(self, zeta: float) -> float:
+        """Value at a standard normal number ζ."""
+        return float(self(zeta))
+
+    def slope(self, zeta: float) -> float:
+        """Derivative of the value by ζ."""
+        return self.std * self.at(zeta)
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """A number that readings may tell.
+
+    Attributes:
+        key: of the configuration, without entry numbers; ``modulus`` for the factor of all moduli.
         prior: of the number, for the material's stiffness.
         low, high: range of ζ, by the number's bounds and the emulator's reach.
         bounds: of the number itself.
         amplitude: whether the effect vanishes at a value of it.
         listed: whether the configuration has a list with this one entry.
         modulus: whether it is in proportion to the stiffness of the material.
+        role: fitted in every hypothesis, or of a cause that may be named.
+        names: causes that it stands for where it is implausible by its prior; one that has no name
+            is not tried so.
     """
 
     key: str
-    prior: Prior
+    prior: Prior | Factor
     low: float
     high: float
-    bounds: tuple[float, float]
-    amplitude: bool
-    listed: bool
+    bounds: tuple[float, float] = (-np.inf, np.inf)
+    amplitude: bool = True
+    listed: bool = False
     modulus: bool = False
+    role: Literal["always", "candidate"] = "candidate"
+    names: tuple[str, ...] = ()
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
@@ -73,6 +111,11 @@ class UnknownNumber:
         return {self.key: [value] if self.listed else value}
 
 
+def factor_of_moduli(factor: Factor, names: tuple[str, ...] = (MODULUS,)) -> Unknown:
+    """The factor of all moduli, which every hypothesis fits."""
+    return Unknown(MODULUS, factor, factor.low, factor.high, role="always", names=names)
+
+
 @dataclass(frozen=True, slots=True)
 class Cause:
     """An effect of the catalogue with the numbers that are fitted.
@@ -84,8 +127,8 @@ class Cause:
     """
 
     name: str
-    numbers: tuple[UnknownNumber, ...]
-    held: tuple[tuple[UnknownNumber, float], ...]
+    numbers: tuple[Unknown, ...]
+    held: tuple[tuple[Unknown, float], ...]
 
     def overrides(self, zeta: Sequence[float] | np.ndarray, factor: float = 1.0) -> Change:
         """Return the change that switches the effect on at ζ, its moduli times a factor."""
@@ -142,7 +185,7 @@ def _listed(each: type[Effect], key: str) -> bool:
     return isinstance(default, tuple)
 
 
-def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> UnknownNumber:
+def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> Unknown:
     low, high = bounds_of(each, key)
     reach = POLICY.reach
     least, most = -reach, reach
@@ -151,6 +194,6 @@ def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> U
     if np.isfinite(high):
         most = min(most, prior.zeta(high))
     name = f"extensions.{each.name()}.{key}"
-    return UnknownNumber(
+    return Unknown(
         name, prior, least, most, (low, high), amplitude, _listed(each, key), each.is_modulus(key)
     )

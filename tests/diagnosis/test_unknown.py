@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.numbers import Cause, causes
+from dolfingrip.diagnosis.core.unknown import Cause, causes
 from dolfingrip.extensions.index import effect
 
 CAUSES = causes(Config())
