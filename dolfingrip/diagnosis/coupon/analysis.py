@@ -14,8 +14,9 @@ from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear, places, trained
+from dolfingrip.diagnosis.core.emulator import Emulator, Scaled
 from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.polynomial import linear, places, trained
 from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, pairs_above, searched_again
 from dolfingrip.diagnosis.core.unknown import (

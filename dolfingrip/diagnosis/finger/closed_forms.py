@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from dolfingrip.config import changed
-from dolfingrip.diagnosis.core.curved import SimulatedChanges
-from dolfingrip.diagnosis.core.emulator import Emulator, places, trained
+from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.core.polynomial import SimulatedChanges, places, trained
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of

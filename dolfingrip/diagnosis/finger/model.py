@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
-from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, MapFit
+from dolfingrip.diagnosis.core.polynomial import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import levels
 from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Unknown, factor_of_moduli
@@ -72,7 +72,7 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     own = [Coordinate(lambda zeta: zeta, amplitude=False)] if spread else []
     every = SimulatedChanges(zeta, told_values, slopes, nodes)
     takes = tuple(range(1 + len(own)))
-    baseline = trained_on(every, own, off.noise, takes, exact=True)
+    baseline = trained_on(every, own, off.noise, takes, share=1.0, left_out=())
     always = [factor_of_moduli(factor, (MODULUS,) if free else ())]
     if spread:
         key, wall_mm = wall(simulation.applied)

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
-from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places
+from dolfingrip.diagnosis.core.emulator import Emulator, Stacked
+from dolfingrip.diagnosis.core.polynomial import Coordinate, SimulatedChanges, places, trained_on
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.finger import closed_forms

@@ -10,7 +10,7 @@ import numpy as np
 
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.curved import Coordinate
+from dolfingrip.diagnosis.core.polynomial import Coordinate
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY

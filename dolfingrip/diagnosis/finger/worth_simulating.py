@@ -13,9 +13,8 @@ from itertools import combinations
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.diagnosis.core.curved import SimulatedChanges
-from dolfingrip.diagnosis.core.emulator import principal
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
+from dolfingrip.diagnosis.core.polynomial import SimulatedChanges, principal
 from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import NONE, Key, levels
 from dolfingrip.diagnosis.finger.model import plain_fit

@@ -8,9 +8,9 @@ import pytest
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.curved import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.core.polynomial import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli, tried
@@ -81,7 +81,7 @@ def case_of(readings: np.ndarray) -> InferenceProblem:
         readings, bend(1.0), (factor_of_moduli(Factor(STD, -2.5, 2.5)),),
         {"softening": softening()}, np.diag(SCALE**2),
         np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
-        trained_on(told, [], SCALE, (0,), exact=True),
+        trained_on(told, [], SCALE, (0,), share=1.0, left_out=()),
     )  # fmt: skip
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.core.curved import SimulatedChanges
 from dolfingrip.diagnosis.core.emulator import Scaled
+from dolfingrip.diagnosis.core.polynomial import SimulatedChanges
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
