@@ -279,7 +279,7 @@ def trained(
     count, d = zeta.shape
     if box is None:
         box = np.tile([-POLICY.reach, POLICY.reach], (d, 1))
-    own = [Coordinate.within(*map(float, ends), of=i) for i, ends in enumerate(box)]
+    own = [Coordinate.within(float(low), float(high), i) for i, (low, high) in enumerate(box)]
     slopes = np.full((1, count, d, changes.shape[1]), np.nan)
     return trained_on(
         SimulatedChanges(zeta, changes[None], slopes, None), own, scale, (),

@@ -44,7 +44,7 @@ def check_effects(names: Sequence[str] | None) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Factor:
+class Factor(Prior):
     """The prior of a factor c = exp(s ζ), whose median is 1.
 
     Attributes:
@@ -52,21 +52,20 @@ class Factor:
         low, high: range of ζ; draws go where no fit does.
     """
 
-    std: float
-    low: float
-    high: float
+    std: float = 0.0
+    low: float = -np.inf
+    high: float = np.inf
+
+    @classmethod
+    def of(cls, std: float, low: float, high: float) -> Factor:
+        """Make a factor of a standard deviation of its logarithm and a range of ζ."""
+        mean = float(np.exp(std**2 / 2))
+        spread = mean * float(np.sqrt(np.expm1(std**2)))
+        return cls(mean, spread, "as reported", positive=True, std=std, low=low, high=high)
 
     def __call__(self, zeta: float | np.ndarray) -> np.ndarray:
         """c, of the shape of ζ."""
         return np.exp(self.std * np.clip(zeta, self.low, self.high))
-
-    def at(self, zeta: float) -> float:
-        """Value at a standard normal number ζ."""
-        return float(self(zeta))
-
-    def slope(self, zeta: float) -> float:
-        """Derivative of the value by ζ."""
-        return self.std * self.at(zeta)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +86,7 @@ class Unknown:
     """
 
     key: str
-    prior: Prior | Factor
+    prior: Prior
     low: float
     high: float
     bounds: tuple[float, float] = (-np.inf, np.inf)

@@ -207,7 +207,7 @@ def analyse_coupons(
     setups = [test.setup.nuisances for test in measurement.tests]
     std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
     reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
-    factor = Factor(std, -reach, reach)
+    factor = Factor.of(std, -reach, reach)
     scaled = in_proportion(measurement)
     problem = InferenceProblem(
         measurement.listed()["value"].to_numpy(), base,

@@ -54,7 +54,7 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
     ends = ends / std if free else np.array([-1.0, 1.0])
-    factor = Factor(std, *map(float, ends))
+    factor = Factor.of(std, *map(float, ends))
     nodes = nodes_of(ends)
     spread = wall_std(simulation)
     known = sorted(simulation.walls)

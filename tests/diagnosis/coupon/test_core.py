@@ -26,7 +26,7 @@ NOISE = 0.05
 
 def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> InferenceProblem:
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    every, factor = np.ones(len(X), dtype=bool), Factor(0.1, -8.0, 8.0)
+    every, factor = np.ones(len(X), dtype=bool), Factor.of(0.1, -8.0, 8.0)
     return InferenceProblem(
         value, BASE, (factor_of_moduli(factor),),
         {name: Scaled.of(linear(change), every, factor) for name, change in changes.items()},

@@ -78,7 +78,7 @@ def case_of(readings: np.ndarray) -> InferenceProblem:
     values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
     told = SimulatedChanges(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
     return InferenceProblem(
-        readings, bend(1.0), (factor_of_moduli(Factor(STD, -2.5, 2.5)),),
+        readings, bend(1.0), (factor_of_moduli(Factor.of(STD, -2.5, 2.5)),),
         {"softening": softening()}, np.diag(SCALE**2),
         np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
         trained_on(told, [], SCALE, (0,), share=1.0, left_out=()),

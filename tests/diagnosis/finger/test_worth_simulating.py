@@ -30,7 +30,7 @@ def read(**strengths: float) -> InferenceProblem:
     value = 0.9 * BASE + NOISE * rng.standard_normal(len(X))
     for name, sigma in strengths.items():
         value = value + sigma * NOISE * CHANGES[name] / np.linalg.norm(CHANGES[name])
-    n, factor = len(X), Factor(0.2, -4.0, 4.0)
+    n, factor = len(X), Factor.of(0.2, -4.0, 4.0)
     kernel = np.diag((0.1 * BASE) ** 2)
     return InferenceProblem(
         value, BASE, (factor_of_moduli(factor),), {}, np.eye(n) * NOISE**2, kernel, {},
