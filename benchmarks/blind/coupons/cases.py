@@ -106,7 +106,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     slack, gauge = (width[name] * float(rng.standard_normal()) for name in NUISANCES[:2])
     truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * slack,
                   gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * gauge)  # fmt: skip
-    effects = tuple(bench.plain.causes)
+    effects = tuple(bench.plain.effects)
     names: tuple[str, ...] = ()
     zeta: list[float] = []
     sigma: list[float] = []

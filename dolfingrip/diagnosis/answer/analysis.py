@@ -21,6 +21,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance, wall
+from dolfingrip.extensions.index import NAMES
 from dolfingrip.parameter import every
 from dolfingrip.sections.section import Role
 
@@ -31,12 +32,11 @@ class Analysis[S: Simulation](ABC):
 
     Attributes:
         problem: readings, emulators and covariance.
-        causes: by name.
+        causes: by name; of coupons numbers of the rig, too, which are no effects.
         errors: what the covariance is made of.
         simulation: of the model.
         unseen: causes that no reading feels.
         failed: why others could not be simulated, by name.
-        implausible: numbers of the rig that may be implausible and are no effects, by name.
         not_reached: tests with readings that the model does not reach, and why.
     """
 
@@ -46,7 +46,6 @@ class Analysis[S: Simulation](ABC):
     simulation: S
     unseen: Sequence[str]
     failed: Mapping[str, str] = field(default_factory=dict)
-    implausible: Mapping[str, Cause] = field(default_factory=dict)
     not_reached: Sequence[str] = ()
 
     closed_form: ClassVar[bool]
@@ -60,6 +59,11 @@ class Analysis[S: Simulation](ABC):
     def scaled(self) -> np.ndarray:
         """(n,) whether a reading is proportional to the moduli."""
         return in_proportion(self.measurement)
+
+    @property
+    def effects(self) -> dict[str, Cause]:
+        """Causes that are no numbers of the rig."""
+        return {name: one for name, one in self.causes.items() if name not in self.problem.rig}
 
     @property
     def applied(self) -> Config:
@@ -80,7 +84,7 @@ class Analysis[S: Simulation](ABC):
             found[number.key] = float(number.at(zeta))
         places = self.problem.places(fit.subset)
         for name in fit.subset:
-            if name in self.causes:
+            if name in NAMES:
                 found |= self.causes[name].overrides(fit.zeta[places[name]], c)
         return found
 

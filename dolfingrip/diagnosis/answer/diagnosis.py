@@ -111,9 +111,8 @@ class Diagnosis:
         c = problem.factor(every[:, 0])
         values = list(self.nuisance_values(c, every).items())
         for name, places in problem.places(fit.subset).items():
-            cause = told.causes.get(name) or told.implausible[name]
-            for number, place in zip(cause.numbers, places, strict=True):
-                scale = c if name in told.causes and number.modulus else 1.0
+            for number, place in zip(told.causes[name].numbers, places, strict=True):
+                scale = c if number.modulus else 1.0
                 values.append((number.key, number.at(every[:, place]) * scale))
         return [_estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 

@@ -101,12 +101,12 @@ class CouponAnalysis(Analysis[CouponSimulation]):
         """
         problem, places = self.problem, self.problem.places(subset)
         found = np.tile(simulation.base(), (len(zeta), 1))
-        if acting := [name for name in places if name in self.causes]:
+        if acting := [name for name in places if name not in problem.rig]:
             own = np.concatenate([places[name] for name in acting])
             found += simulation.changed([self.causes[name] for name in acting], zeta[:, own])
         scaled = in_proportion(simulation.measurement)
         found *= np.where(scaled, problem.factor(zeta[:, :1]), 1.0)
-        for name in [each for each in places if rig and each in self.implausible]:
+        for name in [each for each in places if rig and each in problem.rig]:
             emulator = problem.emulators[name]
             found += emulator.at(zeta[:, np.r_[0, places[name]]]) @ emulator.columns.T
         return found
@@ -190,8 +190,8 @@ def analyse_coupons(
     emulators: dict[str, Emulator] = {}
     boxes: dict[str, np.ndarray] = {}
     felt: dict[str, Cause] = {}
-    implausible: dict[str, Cause] = {}
     unseen: list[str] = []
+    rig: set[str] = set()
     for cause in causes(config, names):
         found = _emulated(simulation, cause, off)
         if found is None:
@@ -201,9 +201,10 @@ def analyse_coupons(
         emulators[cause.name], boxes[cause.name] = found, cause.box()
     for each in off.shared:  # where it is implausible it is a cause
         if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible:
-            implausible[each.name] = _implausible(each)
+            rig.add(each.name)
+            felt[each.name] = _implausible(each)
             emulators[each.name] = linear(POLICY.implausible_width * each.change)
-            boxes[each.name] = implausible[each.name].box()
+            boxes[each.name] = felt[each.name].box()
     setups = [test.setup.nuisances for test in measurement.tests]
     std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
     reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
@@ -214,9 +215,9 @@ def analyse_coupons(
         (factor_of_moduli(factor, (MODULUS, "coupon_area")),),
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
         off.covariance, kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
-        rig=frozenset(implausible),
+        rig=frozenset(rig),
     )  # fmt: skip
-    return CouponAnalysis(problem, felt, off, simulation, tuple(unseen), implausible=implausible)
+    return CouponAnalysis(problem, felt, off, simulation, tuple(unseen))
 
 
 def _implausible(shared: Nuisance) -> Cause:

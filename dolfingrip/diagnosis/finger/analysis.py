@@ -11,24 +11,13 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
+from dolfingrip.diagnosis.core.problem import Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.first_pass import (
-    first_pass,
-    refine_until_consistent,
-    truncate_before_failure,
-)
-from dolfingrip.diagnosis.finger.model import (
-    baseline_problem,
-    errors,
-    fitted_moduli,
-    fitted_walls,
-)
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached, rough_simulation
+from dolfingrip.diagnosis.finger.model import model
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
@@ -211,7 +200,7 @@ def analyse_fingers(
     Raises:
         ConfigError: one line, where nothing can be simulated.
     """
-    simulation, off, plain = _model(measurement, config, workers, say)
+    simulation, off, plain = model(measurement, config, workers, say)
     centre = simulation.centre
     causes = unknowns(simulation.measurement, simulation.lab, names, walls=bool(simulation.walls))
     say(f"simulating what {len(causes)} causes change")
@@ -232,39 +221,3 @@ def analyse_fingers(
             simulation.failures or simulation.base.failures,
         ),
     )  # fmt: skip
-
-
-def _model(
-    measurement: Measurement, config: Config, workers: Workers, say: Callable[[str], None]
-) -> tuple[FingerSimulation, Errors, InferenceProblem]:
-    """The model without causes, simulated where its moduli and walls follow the readings."""
-    rough, configured = first_pass(measurement, config, workers, say)
-    for _ in range(POLICY.passes):
-        say("simulating the measurement on a graded mesh")
-        simulation = refine_until_consistent(rough, configured)
-        off = errors(simulation)
-        plain = baseline_problem(simulation, off)
-        while (walls := _beyond(simulation, plain)) is not None:
-            say(f"the walls are about {walls:.2g} times as thick as configured; simulating there")
-            simulation = simulation.with_walls(walls)
-            plain = baseline_problem(simulation, off)
-        centre = fitted_moduli(plain, simulation.centre, POLICY.near_enough)
-        if centre == simulation.centre:
-            break
-        say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-        rough = truncate_before_failure(
-            rough_simulation(measurement, config, workers, simulation.flat, centre)
-        )
-    return simulation, off, plain
-
-
-def _beyond(simulation: FingerSimulation, plain: InferenceProblem) -> float | None:
-    """Walls that the readings ask for beyond those that were simulated; None where they do not."""
-    known = simulation.walls
-    if not known:
-        return None
-    walls = fitted_walls(plain)
-    tried = simulation.tried_walls
-    if min(known) <= walls <= max(known) or walls in tried or walls <= 0:
-        return None
-    return walls

@@ -52,8 +52,8 @@ class FingerSimulation:
         nuisances: what else the readings change by.
         mesh: (n, 1) what the mesh may get wrong; (n, 0) where it cannot be told.
         plain: on the mesh that causes are simulated on, with headroom.
-        others: base simulations at other moduli, by factor, where the model does not scale.
-        rough: the same on the mesh of the causes.
+        fine: base simulations by the factor of all moduli: one where these scale it, else several.
+        coarse: the same on the mesh of the causes.
         walls: base simulations by the thickness of the walls, by that configured; empty where these
             are a linear nuisance.
         configured: readings with the moduli as configured, (n,); NaN where these are not reached.
@@ -71,8 +71,8 @@ class FingerSimulation:
     nuisances: Sequence[Nuisance]
     mesh: np.ndarray
     plain: SimulatedReadings
-    others: dict[float, SimulatedReadings]
-    rough: dict[float, SimulatedReadings]
+    fine: dict[float, SimulatedReadings]
+    coarse: dict[float, SimulatedReadings]
     walls: Mapping[float, SimulatedReadings]
     configured: np.ndarray
     failures: Sequence[SimulationFailure] = ()
@@ -179,14 +179,12 @@ class FingerSimulation:
 
     def base_rows(self, factor: float) -> list[dict[str, np.ndarray]]:
         """Rows of the base model with all moduli ``factor`` times as configured."""
-        if self.scales:
-            return self.rows(self.base, factor / self.centre)
-        return self._between(self.others, factor)
+        return self._between(self.fine, factor)
 
     def _between(
         self, known: dict[float, SimulatedReadings], factor: float
     ) -> list[dict[str, np.ndarray]]:
-        """Rows at moduli between those of some simulations."""
+        """Rows at other moduli than those of some simulations, or between these."""
         parts = _lagrange(np.log([*known]), float(np.log(factor)))
         every = [self.rows(s, factor / c) for c, s in known.items()]
         return [
@@ -201,12 +199,6 @@ class FingerSimulation:
         """(n,) readings of the base model at other moduli."""
         return self.listed(self.base_rows(factor))
 
-    def plain_at(self, factor: float) -> np.ndarray:
-        """(n,) the same on the mesh of the causes, the factor by ``centre``."""
-        if self.rough:
-            return self.listed(self._between(self.rough, factor * self.centre))
-        return self.at(self.plain, factor)
-
     def graded(
         self, readings: np.ndarray, slopes: np.ndarray, factor: float
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -215,7 +207,7 @@ class FingerSimulation:
 
     def graded_at(self, factor: float) -> np.ndarray:
         """(n,) readings of the model at other moduli, mapped from the mesh of the causes."""
-        plain = self.plain_at(factor / self.centre)
+        plain = self.listed(self._between(self.coarse, factor))
         return self.graded(plain, np.zeros((len(plain), 0)), factor)[0]
 
 
@@ -260,9 +252,10 @@ def rough_simulation(
     variant = ModelVariant({**flat, **moved}, headroom=headroom)
     (plain,) = simulate(measurement, config, [variant], workers)
     none = np.zeros((len(plain.readings), 0))
-    weighed = ModelVariant(flat, headroom=headroom)
-    scale = variants.scale_all(plain.runs)
-    nodes = {} if scale else _nodes(measurement, config, workers, weighed, centre)
+    nodes = {centre: plain}
+    if not variants.scale_all(plain.runs):
+        weighed = ModelVariant(flat, headroom=headroom)
+        nodes = _nodes(measurement, config, workers, weighed, centre)
     rough = FingerSimulation(
         measurement, config, workers, flat, centre, plain, [], none, plain, nodes, nodes, {},
         plain.readings, headroom=headroom,
@@ -298,21 +291,15 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
         told = replace(configured, measurement=kept)
         return replace(finger_simulation(again, told), failures=graded.failures)
     error = np.nan_to_num(MODEL.mesh_share * (graded.readings - plain.readings)[:, None])
-    others: dict[float, SimulatedReadings] = {}
-    coarse: dict[float, SimulatedReadings] = {}
+    fine, coarse = {centre: graded}, {centre: plain}
     if not variants.scale_all(graded.runs):
-        others = _nodes(
-            measurement,
-            config,
-            workers,
-            ModelVariant(neutral_stages(config), headroom=headroom),
-            centre,
-        )
+        stages = ModelVariant(neutral_stages(config), headroom=headroom)
+        fine = _nodes(measurement, config, workers, stages, centre)
         coarse = _nodes(measurement, config, workers, ModelVariant(flat, headroom=headroom), centre)
     walls = simulate_walls(measurement, config, graded, workers)
     found = FingerSimulation(
         measurement, config, workers, flat, centre, graded, nuisances(measurement, graded),
-        error if flat else error[:, :0], plain, others, coarse, walls, graded.readings,
+        error if flat else error[:, :0], plain, fine, coarse, walls, graded.readings,
         headroom=headroom,
     )  # fmt: skip
     if centre == 1.0:

@@ -217,7 +217,7 @@ def namings(planned: Analysis[Any], before: Sequence[EffectOutlook] = ()) -> lis
     """
     trial = RecoveryTrial(planned)
     known = {each.effect: each for each in before}
-    found = [_naming(trial, cause, known.get(name)) for name, cause in planned.causes.items()]
+    found = [_naming(trial, cause, known.get(name)) for name, cause in planned.effects.items()]
     found += [EffectOutlook(effect=name) for name in planned.unseen]
     return sorted(found, key=lambda each: -each.strength_sigma)
 

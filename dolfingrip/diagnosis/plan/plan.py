@@ -51,11 +51,8 @@ def analyse_plan(
     if np.isnan(base.readings).any():
         why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
         raise ConfigError(f"the simulation does not reach all readings: {why}")
-    finger = analyse_fingers(
-        _reading(measurement, base.readings), config, workers, names, fully=True
-    )
-    causes = {name: each for name, each in finger.causes.items() if name not in finger.problem.rig}
-    return replace(finger, causes=causes)
+    told = _reading(measurement, base.readings)
+    return analyse_fingers(told, config, workers, names, fully=True)
 
 
 def _reading(measurement: Measurement, values: np.ndarray) -> Measurement:

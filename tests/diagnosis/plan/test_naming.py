@@ -142,7 +142,7 @@ def test_what_is_read_again_tells_more(
     assert share(namings(made(often))) > share(list(found.values()))
     # what the addition does not feel is no weaker for it
     trials = RecoveryTrial(planned), RecoveryTrial(replace(planned, problem=blind(planned, n)))
-    for name, cause in planned.causes.items():
+    for name, cause in planned.effects.items():
         alone, beside = (trial.strength(name, Hidden(trial, cause).at(1.0)) for trial in trials)
         assert beside == pytest.approx(alone)
 
@@ -166,7 +166,7 @@ def blind(planned: Analysis[Any], count: int) -> InferenceProblem:
 
 def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
     """The ordinary strength is among those that occur, and ζ follows from a strength."""
-    for cause in planned.causes.values():
+    for cause in planned.effects.values():
         hidden = Hidden(RecoveryTrial(planned), cause)
         assert hidden.strengths[0] < 1.0 < hidden.strengths[-1]
         assert (np.diff(hidden.strengths) >= 0).all()
