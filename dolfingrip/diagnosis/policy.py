@@ -228,6 +228,8 @@ class InferencePolicy:
             fewer pairs would be named.
         implausible_width: prior standard deviation of a number of rig or finger that is
             implausible, by that of its ordinary prior.
+        rare: probability that an instrument is off by the wide part of its prior, which is
+            ``implausible_width`` times as wide as the ordinary one.
         implausible_odds: odds that such a number is implausible.
         implausible_sigma: standard deviations from which on such a number is among the first
             lines.
@@ -272,6 +274,7 @@ class InferencePolicy:
         steady: change of ln of the integral by one more time of drawing, at most.
         sampled: posterior probability from which on a hypothesis is sampled.
         pairs_by: factor of the prior odds of two causes by which the answer is tried.
+        widths: factors of the priors of causes' numbers by which the answer is tried.
         predicted_log_odds: ln of the odds by which a cause has to predict what was left out better
             than the model without it.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
@@ -326,6 +329,7 @@ class InferencePolicy:
     likelier: float = 0.5
     doubt: float = 4.0
     implausible_width: float = 4.0
+    rare: float = 0.1
     implausible_odds: float = 0.1
     implausible_sigma: float = 3.0
     telling: float = 0.25
@@ -365,6 +369,7 @@ class InferencePolicy:
     steady: float = 0.05
     sampled: float = 0.01
     pairs_by: float = 3.0
+    widths: tuple[float, ...] = (0.5, 2.0, 4.0)
     predicted_log_odds: float = math.log(20.0)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)

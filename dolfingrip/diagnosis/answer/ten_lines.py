@@ -55,7 +55,7 @@ def ten_lines(found: Diagnosis, out: Path) -> Brief:
     if found.decision.answer != "cause":
         use_it += " (as fitted, without a cause)"
     return Brief(
-        result=f"{_doubts(found)}{_configured(found)} {_result(found)}",
+        result=f"{_doubts(found)}{_configured(found)} {_result(found)}{_survives(found)}",
         size=_size(found),
         fit=_fit(found),
         check=_check(found),
@@ -140,6 +140,16 @@ def _setup_estimate(each: SetupEstimate) -> str:
         way = "early" if each.value > 0 else "late"
         return f"The coupons' force begins {abs(each.value):.2g} mm {way} ({told})"
     return f"{each.name} is off by {each.value:+.2g} {each.unit} ({told})"
+
+
+def _survives(found: Diagnosis) -> str:
+    """Tell whether the answer stays under other priors."""
+    if found.decision.probability < POLICY.likelier:
+        return ""
+    low, *_, high = sorted(POLICY.widths)
+    if lost := found.sensitivity.lost:
+        return f" It is not more probable than not with {', nor with '.join(lost)}."
+    return f" It stays with priors from {low:g} to {high:g} times as wide."
 
 
 def _result(found: Diagnosis) -> str:

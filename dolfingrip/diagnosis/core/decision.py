@@ -35,8 +35,13 @@ class Sensitivity:
         """The smallest of these probabilities."""
         return min(self.probability.values())
 
+    @property
+    def lost(self) -> list[str]:
+        """Priors under which the answer is not more probable than not."""
+        return [name for name, p in self.probability.items() if p <= POLICY.likelier]
 
-OWN = "as told"
+
+OWN = "as reported"
 
 
 def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
@@ -52,9 +57,13 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
         "two causes three times as likely": _reweighted(
             posterior, _pairs_by(posterior, POLICY.pairs_by)
         ),
-        "priors twice as wide": _reweighted(
-            posterior, [_wider(fit, posterior.problem.nuisance_count) for fit in posterior.fits]
-        ),
+        **{
+            f"priors {by:g} times as wide": _reweighted(
+                posterior,
+                [_wider(fit, posterior.problem.nuisance_count, by) for fit in posterior.fits],
+            )
+            for by in POLICY.widths
+        },
     }
     answers = {name: decide(each) for name, each in variants.items()}
     decision = answers[OWN]
@@ -79,19 +88,19 @@ def _pairs_by(posterior: ModelPosterior, factor: float) -> list[float]:
     return [np.log(factor) if len(causes(fit.subset)) == 2 else 0.0 for fit in posterior.fits]
 
 
-def _wider(fit: MapFit, first: int) -> float:
-    """Change of ln evidence where the priors of the causes' numbers are twice as wide (Laplace)."""
+def _wider(fit: MapFit, first: int, by: float) -> float:
+    """Change of ln evidence where the priors of the causes' numbers are wider (Laplace)."""
     d = len(fit.zeta)
     if d == first:
         return 0.0
-    own = np.r_[np.zeros(first), np.ones(d - first)]
-    relaxed = fit.hessian - 0.75 * np.diag(own)
+    own, part = np.r_[np.zeros(first), np.ones(d - first)], 1 - by**-2
+    relaxed = fit.hessian - part * np.diag(own)
     pull = own * fit.zeta
     # the numbers follow where the prior pulls less
-    gain = 0.5 * 0.75 * float(pull @ pull)
-    gain += 0.5 * 0.75**2 * float(pull @ np.linalg.solve(relaxed, pull))
+    gain = 0.5 * part * float(pull @ pull)
+    gain += 0.5 * part**2 * float(pull @ np.linalg.solve(relaxed, pull))
     determinants = np.linalg.slogdet(relaxed)[1] - np.linalg.slogdet(fit.hessian)[1]
-    return gain - (d - first) * float(np.log(2)) - 0.5 * float(determinants)
+    return gain - (d - first) * float(np.log(by)) - 0.5 * float(determinants)
 
 
 def _reweighted(posterior: ModelPosterior, logs: Sequence[float]) -> ModelPosterior:

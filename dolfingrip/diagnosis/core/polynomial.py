@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, zip_longest
 from typing import Final
 
 import numpy as np
@@ -56,10 +56,17 @@ class Coordinate:
     rate: float | None = None
 
     @classmethod
-    def within(cls, low: float, high: float, of: int = 0) -> Coordinate:
-        """ζ itself, from −1 to 1 between two values."""
+    def within(
+        cls, low: float, high: float, of: int = 0, stretch: Warp | None = None
+    ) -> Coordinate:
+        """ζ itself, or a function of it, from −1 to 1 between two values."""
+        stretched = stretch or (lambda zeta: zeta)
+        low, high = (float(stretched(np.array(end))) for end in (low, high))
         middle, half = (low + high) / 2, max((high - low) / 2, 1e-6)
-        return cls(lambda zeta: (zeta - middle) / half, amplitude=False, of=of, rate=1 / half)
+        return cls(
+            lambda zeta: (stretched(zeta) - middle) / half, amplitude=False, of=of,
+            rate=None if stretch else 1 / half,
+        )  # fmt: skip
 
     def rates(self, zeta: np.ndarray) -> np.ndarray:
         """Derivatives by ζ, of its shape."""
@@ -266,7 +273,11 @@ def _trained(
 
 
 def trained(
-    zeta: np.ndarray, changes: np.ndarray, scale: np.ndarray, box: np.ndarray | None = None
+    zeta: np.ndarray,
+    changes: np.ndarray,
+    scale: np.ndarray,
+    box: np.ndarray | None = None,
+    stretches: Sequence[Warp | None] = (),
 ) -> Emulator:
     """An emulator from many simulated changes without derivatives.
 
@@ -275,11 +286,15 @@ def trained(
         changes: shape (places, n).
         scale: noise of the readings, shape (n,).
         box: ranges of ζ, shape (d, 2); the reach of every number where None.
+        stretches: functions of ζ that a change is a polynomial of; ζ itself where None.
     """
     count, d = zeta.shape
     if box is None:
         box = np.tile([-POLICY.reach, POLICY.reach], (d, 1))
-    own = [Coordinate.within(float(low), float(high), i) for i, (low, high) in enumerate(box)]
+    own = [
+        Coordinate.within(float(low), float(high), i, stretch)
+        for i, ((low, high), stretch) in enumerate(zip_longest(box, stretches))
+    ]
     slopes = np.full((1, count, d, changes.shape[1]), np.nan)
     return trained_on(
         SimulatedChanges(zeta, changes[None], slopes, None), own, scale, (),

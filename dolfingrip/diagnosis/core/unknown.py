@@ -6,18 +6,36 @@ cause that may be named.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, Final, Literal
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.stats import norm
 
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Displaying, Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.priors import scaled_priors
+
+
+def _standard(ordinary: float | np.ndarray, tail: float) -> np.ndarray:
+    """Standard normal numbers of a mixture of N(0, 1) and, more rarely, N(0, tail²)."""
+    size, rare = np.abs(ordinary), POLICY.rare
+    beyond = (1 - rare) * norm.sf(size) + rare * norm.sf(size / tail)
+    return np.asarray(np.sign(ordinary) * norm.isf(beyond))
+
+
+@cache
+def _mixture(tail: float) -> CubicSpline:
+    """The inverse of :func:`_standard`, as far as an emulator may reach."""
+    ordinary = np.sinh(np.linspace(-4.0, 4.0, 801))
+    return CubicSpline(_standard(ordinary, tail), ordinary)
+
 
 MODULUS: Final = "modulus"
 """Key of the factor of all moduli, and what it is called."""
@@ -83,6 +101,8 @@ class Unknown:
         role: fitted in every hypothesis, or of a cause that may be named.
         names: causes that it stands for where it is implausible by its prior; one that has no name
             is not tried so.
+        tail: standard deviation of the wide part of its prior by that of the ordinary part; 1 where
+            it has no tail.
     """
 
     key: str
@@ -95,10 +115,32 @@ class Unknown:
     modulus: bool = False
     role: Literal["always", "candidate"] = "candidate"
     names: tuple[str, ...] = ()
+    tail: float = 1.0
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
-        return np.clip(np.vectorize(self.prior.at, otypes=[float])(zeta), *self.bounds)
+        ordinary = self.ordinary(zeta)
+        return np.clip(np.vectorize(self.prior.at, otypes=[float])(ordinary), *self.bounds)
+
+    def ordinary(self, zeta: float | np.ndarray) -> np.ndarray:
+        """Standard deviations of the ordinary part of the prior, of the shape of ``zeta``."""
+        return np.asarray(zeta if self.tail == 1.0 else _mixture(self.tail)(zeta))
+
+    def slope(self, zeta: float) -> float:
+        """Derivative of the value by ζ."""
+        if self.tail == 1.0:
+            return self.prior.slope(zeta)
+        stretch = _mixture(self.tail)
+        return self.prior.slope(float(stretch(zeta))) * float(stretch(zeta, 1))
+
+    def zeta(self, value: float) -> float:
+        """Standard normal number of a value.
+
+        Raises:
+            ValueError: where the prior is of positive numbers and the value is not.
+        """
+        ordinary = self.prior.zeta(value)
+        return ordinary if self.tail == 1.0 else float(_standard(ordinary, self.tail))
 
     @property
     def gradient(self) -> str:
@@ -140,6 +182,11 @@ class Cause:
     def box(self) -> np.ndarray:
         """Ranges of ζ, (numbers, 2)."""
         return np.array([[each.low, each.high] for each in self.numbers])
+
+    @property
+    def stretches(self) -> list[Callable[[np.ndarray], np.ndarray] | None]:
+        """For each number what its change is nearly straight in; None: ζ itself."""
+        return [None if each.tail == 1.0 else each.ordinary for each in self.numbers]
 
 
 def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:
@@ -187,12 +234,20 @@ def _listed(each: type[Effect], key: str) -> bool:
 def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> Unknown:
     low, high = bounds_of(each, key)
     reach = POLICY.reach
-    least, most = -reach, reach
-    if not prior.positive or low > 0:
-        least = max(least, prior.zeta(low)) if np.isfinite(low) else least
-    if np.isfinite(high):
-        most = min(most, prior.zeta(high))
-    name = f"extensions.{each.name()}.{key}"
-    return Unknown(
-        name, prior, least, most, (low, high), amplitude, _listed(each, key), each.is_modulus(key)
-    )
+    found = Unknown(
+        f"extensions.{each.name()}.{key}", prior, -reach, reach, (low, high), amplitude,
+        _listed(each, key), each.is_modulus(key),
+        tail=_tail(prior) if amplitude and issubclass(each, Displaying) else 1.0,
+    )  # fmt: skip
+    if np.isfinite(low) and (not prior.positive or low > 0):
+        found = replace(found, low=max(-reach, found.zeta(low)))
+    return replace(found, high=min(reach, found.zeta(high))) if np.isfinite(high) else found
+
+
+def _tail(prior: Prior) -> float:
+    """Standard deviation of the wide part by the ordinary one; of a positive number's logarithm."""
+    if not prior.positive:
+        return POLICY.implausible_width
+    ratio = prior.spread / prior.mean
+    wide = np.log1p((POLICY.implausible_width * ratio) ** 2)
+    return float(np.sqrt(wide / np.log1p(ratio**2)))

@@ -282,7 +282,8 @@ def _beyond(
         together = together - emulator.at(alone) @ emulator.columns.T
         at += d
     solved = np.isfinite(together).all(axis=1)
-    found = trained(zeta[solved], together[solved], coupons.errors.noise, box)
+    stretches = [each for name in effects for each in coupons.causes[name].stretches]
+    found = trained(zeta[solved], together[solved], coupons.errors.noise, box, stretches)
     return Scaled.of(found, coupons.scaled, problem.factor)
 
 
@@ -296,4 +297,4 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulat
     white = changes[solved] / off.noise
     if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < POLICY.invisible:
         return None
-    return trained(zeta[solved], changes[solved], off.noise, box)
+    return trained(zeta[solved], changes[solved], off.noise, box, cause.stretches)

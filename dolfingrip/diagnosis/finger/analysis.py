@@ -81,10 +81,10 @@ class FingerAnalysis(Analysis[FingerSimulation]):
             if number.modulus:
                 slope = slope * c
                 by_log = by_log + slope * float(number.at(fit.zeta[place]))
-            slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
+            slopes[:, place] = slope * number.slope(float(fit.zeta[place]))
         slopes[:, 0] = by_log * problem.factor.std
         for place, each in enumerate(others, 1):
-            by = each.prior.slope(float(fit.zeta[place]))
+            by = each.slope(float(fit.zeta[place]))
             slopes[:, place] = run.slopes.get(each.key, none) * by
         return run.readings, slopes
 

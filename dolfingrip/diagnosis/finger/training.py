@@ -255,7 +255,7 @@ def _assembled(
     for place, run in enumerate(runs):
         z = design.zeta[place]
         own = z if design.scales else z[1:]
-        rates = [float(number.prior.slope(zi)) for number, zi in zip(numbers, own, strict=True)]
+        rates = [float(number.slope(zi)) for number, zi in zip(numbers, own, strict=True)]
         told, derived = [], []
         for node in nodes if at is not None else [z[0]]:
             whole = float(factor(node))

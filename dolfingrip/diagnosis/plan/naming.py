@@ -126,7 +126,7 @@ class Hidden:
         """Strengths that are hidden, by the ordinary one, rising, shape (strengths,)."""
         first = next(each for each in self.cause.numbers if each.amplitude)
         middles = ndtri((np.arange(ADDITIONS.strengths) + 0.5) / ADDITIONS.strengths)
-        values = np.array([first.prior.at(z) for z in middles])
+        values = first.at(middles)
         start, step = _start_and_step(self.cause, first)
         return np.asarray(np.sort(np.abs(values - start) / abs(step)))
 
@@ -151,7 +151,7 @@ class Hidden:
                 start, step = _start_and_step(self.cause, number)
                 value = start + strength * step
                 positive = number.prior.positive and value <= 0
-                zeta = low if positive else number.prior.zeta(value)
+                zeta = low if positive else number.zeta(value)
             else:
                 zeta = 0.0 if rng is None else float(rng.standard_normal())
             found.append(np.clip(zeta, low, high))

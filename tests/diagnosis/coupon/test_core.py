@@ -10,7 +10,7 @@ from scipy.integrate import dblquad
 
 from dolfingrip.diagnosis.answer.errors import Along, kernel
 from dolfingrip.diagnosis.core import evidence
-from dolfingrip.diagnosis.core.decision import decide, sensitivity
+from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.polynomial import linear, places, trained
@@ -76,6 +76,31 @@ def test_a_cause_is_named_with_its_twin() -> None:
     assert decision.probability > 0.9
     assert decision.unexplained < 0.01
     assert under.least > 0.8
+
+
+@pytest.mark.parametrize("by", [0.5, 2.0, 4.0])
+def test_a_wider_prior_is_a_stronger_change(by: float) -> None:
+    """Against the evidence of a cause whose change is so many times as strong, but for how little
+    the readings are no linear function of cause and modulus together."""
+    value = drawn(1.5 * BENT["bent"])
+
+    def evidence_of(strength: float) -> evidence.MapFit:
+        own = case(value, {"bent": strength * BENT["bent"]})
+        return CovarianceModel(own, 0.0).of(("bent",)).fit([np.zeros(2)])
+
+    gain = evidence_of(by).log_evidence - evidence_of(1.0).log_evidence
+    assert _wider(evidence_of(1.0), 1, by) == pytest.approx(gain, abs=0.05)
+
+
+def test_an_answer_that_stays_under_wider_priors_has_lost_none() -> None:
+    strong, faint = (
+        sensitivity(search(case(drawn(by * BENT["bent"]), BENT), np.random.default_rng(SEED)))
+        for by in (2.0, 0.125)
+    )
+    assert (strong[0].first, strong[1].lost) == (("bent",), [])
+    print(faint[1].probability)
+    assert {f"priors {by} times as wide" for by in ("0.5", "2", "4")} < set(faint[1].probability)
+    assert min(faint[1].probability.values()) < min(strong[1].probability.values())
 
 
 def test_two_causes_are_both_named() -> None:
