@@ -82,10 +82,9 @@ class Analysis[S: Simulation](ABC):
         found = dict(variants.overrides(self.applied, c)) if c != 1.0 else {}
         for number, zeta in zip(self.problem.always[1:], fit.zeta[1:], strict=False):
             found[number.key] = float(number.at(zeta))
-        places = self.problem.places(fit.subset)
-        for name in fit.subset:
+        for name, places in self.problem.places(fit.subset).items():
             if name in NAMES:
-                found |= self.causes[name].overrides(fit.zeta[places[name]], c)
+                found |= self.causes[name].overrides(fit.zeta[places], c)
         return found
 
     # -- what is linear ---------------------------------------------------------------------------
