@@ -41,7 +41,11 @@ def smallest_change(value: np.ndarray, sigma: float) -> float:
         value: (n,) control of each row (kPa or mm).
         sigma: standard deviation of the gauge as told, in the same unit; 0 where none is told.
     """
-    return max(ROUTES.jump * _size(value), ROUTES.certain * _noise(value, sigma))
+    return _change(value, _noise(value, sigma))
+
+
+def _change(value: np.ndarray, noise: float) -> float:
+    return max(ROUTES.jump * _size(value), ROUTES.certain * noise)
 
 
 def _size(value: np.ndarray) -> float:
@@ -69,8 +73,9 @@ def motion(value: np.ndarray, time_s: np.ndarray, sigma: float) -> Motion:
         time_s: (n,) time of each row, rising.
         sigma: standard deviation of the control's gauge; 0 where none is told.
     """
-    change = smallest_change(value, sigma)
-    within = max(ROUTES.closest * _size(value), ROUTES.rests * _noise(value, sigma))
+    noise = _noise(value, sigma)
+    change = _change(value, noise)
+    within = max(ROUTES.closest * _size(value), ROUTES.rests * noise)
     rests = _resting(value, time_s, change, within)
     up = _rising(value, change)
     branch = np.where(rests, "hold", np.where(up, "loading", "unloading")).astype(object)
