@@ -16,11 +16,11 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import page
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.answer.ten_lines import chance, channels, scatter, ten_lines
+from dolfingrip.diagnosis.answer.ten_lines import answer_sentence, channels, scatter, ten_lines
 from dolfingrip.diagnosis.core.decision import held
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
-from dolfingrip.diagnosis.policy import PAGE, POLICY
+from dolfingrip.diagnosis.policy import PAGE
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
 
@@ -73,7 +73,7 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
 def _extended_toml(found: Diagnosis, extended: Config) -> str:
     """The configuration at the fitted numbers, these with intervals as comments before it."""
     fit = found.decision.best
-    lines = [f"# dolfingrip diagnose: {_sentence(found)}", "# fitted, with 90 % intervals:"]
+    lines = [f"# dolfingrip diagnose: {answer_sentence(found)}", "# fitted, with 90 % intervals:"]
     lines += [f"# {each.words(digits=4)}" for each in found.numbers(fit)]
     return "\n".join(lines) + "\n" + configuration.dumps(extended)
 
@@ -102,7 +102,7 @@ def _outcome_of(
             answer=decision.answer, effects=decision.first, second=decision.second,
             probability=float(np.clip(decision.probability, 0, 1)),
             takes_part=float(np.clip(held(decision.subsets, decision.first), 0, 1)),
-            unexplained=float(np.clip(decision.unexplained, 0, 1)), sentence=_sentence(found),
+            unexplained=float(np.clip(decision.unexplained, 0, 1)), sentence=answer_sentence(found),
         ),
         brief=ten_lines(found, out),
         causes=tuple(
@@ -156,23 +156,6 @@ def _readings(found: Diagnosis) -> pd.DataFrame:
         run=listed["test"], noise=found.analysis.errors.noise, configured=found.analysis.configured,
         before=found.with_best_modulus(), after=found.analysis.fitted(found.decision.best),
     )  # fmt: skip
-
-
-def _sentence(found: Diagnosis) -> str:
-    decision = found.decision
-    sure = chance(decision.probability)
-    if decision.answer != "cause" and decision.probability < POLICY.likelier:
-        nothing = chance(decision.none)
-        return f"no cause can be claimed (probability that nothing else is off: {nothing})"
-    if decision.answer == "none":
-        return f"nothing beyond noise and nuisances is to be seen (probability {sure})"
-    if decision.answer == "unknown":
-        return f"something is off that the catalogue does not explain (probability {sure})"
-    causes = " or ".join(decision.first)
-    if decision.second:
-        causes += f", with {' or '.join(decision.second)}"
-    head = "the cause is" if decision.probability >= POLICY.likelier else "nearest comes"
-    return f"{head} {causes} (probability {sure})"
 
 
 def _off(found: Diagnosis) -> list[str]:

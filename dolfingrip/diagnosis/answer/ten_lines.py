@@ -55,7 +55,7 @@ def ten_lines(found: Diagnosis, out: Path) -> Brief:
     if found.decision.answer != "cause":
         use_it += " (as fitted, without a cause)"
     return Brief(
-        result=f"{_doubts(found)}{_configured(found)} {_result(found)}{_survives(found)}",
+        result=f"{_doubts(found)}{_configured(found)} {answer_sentence(found)}{_survives(found)}",
         size=_size(found),
         fit=_fit(found),
         check=_check(found),
@@ -152,7 +152,12 @@ def _survives(found: Diagnosis) -> str:
     return f" It stays with priors from {low:g} to {high:g} times as wide."
 
 
-def _result(found: Diagnosis) -> str:
+def answer_sentence(found: Diagnosis) -> str:
+    """Tell in words what the answer is, and how sure.
+
+    Args:
+        found: the diagnosis.
+    """
     decision = found.decision
     sure = chance(decision.probability)
     if decision.answer != "cause" and decision.probability < POLICY.likelier:
