@@ -147,8 +147,8 @@ class Diagnosis:
             if not each.std or each.name.startswith("specimen_scale"):
                 continue
             # a number of the configuration is absolute, all others without a unit are relative
-            relative = not each.unit and "." not in each.name
-            size, unit = (100.0, "%") if relative else (1.0, each.unit)
+            relative = not each.unknown.unit and "." not in each.name
+            size, unit = (100.0, "%") if relative else (1.0, each.unknown.unit)
             sigma, std = deviations[each.name], size * each.std
             share = self.share(sigma * each.change)
             found.append(SetupEstimate(each.name, unit, std, sigma * std, share))

@@ -26,6 +26,7 @@ import scipy.linalg
 
 from dolfingrip.channels import TRANSVERSE_STRAIN
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
@@ -265,7 +266,8 @@ def errors_of(
         late = slack_mm[test] * steep
         fitted += POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
         share = float(np.sqrt(1 - POLICY.own_slack))
-        shared.insert(0, Nuisance(SLACK, "mm", share * float(slack_mm.max()), share * late))
+        slack = Unknown.marginal(SLACK, share * float(slack_mm.max()), "mm")
+        shared.insert(0, Nuisance(slack, share * late))
     instrument = instruments.noise(measurement)
     covariance = np.diag(np.maximum(instrument.independent, 1e-9) ** 2) + drifting(
         listed, instrument

@@ -1,7 +1,8 @@
 """What is not known: a number with its prior, as a standard normal one, θ = θ(ζ), and its role.
 
-An unknown is fitted in every hypothesis, as the factor of all moduli is, or it is a number of a
-cause that may be named.
+An unknown is fitted in every hypothesis, as the factor of all moduli is; or integrated out, as a
+regulator's zero is, whose change of the readings is linear; or it is a number of a cause that may
+be named. One that is integrated out is a cause, too, where it is implausible by its prior.
 """
 
 from __future__ import annotations
@@ -98,9 +99,10 @@ class Unknown:
         amplitude: whether the effect vanishes at a value of it.
         listed: whether the configuration has a list with this one entry.
         modulus: whether it is in proportion to the stiffness of the material.
-        role: fitted in every hypothesis, or of a cause that may be named.
+        role: fitted in every hypothesis, integrated out, or of a cause that may be named.
         names: causes that it stands for where it is implausible by its prior; one that has no name
             is not tried so.
+        unit: of a number that is no key of the configuration; empty where it is relative.
         tail: standard deviation of the wide part of its prior by that of the ordinary part; 1 where
             it has no tail.
     """
@@ -113,9 +115,22 @@ class Unknown:
     amplitude: bool = True
     listed: bool = False
     modulus: bool = False
-    role: Literal["always", "candidate"] = "candidate"
+    role: Literal["always", "marginal", "candidate"] = "candidate"
     names: tuple[str, ...] = ()
     tail: float = 1.0
+    unit: str = ""
+
+    @classmethod
+    def marginal(cls, key: str, std: float, unit: str) -> Unknown:
+        """Make a number that is integrated out, from its standard deviation in a unit."""
+        prior, reach = Prior(0.0, std, "as reported"), POLICY.reach
+        return cls(key, prior, -reach, reach, role="marginal", unit=unit)
+
+    def implausible(self, name: str = "") -> Cause:
+        """Make a cause of the number where it is implausible by its prior, by its key or a name."""
+        spread = POLICY.implausible_width * self.prior.spread
+        prior = replace(self.prior, spread=spread, source="implausible by the prior")
+        return Cause(name or self.key, (replace(self, prior=prior, role="candidate"),), ())
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""

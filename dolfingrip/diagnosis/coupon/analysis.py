@@ -31,7 +31,6 @@ from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
-from dolfingrip.extensions.effect import Prior
 from dolfingrip.parameter import named
 
 
@@ -46,7 +45,10 @@ def errors(simulation: CouponSimulation) -> Errors:
     def reported(factor: np.ndarray) -> list[Nuisance]:
         """Numbers of the configuration that the laboratory gave a standard deviation."""
         return [
-            Nuisance(key, named(key).unit, std, (simulation.base(moved={key: std}) - base) * factor)
+            Nuisance(
+                Unknown.marginal(key, std, named(key).unit),
+                (simulation.base(moved={key: std}) - base) * factor,
+            )
             for key, std in simulation.measurement.tests[0].setup.nuisances.items()
             if "." in key and std
         ]
@@ -202,7 +204,7 @@ def analyse_coupons(
     for each in off.shared:  # where it is implausible it is a cause
         if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible:
             rig.add(each.name)
-            felt[each.name] = _implausible(each)
+            felt[each.name] = each.unknown.implausible()
             emulators[each.name] = linear(POLICY.implausible_width * each.change)
             boxes[each.name] = felt[each.name].box()
     setups = [test.setup.nuisances for test in measurement.tests]
@@ -218,12 +220,6 @@ def analyse_coupons(
         rig=frozenset(rig),
     )  # fmt: skip
     return CouponAnalysis(problem, felt, off, simulation, tuple(unseen))
-
-
-def _implausible(shared: Nuisance) -> Cause:
-    """A number of the rig, in its unit, that may be implausible by the prior."""
-    prior = Prior(0.0, POLICY.implausible_width * shared.std, "implausible by the prior")
-    return Cause(shared.name, (Unknown(shared.name, prior, -POLICY.reach, POLICY.reach),), ())
 
 
 def with_pairs(coupons: CouponAnalysis, pairs: Sequence[Subset]) -> CouponAnalysis:

@@ -81,15 +81,18 @@ def _implausible(measurement: Measurement, config: Config) -> list[Cause]:
             std *= config.geometry.wall_mm
         if not std:
             continue
-        prior = Prior(middle, POLICY.implausible_width * std, "implausible by the prior")
-        low, high = -POLICY.finger_reach, POLICY.finger_reach
+        reach = POLICY.finger_reach
+        number = Unknown(
+            f"extensions.{name}.{key}", Prior(middle, std, "as reported"), -reach, reach,
+            bounds_of(effect(name), key), role="marginal",
+        )  # fmt: skip
+        cause = number.implausible(name)
         if name == "plate_gap":
             gaps = [t.setup.applied(config).plate.gap_mm for t in fingers]
-            low = max(low, prior.zeta(-min(gaps)))
-        number = Unknown(
-            f"extensions.{name}.{key}", prior, low, high, bounds_of(effect(name), key), True, False
-        )
-        found.append(Cause(name, (number,), ()))
+            (number,) = cause.numbers
+            nearest = replace(number, low=max(-reach, number.zeta(-min(gaps))))
+            cause = replace(cause, numbers=(nearest,))
+        found.append(cause)
     return found
 
 

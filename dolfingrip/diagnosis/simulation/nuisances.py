@@ -16,6 +16,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
+from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import ROUTES
@@ -42,16 +43,23 @@ class Nuisance:
     """One nuisance.
 
     Attributes:
-        name: key of the table ``[nuisance]``, and what it is of where there are several.
-        unit: of the number; empty where it is relative.
-        std: standard deviation, told or usual, in that unit.
+        unknown: key of the table ``[nuisance]``, and what it is of where there are several; with
+            the standard deviation, reported or usual.
         change: (n,) of the readings at one standard deviation, in the unit of each column.
     """
 
-    name: str
-    unit: str
-    std: float
+    unknown: Unknown
     change: np.ndarray
+
+    @property
+    def name(self) -> str:
+        """Key of the unknown."""
+        return self.unknown.key
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of its prior, in the unit of the unknown."""
+        return self.unknown.prior.spread
 
 
 def wall(config: Config) -> tuple[str, float]:
@@ -161,7 +169,7 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
         told = [each.setup.nuisances.get(key, 0.0) for each in measurement.tests]
         spread = np.array([std * scale(configs[i]) for i, std in enumerate(told)])
         unit = UNITS.get(key) or (named(key).unit if "." in key else "")
-        return Nuisance(name or key, unit, max(told), slope * spread[test])
+        return Nuisance(Unknown.marginal(name or key, max(told), unit), slope * spread[test])
 
     stiffness = by_log_modulus(measurement, base)
     walls = np.sum([base.slope(key) for key in WALLS], axis=0)
