@@ -9,6 +9,8 @@ from typing import Final, Protocol
 import numpy as np
 
 from dolfingrip.config import Change
+from dolfingrip.diagnosis.core.unknown import Cause
+from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
 
 SEEN: Final = 6.0
@@ -68,6 +70,15 @@ def truncated(rng: np.random.Generator, box: np.ndarray, width: float) -> np.nda
         zeta = width * rng.standard_normal(len(box))
         if ((zeta >= box[:, 0]) & (zeta <= box[:, 1])).all():
             return np.asarray(zeta)
+
+
+def ordinary(
+    rng: np.random.Generator, cause: Cause, width: float, reach: float = POLICY.reach
+) -> np.ndarray:
+    """ζ of a cause's numbers, drawn from the ordinary part of their priors alone."""
+    ends = [[float(n.ordinary(end)) for end in (n.low, n.high)] for n in cause.numbers]
+    own = truncated(rng, np.clip(ends, -reach, reach), width)
+    return np.array([n.standard(float(z)) for n, z in zip(cause.numbers, own, strict=True)])
 
 
 def stiffened(causes: Change, modulus: float) -> Change:

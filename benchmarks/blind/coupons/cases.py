@@ -18,6 +18,7 @@ from benchmarks.blind.case import (
     after_modulus,
     is_wide,
     names_of,
+    ordinary,
     truncated,
 )
 from benchmarks.blind.coupons import coupon
@@ -121,11 +122,13 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
         names = names_of(effects, hidden, rng)
         zeta, sigma, overrides = [], [], {}
         for name in names:
-            box = bench.plain.causes[name].box()
-            own = truncated(rng, box, 2.0 if wide else 1.0)
+            cause = bench.plain.causes[name]
+            by_prior = kind == "prior"  # else as strong as is usual
+            wider = 2.0 if wide else 1.0
+            own = truncated(rng, cause.box(), 1.0) if by_prior else ordinary(rng, cause, wider)
             there = bench.plain.problem.predicted((name,), np.r_[0.0, own])
             sigma.append(bench.sigma(there - bench.plain.problem.base))
-            overrides |= bench.plain.causes[name].overrides(own)
+            overrides |= cause.overrides(own)
             zeta += own.tolist()
         if kind == "prior" or min(sigma, default=SEEN) >= SEEN:
             truth = replace(truth, causes=overrides)

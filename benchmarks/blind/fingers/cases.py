@@ -20,6 +20,7 @@ from benchmarks.blind.case import (
     after_modulus,
     is_wide,
     names_of,
+    ordinary,
     truncated,
 )
 from benchmarks.blind.fingers import finger
@@ -120,7 +121,7 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
         zeta, sigma = [], []
         for name in names:
             cause = bench.causes[name]
-            own = truncated(rng, np.clip(cause.box(), -REACH, REACH), 2.0 if wide else 1.0)
+            own = ordinary(rng, cause, 2.0 if wide else 1.0, REACH)
             overrides = cause.overrides(own)
             sigma.append(bench.sigma(Truth(overrides)))
             truth = replace(truth, causes={**truth.causes, **overrides})

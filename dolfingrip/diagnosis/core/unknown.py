@@ -154,7 +154,10 @@ class Unknown:
         Raises:
             ValueError: where the prior is of positive numbers and the value is not.
         """
-        ordinary = self.prior.zeta(value)
+        return self.standard(self.prior.zeta(value))
+
+    def standard(self, ordinary: float) -> float:
+        """Standard normal number of standard deviations of the ordinary part of the prior."""
         return ordinary if self.tail == 1.0 else float(_standard(ordinary, self.tail))
 
     @property
