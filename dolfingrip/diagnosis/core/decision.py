@@ -15,7 +15,7 @@ import numpy as np
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import NONE, ModelPosterior
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import InferencePolicy
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Sensitivity:
     @property
     def lost(self) -> list[str]:
         """Priors under which the answer is not more probable than not."""
-        return [name for name, p in self.probability.items() if p <= POLICY.likelier]
+        return [name for name, p in self.probability.items() if p <= 0.5]
 
 
 OWN = "as reported"
@@ -49,25 +49,26 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
 
     A second cause is named only where it is more probable than not under each of them.
     """
+    policy = posterior.problem.policy
     variants = {
         OWN: posterior,
         "two causes a third as likely": _reweighted(
-            posterior, _pairs_by(posterior, 1 / POLICY.pairs_by)
+            posterior, _pairs_by(posterior, 1 / policy.pairs_by)
         ),
         "two causes three times as likely": _reweighted(
-            posterior, _pairs_by(posterior, POLICY.pairs_by)
+            posterior, _pairs_by(posterior, policy.pairs_by)
         ),
         **{
             f"priors {by:g} times as wide": _reweighted(
                 posterior,
                 [_wider(fit, posterior.problem.nuisance_count, by) for fit in posterior.fits],
             )
-            for by in POLICY.widths
+            for by in policy.widths
         },
     }
     answers = {name: decide(each) for name, each in variants.items()}
     decision = answers[OWN]
-    if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.likelier:
+    if decision.second and min(_of(each, decision) for each in answers.values()) <= policy.likelier:
         decision = decide(posterior, single=True)
     return decision, Sensitivity(
         answers, {name: _of(each, decision) for name, each in answers.items()}
@@ -169,11 +170,12 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     none = 0.0
     seen: list[tuple[float, Subset, MapFit]] = []
     problem = posterior.problem
+    policy = problem.policy
     for p, fit in posterior.weighed:
         visible = tuple(
             name
             for name, strength in zip(fit.subset, fit.strengths, strict=True)
-            if strength >= POLICY.visible_sigma
+            if strength >= policy.visible_sigma
         )
         mass[visible] += p
         by_effects[(problem.effects(visible) or visible)[:2]] += p
@@ -183,34 +185,34 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    first, second = _sets(by_effects, inclusion, posterior.strengths, single=single)
+    first, second = _sets(by_effects, inclusion, posterior.strengths, policy, single=single)
     claim = held(mass, first, second)
-    if second and claim < POLICY.both:  # one set is surer than two
-        first, second = _smallest(by_effects, inclusion), ()
+    if second and claim < policy.both:  # one set is surer than two
+        first, second = _smallest(by_effects, inclusion, policy), ()
         claim = held(mass, first)
     rig = max(problem.rig - {*first}, key=inclusion.__getitem__, default=None)
-    if first and not second and not single and rig and inclusion[rig] >= POLICY.credible:
+    if first and not second and not single and rig and inclusion[rig] >= policy.credible:
         second = (rig,)
     if second:
         stays = {one: _stays(posterior, seen, one, other)
                  for one, other in ((first, second), (second, first))}  # fmt: skip
         worse = max(stays, key=stays.__getitem__)
-        claim = min(held(mass, first, second), _at_most(stays[worse]))
-        if claim < POLICY.both:
+        claim = min(held(mass, first, second), _at_most(stays[worse], policy))
+        if claim < policy.both:
             first, second = first if worse == second else second, ()
             claim = held(mass, first)
     unexplained, discrepancy = _stays(posterior, seen), _discrepancy(seen)
     unknown = mass[NONE] - none
     answer: Answer = "cause"
     probability = claim
-    if none >= POLICY.claimed:
+    if none >= policy.claimed:
         answer, probability = "none", none
-    elif not first or claim < POLICY.claimed:
+    elif not first or claim < policy.claimed:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
     nearest: tuple[str, ...] = ()
     if answer == "cause":
-        probability = min(claim, _at_most(unexplained))
-        if 1 - unexplained < POLICY.likelier:
+        probability = min(claim, _at_most(unexplained, policy))
+        if 1 - unexplained < policy.likelier:
             answer, probability, nearest = "unknown", discrepancy, first
             unknown = max(unknown, discrepancy)
     if answer != "cause":
@@ -245,6 +247,7 @@ def _sets(
     mass: dict[Subset, float],
     inclusion: dict[str, float],
     strength: dict[str, float],
+    policy: InferencePolicy,
     *,
     single: bool,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -254,12 +257,12 @@ def _sets(
     either set.
     """
     pairs = {subset: p for subset, p in mass.items() if len(subset) > 1}
-    if single or sum(pairs.values()) <= POLICY.likelier:
-        return _smallest(mass, inclusion), ()
+    if single or sum(pairs.values()) <= policy.likelier:
+        return _smallest(mass, inclusion, policy), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     seen, total = 0.0, sum(pairs.values())
     for (a, b), p in sorted(pairs.items(), key=lambda each: -each[1]):
-        if seen >= POLICY.credible * total:
+        if seen >= policy.credible * total:
             break
         seen += p
         one, other = sides
@@ -274,7 +277,9 @@ def _sets(
     return found[0], found[1]
 
 
-def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[str, ...]:
+def _smallest(
+    mass: dict[Subset, float], inclusion: dict[str, float], policy: InferencePolicy
+) -> tuple[str, ...]:
     """The fewest causes of which nearly all subsets have one, the most telling first.
 
     Each next one is in most of what those before it are not in (greedy cover; Chvátal, Mathematics
@@ -283,7 +288,7 @@ def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[s
     left = {subset: p for subset, p in mass.items() if subset}
     total = sum(left.values())
     found: list[str] = []
-    while sum(left.values()) > (1 - POLICY.credible) * total:
+    while sum(left.values()) > (1 - policy.credible) * total:
         share: dict[str, float] = defaultdict(float)
         for subset, p in left.items():
             for name in subset:
@@ -316,9 +321,9 @@ def _leading(
     return posterior.best(max(total, key=lambda subset: total[subset]))
 
 
-def _at_most(stays: float) -> float:
+def _at_most(stays: float, policy: InferencePolicy) -> float:
     """The largest probability of causes beside which so large a share stays."""
-    return float((1 - stays) ** POLICY.doubt)
+    return float((1 - stays) ** policy.doubt)
 
 
 def _discrepancy(seen: list[tuple[float, Subset, MapFit]]) -> float:

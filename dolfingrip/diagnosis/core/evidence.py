@@ -34,7 +34,7 @@ import scipy.stats
 from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.core.problem import BASELINE, InferenceProblem, Subset, correction_name
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import POLICY, InferencePolicy
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +62,7 @@ def drawn(
     mode: np.ndarray,
     covariance: np.ndarray,
     rng: np.random.Generator,
+    policy: InferencePolicy = POLICY,
 ) -> Draws | None:
     """Draws until enough of them count and the integral stays; None where too few ever do.
 
@@ -70,17 +71,18 @@ def drawn(
         mode: shape (d,).
         covariance: about the mode, shape (d, d).
         rng: of the draws.
+        policy: how many are drawn, and of what.
     """
     middle, spread = mode, covariance
     proposals, places = [], np.empty((0, len(mode)))
     densities, before = np.empty(0), np.inf
-    for _ in range(POLICY.adaptations):
+    for _ in range(policy.adaptations):
         fresh = [
-            scipy.stats.multivariate_t(middle, wider * _regular(spread), POLICY.freedom)
-            for wider in POLICY.wider
+            scipy.stats.multivariate_t(middle, wider * _regular(spread), policy.freedom)
+            for wider in policy.wider
         ]
         proposals += fresh
-        each = POLICY.draws // len(fresh)
+        each = policy.draws // len(fresh)
         new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
         places, densities = np.vstack([places, new]), np.r_[densities, log_density(new)]
         mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
@@ -89,8 +91,8 @@ def drawn(
             return None
         total = float(logsumexp(log))
         found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
-        steady = abs(found.log_integral - before) < POLICY.steady
-        if found.effective >= POLICY.effective and (steady or found.effective > len(log) / 2):
+        steady = abs(found.log_integral - before) < policy.steady
+        if found.effective >= policy.effective and (steady or found.effective > len(log) / 2):
             return found
         before, least = found.log_integral, 2 * len(mode) + 2
         if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
@@ -98,7 +100,7 @@ def drawn(
         tempered = _tempered(log, least)
         middle = tempered @ places
         spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
-    return found if found.effective >= POLICY.effective / 2 else None
+    return found if found.effective >= policy.effective / 2 else None
 
 
 def _tempered(log: np.ndarray, least: int) -> np.ndarray:
@@ -225,7 +227,7 @@ class CovarianceModel:
         at = np.r_[0, *(self._place[name] for name in names)]
         causes = {*self.problem.causes(subset)}
         seen = [each for each in self.problem.simulated if causes.issuperset(each)]
-        by = dict.fromkeys((name for each in seen for name in each), POLICY.surer)
+        by = dict.fromkeys((name for each in seen for name in each), self.problem.policy.surer)
         if (effects := self.problem.effects(subset)) in self.problem.local:
             by = dict.fromkeys(effects, 0.0)
         errors, size = np.empty(0, int), np.empty(0)
@@ -272,14 +274,15 @@ class Hypothesis:
             row += len(g)
         return value, columns
 
-    def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
+    def fit(self, starts: Sequence[np.ndarray], settled: float | None = None) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add.
 
         Args:
             starts: values of ζ.
-            settled: ln of probability that the last step gains at most.
+            settled: ln of probability that the last step gains at most; the policy's where None.
         """
-        found = [self._descend(start, settled) for start in starts]
+        least = self.problem.policy.settled if settled is None else settled
+        found = [self._descend(start, least) for start in starts]
         modes: list[tuple[float, np.ndarray, np.ndarray, float]] = []
         for value, zeta, hessian, misfit in sorted(found, key=lambda each: each[0]):
             apart = (
@@ -382,7 +385,7 @@ class Hypothesis:
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi) - self._norm
             return np.where(inside, -value - norm, -np.inf)
 
-        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
+        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self.problem.policy)
         if found is None:
             return fit
         log = found.log_integral - 0.5 * self.log_det

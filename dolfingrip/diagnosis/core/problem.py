@@ -9,7 +9,7 @@ import numpy as np
 
 from dolfingrip.diagnosis.core.emulator import Emulator, Local
 from dolfingrip.diagnosis.core.unknown import Factor, Unknown
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import POLICY, InferencePolicy
 
 Subset = tuple[str, ...]
 """Names of causes, in the order of the problem; then of the nuisances that are implausible."""
@@ -42,6 +42,7 @@ class InferenceProblem:
         local: ranges of ζ, (d, 2), of effects in which that holds, and what each emulator misses,
             too. It holds for these alone.
         rig: which of the causes are numbers of the rig; they come last in every subset.
+        policy: numbers that hypotheses are searched, weighed and decided by.
         baseline: what the nuisances change: all moduli, and others that are fitted in every
             hypothesis.
     """
@@ -57,6 +58,7 @@ class InferenceProblem:
     corrections: Mapping[Subset, Emulator] = field(default_factory=dict)
     local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
+    policy: InferencePolicy = POLICY
 
     @property
     def factor(self) -> Factor:
@@ -100,7 +102,7 @@ class InferenceProblem:
         found = np.ones(self.nuisance_count)
         for name, place in self.implausible.items():
             if name in subset:
-                found[place] = POLICY.implausible_width
+                found[place] = self.policy.implausible_width
         return found
 
     def causes(self, subset: Subset) -> Subset:
@@ -174,6 +176,6 @@ class InferenceProblem:
             emulated = [
                 np.column_stack([found.predicted(each, z), found.slopes(each, z)]) for z in places
             ]
-            own = Local.of(places, every, np.array(emulated), POLICY.correction_length)
+            own = Local.of(places, every, np.array(emulated), self.policy.correction_length)
             found = replace(found, corrections={**found.corrections, each: own})
         return found

@@ -153,7 +153,7 @@ def plain_fit(plain: InferenceProblem, level: CovarianceModel) -> MapFit:
 
 def _fitted(plain: InferenceProblem) -> np.ndarray:
     """ζ under whichever discrepancy the model without causes needs."""
-    fits = [plain_fit(plain, CovarianceModel(plain, level)) for level in levels()]
+    fits = [plain_fit(plain, CovarianceModel(plain, level)) for level in levels(plain.policy)]
     return max(fits, key=lambda fit: fit.log_evidence).zeta
 
 

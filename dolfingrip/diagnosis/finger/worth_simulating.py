@@ -77,7 +77,7 @@ def _bounds(
     explained: dict[Key, float] = {}
     largest: dict[Key, float] = {}
     every: list[Subset] = [NONE, *((name,) for name in columns), *combinations(columns, 2)]
-    for size, prior in levels().items():
+    for size, prior in levels(plain.policy).items():
         level = CovarianceModel(plain, size)
         rest, own = _about_fit(plain, level)
         rest = rest - own @ (own.T @ rest)

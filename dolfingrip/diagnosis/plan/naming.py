@@ -58,7 +58,7 @@ class RecoveryTrial:
 
     @cached_property
     def _levels(self) -> dict[float, CovarianceModel]:
-        return {level: CovarianceModel(self.problem, level) for level in levels()}
+        return {k: CovarianceModel(self.problem, k) for k in levels(self.problem.policy)}
 
     @cached_property
     def _free(self) -> np.ndarray:
@@ -92,7 +92,7 @@ class RecoveryTrial:
         """
         if self.strength(name, zeta) < ADDITIONS.faint:
             return RecoveryOutcome(alone=False, within=False, mass={})
-        prior = levels()
+        prior = levels(self.problem.policy)
         level = self._levels[float(rng.choice([*prior], p=[*prior.values()]))]
         own = level.coloured(rng.standard_normal(len(self.problem.value)))
         value = self.problem.base + self.change(name, zeta) + own
