@@ -72,6 +72,15 @@ class Bench:
         )
         return after_modulus(white, base)
 
+    def usually_felt(self, name: str) -> bool:
+        """Tell whether readings feel a cause within the ordinary part of its prior."""
+        cause, problem, found = self.plain.causes[name], self.plain.problem, []
+        for reach in (-POLICY.reach, POLICY.reach):
+            ends = [n.standard(np.clip(reach, *n.ordinary([n.low, n.high]))) for n in cause.numbers]
+            change = problem.predicted((name,), np.r_[0.0, ends]) - problem.base
+            found.append(np.sqrt(np.square(change / self.plain.errors.noise).mean()))
+        return max(found) >= POLICY.invisible
+
     def unexplained(self, truth: Truth) -> float:
         """Length of what the best single cause leaves of readings without noise."""
         quiet = replace(truth, quiet=True)
@@ -107,7 +116,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     slack, gauge = (width[name] * float(rng.standard_normal()) for name in NUISANCES[:2])
     truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * slack,
                   gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * gauge)  # fmt: skip
-    effects = tuple(bench.plain.effects)
+    effects = tuple(filter(bench.usually_felt, bench.plain.effects))
     names: tuple[str, ...] = ()
     zeta: list[float] = []
     sigma: list[float] = []

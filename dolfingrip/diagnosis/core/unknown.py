@@ -137,7 +137,7 @@ class Unknown:
         ordinary = self.ordinary(zeta)
         return np.clip(np.vectorize(self.prior.at, otypes=[float])(ordinary), *self.bounds)
 
-    def ordinary(self, zeta: float | np.ndarray) -> np.ndarray:
+    def ordinary(self, zeta: float | Sequence[float] | np.ndarray) -> np.ndarray:
         """Standard deviations of the ordinary part of the prior, of the shape of ``zeta``."""
         return np.asarray(zeta if self.tail == 1.0 else _mixture(self.tail)(zeta))
 
