@@ -67,12 +67,12 @@ class Diagnosis:
 
     @property
     def load(self) -> str:
-        """What readings lie along."""
+        """Name of the load that readings lie along."""
         return "strain" if self.analysis.closed_form else "pressure"
 
     @property
     def beside(self) -> str:
-        """What is fitted beside the causes, in words."""
+        """Nuisances that are fitted beside the causes, in words."""
         if self.analysis.closed_form:
             return "each coupon's own stiffness and slack"
         return "what else the rig may be off by"
