@@ -37,6 +37,7 @@ COMMANDS = (
     Subcommand(
         "synthetic", settings.SyntheticSettings, "experiment_commands:synthetic_measurement"
     ),
+    Subcommand("import", settings.ImportSettings, "import_command:import_table"),
     Subcommand("diagnose", settings.DiagnoseSettings, "diagnosis_commands:diagnose"),
     Subcommand(
         "plan-experiment", settings.PlanExperimentSettings, "diagnosis_commands:plan_experiment"

@@ -12,6 +12,7 @@ from dolfingrip.channels import CHORD_ANGLE, PRESSURE
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import check_writable, console, one_process, resumable
+from dolfingrip.cli.import_command import offered
 from dolfingrip.cli.settings import DiagnoseSettings, PlanExperimentSettings, PredictSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import diagnose as diagnosing
@@ -37,6 +38,7 @@ def diagnose(asked: DiagnoseSettings) -> None:
     resolved = configuration.load(asked.config, asked.overrides)
     check_writable(asked.out)
     screen = console()
+    data = offered(asked.data, "diagnose", screen, asked.out)
     kept = asked.store or asked.out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         chosen = diagnosing.DiagnosisSettings(
@@ -45,8 +47,8 @@ def diagnose(asked: DiagnoseSettings) -> None:
                 screen.say,
                 show,
             )  # fmt: skip
-        found = diagnosing.diagnose(asked.data, resolved, asked.out, chosen)
-    result = write(found, asked.data, asked.out)
+        found = diagnosing.diagnose(data, resolved, asked.out, chosen)
+    result = write(found, data, asked.out)
 
     pictures.draw(result.result, result.readings, asked.out)
     for line in result.text.splitlines()[:3]:

@@ -11,6 +11,7 @@ from rich.table import Table
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import check_writable, console
+from dolfingrip.cli.import_command import offered
 from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import coupons, doubts, fit, material_file
@@ -52,6 +53,8 @@ def fit_laws(
         raise ConfigError(f"--law {unknown[0]}: allowed: {', '.join(LAWS)}")
     if max_stretch is not None and max_stretch <= 1:
         raise ConfigError(f"--max-stretch {max_stretch:g}: allowed: above 1")
+    screen = console()
+    files = offered(files, "coupon --fit", screen, out)
     data = [series for file in files for series in coupons.read(file, max_stretch)]
     check_writable(out)
     readings = sum(len(series.stretch) for series in data)
@@ -59,7 +62,7 @@ def fit_laws(
     laws = [law for law in chosen if len(law.keys) < readings]
     if not laws:
         raise ConfigError(f"--fit: {readings} readings; allowed: more than a law has parameters")
-    screen, fits = console(), []
+    fits = []
     with progress.shown(screen, "laws", total=len(laws)) as show:
         for i, law in enumerate(laws):
             fits.append(fit.fit(law, data))

@@ -339,6 +339,48 @@ class SyntheticSettings(ConfiguredSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ImportSettings:
+    """Turn a table as laboratories have it into the two files of the format of measured data.
+
+    It reads CSV, TSV, text and XLSX of any separator, decimal sign and encoding, and knows columns
+    by name and unit in English, German, French, Spanish, Chinese and Japanese. It shows what it
+    took for what. Where two readings are possible it asks, or without a terminal refuses with the
+    line to add.
+    """
+
+    table: Path = argument(MISSING, "CSV, TSV, text or .xlsx.", "TABLE")
+    out: Path = _out(Path("out/import"))
+    column: tuple[str, ...] = option(
+        (),
+        "e.g. 'Druck \\[bar]=pressure_kPa', 'p=pressure_psi', 'ADC*0.05-2=pressure_kPa', "
+        "'Remarks=ignore'; repeatable.",
+        metavar="HEADER=COLUMN",
+    )
+    experiment: Literal["bending", "blocked_force", "coupon"] | None = option(
+        None, "Where the columns fit several."
+    )
+    zero_at_rest: bool | None = option(
+        None, "Subtract first readings, which are at rest.", "--zero-at-rest/--no-zero-at-rest"
+    )
+    gauge_length: float | None = option(
+        None, "Of a coupon, between the grips.", measured_in="mm", above=0
+    )
+    area: float | None = option(None, "Cross-section of a coupon.", measured_in="mm²", above=0)
+    mode: Literal["uniaxial", "planar", "equibiaxial"] = option(
+        "uniaxial", "Mode of tension of a coupon."
+    )
+    frame_rate: float | None = option(
+        None, "Pictures per second, where there are frames.", measured_in="Hz", above=0
+    )
+    rate: float | None = option(
+        None, "Of ramps: kPa/s, of a coupon mm/s.", measured_in="kPa/s", above=0
+    )
+    encoding: str | None = option(None, "e.g. cp1252, gb18030, cp932.")
+    decimal: Literal[".", ","] | None = option(None, "Decimal sign.")
+    sheet: str | None = option(None, "Of an .xlsx file.")
+
+
+@dataclass(frozen=True, kw_only=True)
 class DiagnoseSettings(ConfiguredSettings):
     """Find out what the simulation gets wrong about measured data, and why."""
 

@@ -132,7 +132,7 @@ class CouponSettings(Section):
 class Cavity(Section):
     """One of several cavities."""
 
-    role: ClassVar = Role.PROCEDURE
+    role: ClassVar = Role.SETUP
     felt_by: ClassVar = FINGERS
 
     pressure_ratio: float = Field(
@@ -143,7 +143,7 @@ class Cavity(Section):
 class Cavities(Section):
     """Cavities by the group of a mesh file, as [cavity.cavity_2] is one."""
 
-    role: ClassVar = Role.PROCEDURE
+    role: ClassVar = Role.SETUP
     felt_by: ClassVar = FINGERS
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Cavity]

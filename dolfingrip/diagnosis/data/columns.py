@@ -43,7 +43,12 @@ IGNORED: Final = frozenset(
 
 
 def near(name: str, known: Sequence[str]) -> str:
-    """``did you mean …? `` if a known name is like ``name``, else ""."""
+    """Return ``did you mean …? `` if a known name is like another, else "".
+
+    Args:
+        name: as it is written.
+        known: names that there are.
+    """
     found = difflib.get_close_matches(name, known, 1, 0.6)
     return f"did you mean {found[0]}? " if found else ""
 

@@ -1,0 +1,143 @@
+"""``dolfingrip import``: a laboratory's table as the two files of the format of measured data."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import typer
+
+from dolfingrip.cli.console import Screen, check_writable, console
+from dolfingrip.cli.settings import ImportSettings
+from dolfingrip.config import ConfigError
+from dolfingrip.importing import importing
+from dolfingrip.importing.importing import ImportedTable
+from dolfingrip.importing.told import VALUE, Question, Told
+from dolfingrip.report.table import of_columns
+
+
+def import_table(asked: ImportSettings) -> None:
+    """Read the table, ask what is not certain, and write the two files."""
+    check_writable(asked.out)
+    bring(asked.table, asked.out, Told.of(asked), console())
+
+
+def bring(file: Path, out: Path, told: Told, screen: Screen) -> Path:
+    """Import a table; at a terminal a person answers what is not certain.
+
+    Args:
+        file: the table.
+        out: folder of the two files.
+        told: what is told already.
+        screen: that shows the mapping and asks.
+
+    Returns:
+        The CSV that was written.
+
+    Raises:
+        ConfigError: one line with the lines to add, where nobody can be asked.
+    """
+    while True:
+        found, questions = _understood(file, told)
+        if not questions or not _asks():
+            break
+        told = told.with_line(_answer(questions[0], screen))
+    if found is not None:
+        _show(found, screen)
+    if questions:
+        raise ConfigError(f"{file}: {'; '.join(map(str, questions))}")
+    assert found is not None
+    for note in found.notes:
+        screen.say(f"- {note}")
+    written, setup = importing.write(found, out)
+    screen.say(f"{len(found.table)} rows: {written} and {setup}")
+    return written
+
+
+def offered(files: Sequence[Path], command: str, screen: Screen, out: Path) -> list[Path]:
+    """Offer to import those of some tables that are not in the format of measured data.
+
+    Args:
+        files: CSV files that a command takes.
+        command: the command, for the message.
+        screen: that asks.
+        out: folder of the command's results.
+
+    Returns:
+        The files, with those that were imported in place of their sources.
+
+    Raises:
+        ConfigError: one line that names columns and lines to add, where nobody can be asked.
+    """
+    return [each if _in_format(each) else _offer(each, command, screen, out) for each in files]
+
+
+def _in_format(file: Path) -> bool:
+    """True for a table in the format, and for what no import could read better."""
+    if not file.is_file():
+        return True
+    try:
+        with file.open(encoding="utf-8-sig") as stream:
+            header = next((line for line in stream if not line.startswith("#")), "")
+    except UnicodeDecodeError:
+        return False
+    return importing.is_format([name.strip() for name in header.split(",")])
+
+
+def _offer(file: Path, command: str, screen: Screen, out: Path) -> Path:
+    folder = out / "imported"
+    line = f"dolfingrip import {file} --out FOLDER"
+    try:
+        found, questions = _understood(file, Told())
+    except ConfigError as error:
+        raise ConfigError(f"{command} {error}; {line} takes such tables") from None
+    if _asks() and typer.confirm(f"{file} is not in the format of measured data. Import it?"):
+        return bring(file, folder, Told(), screen)
+    taken = [] if found is None else [f"{h} is {n}" for h, n, _ in found.mapping() if n != "?"]
+    more = f", which asks: {'; '.join(map(str, questions))}" if questions else ""
+    raise ConfigError(
+        f"{command} {file}: not in the format of measured data ({', '.join(taken)}); "
+        f"allowed: what {line} writes{more}"
+    )
+
+
+def _understood(file: Path, told: Told) -> tuple[ImportedTable | None, Sequence[Question]]:
+    try:
+        found = importing.understand(file, told)
+    except Question as question:
+        return None, [question]
+    return found, found.questions
+
+
+def _asks() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def _answer(question: Question, screen: Screen) -> str:
+    """Ask one question at the terminal; the answer is the line that would be added."""
+    screen.say(question.text)
+    for i, line in enumerate(question.lines, start=1):
+        screen.say(f"  {i}  {line}")
+    choice = 1
+    while len(question.lines) > 1:
+        choice = typer.prompt("which", type=int, default=1)
+        if 1 <= choice <= len(question.lines):
+            break
+    line = question.lines[choice - 1]
+    for place in (VALUE, "FACTOR", "OFFSET"):
+        if place in line:
+            line = line.replace(place, str(typer.prompt(place.lower(), type=float)))
+    return line.replace("+-", "-")
+
+
+def _show(found: ImportedTable, screen: Screen) -> None:
+    """Print what was taken for what."""
+    rows = found.mapping()
+    columns = {
+        "Column": [header for header, _, _ in rows],
+        "Taken for": [name for _, name, _ in rows],
+        "From": [done for _, _, done in rows],
+    }
+    screen.say(f"{found.file.name}: {found.cells.how}")
+    screen.print(of_columns(columns, None, left=tuple(columns)))

@@ -1,0 +1,1 @@
+"""Tables as laboratories have them, turned into the two files of the format of measured data."""

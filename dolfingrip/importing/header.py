@@ -1,0 +1,426 @@
+"""Quantity and unit of a column, from its name in six languages."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+from typing import Any, Final
+
+from dolfingrip.channels import CHANNELS, TIME
+from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.data.columns import IGNORED, MEASURED, near
+from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
+from dolfingrip.sections.units import unit as unit_at_end
+
+NO_UNIT: Final = "dimensionless"
+
+TARGETS: Final = {
+    "time": TIME.name,
+    "frame": "frame",
+    "pressure": "pressure_kPa",
+    "suction": "suction_kPa",
+    "setpoint": "setpoint",
+    "angle": "angle_deg",
+    "chord_angle": "chord_angle_deg",
+    "force": "force_N",
+    "displacement": "displacement_mm",
+    "strain": STRAIN,
+    "stretch": "stretch",
+    "stress": STRESS,
+    "true_stress": "true_stress_MPa",
+    "true_strain": "true_strain",
+    "transverse_strain": "transverse_strain",
+    "tip_x": "tip_x_mm",
+    "tip_z": "tip_z_mm",
+    "specimen": "specimen",
+    "cycle": "cycle",
+}
+"""Columns of the format by quantity; further ones, which the import turns into those or drops."""
+
+WITHOUT_UNIT: Final = ("frame", "setpoint", "stretch", "specimen", "cycle")
+"""Quantities that are certain without a unit."""
+
+IGNORE: Final = "ignore"
+"""Name of no quantity: the column is passed over."""
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnReading:
+    """Quantity and conversion that one column may have.
+
+    Attributes:
+        target: column of the format, or one of :data:`TARGETS`.
+        unit: unit in which the file has it, for people; "" for none.
+        factor: by which its numbers are multiplied.
+        offset: that is added afterwards.
+    """
+
+    target: str
+    unit: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """Readings that the name of a column allows.
+
+    Attributes:
+        header: the name.
+        readings: what it may be; one: it is certain.
+        why: what is not known, where it is not certain.
+        lines: right sides of ``--column`` lines that settle it.
+    """
+
+    header: str
+    readings: tuple[ColumnReading, ...] = ()
+    why: str = ""
+    lines: tuple[str, ...] = field(default=())
+
+
+@cache
+def _known() -> dict[str, Any]:
+    text = files("dolfingrip.importing").joinpath("words.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+@cache
+def _registry() -> Any:
+    import pint  # loads for 0.3 s, and only tables with units of their own need it
+
+    return pint.UnitRegistry()
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",")]
+
+
+def plain(text: str) -> str:
+    """A name in small letters without accents, underscores and full-width characters.
+
+    Args:
+        text: as a table has it.
+
+    >>> plain("ActuatorAngle_deg"), plain("Présión （kPa）")
+    ('actuator angle deg', 'presion (kpa)')
+    """
+    text = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", unicodedata.normalize("NFKC", text))
+    marked = unicodedata.normalize("NFD", text.casefold())
+    bare = "".join(c for c, before in zip(marked, " " + marked, strict=False)
+                   if not (unicodedata.combining(c) and before.isascii()))  # fmt: skip
+    return " ".join(unicodedata.normalize("NFC", bare).replace("_", " ").split())
+
+
+@cache
+def _patterns() -> list[tuple[str, re.Pattern[str]]]:
+    found = []
+    for quantity, words in _known()["quantities"].items():
+        for word in _words(words):
+            text = re.escape(plain(word))
+            if word[0] >= "\u0370" and len(word) == 1 and word < "\u0400":  # a Greek letter
+                text = rf"(?<![^\W\d_]){text}(?![^\W\d_])"
+            elif word[0] < "\u0370":
+                alone = rf"(?<![a-z]){text}(?![a-z])"
+                compound = len(word) >= 5 and " " not in word  # Biegewinkel, Druckluft
+                text = rf"{alone}|(?<![a-z]){text}|{text}(?![a-z])" if compound else alone
+            found.append((quantity, re.compile(text)))
+    return found
+
+
+def quantities(name: str) -> list[str]:
+    """Quantities that a name may mean; a longer word hides the words within it.
+
+    Args:
+        name: of a column, without its unit.
+
+    >>> quantities("Luftdruck"), quantities("true stress"), quantities("压力")
+    (['pressure'], ['true_stress'], ['pressure'])
+    """
+    hits = [(q, m.span()) for q, pattern in _patterns() for m in pattern.finditer(plain(name))]
+    longest = [
+        (q, (a, b))
+        for q, (a, b) in hits
+        if not any(c <= a and b <= d and d - c > b - a for _, (c, d) in hits)
+    ]
+    return list(dict.fromkeys(q for q, _ in longest))
+
+
+_DIMENSIONS: Final = ("kPa", "N", "mm", "s", NO_UNIT)
+"""Units of the dimensions that columns have."""
+
+
+@cache
+def _units(text: str) -> tuple[Any, ...]:
+    """Quantities of one unit that a text may mean; several where letters' case decides."""
+    text = unicodedata.normalize("NFKC", text).strip().strip(".")
+    if not text or len(text) > 12:
+        return ()
+    aliases, small = _known()["units"], text.casefold()
+    key = next((k for k in (text, small, plain(text)) if k in aliases), None)
+    if not key and len(text) == 1 and text not in "NmsS%°":  # years, days and tonnes
+        return ()
+    if key and "|" in aliases[key]:
+        return tuple(_parsed(each) for each in aliases[key].split("|"))
+    exact = _parsed(aliases[key] if key else re.sub(r"(?<=[a-z])([23])$", r"**\1", text))
+    if exact is not None and any(exact.is_compatible_with(each) for each in _DIMENSIONS):
+        return (exact,)
+    likely = [each for each in _known()["cases"]["units"].split() if each.casefold() == small]
+    return tuple(_parsed(each) for each in likely)  # PSI, Mpa: the letters' case is wrong
+
+
+def _parsed(text: str) -> Any:
+    try:
+        found = (
+            _registry().Quantity(1, text)
+            if text[:1].isalpha() or text in "%°‰"
+            else _registry()(text)
+        )
+        return found if hasattr(found, "units") else _registry().Quantity(found)
+    except Exception:  # pint raises its own errors, and those of Python's tokenizer
+        return None
+
+
+def is_unit(text: str) -> bool:
+    """Say if a text is a unit, or that of an instrument's raw numbers.
+
+    Args:
+        text: without brackets.
+
+    >>> is_unit("kPa"), is_unit("counts"), is_unit("Druck")
+    (True, True, False)
+    """
+    special = (*_words(_known()["raw"]["units"]), *_words(_known()["absolute"]["units"]))
+    return bool(_units(text)) or text.casefold() in special
+
+
+def factor(unit: str, target: str) -> list[float]:
+    """Factors by which numbers in a unit become those of a column; several where case decides.
+
+    Args:
+        unit: as a table tells it.
+        target: column of the format.
+
+    >>> factor("bar", "pressure_kPa"), factor("V", "pressure_kPa")
+    ([100.0], [])
+    """
+    own = _registry().Quantity(1, _unit_of(target))
+    plane = own.units == _registry().degree
+    found = []
+    for each in _units(unit):
+        turned = "radian" in str(each.to_root_units().units)
+        if each.is_compatible_with(own) and plane == turned:
+            found.append(float(each.to(own.units).magnitude))
+    return list(dict.fromkeys(round(each, 15) if each > 1e-6 else each for each in found))
+
+
+def _unit_of(target: str) -> str:
+    if target == "angle_deg" or target.endswith("_deg"):
+        return "degree"
+    return unit_at_end(target) or NO_UNIT
+
+
+def split(header: str) -> tuple[str, str]:
+    """Name and unit of a header; "" for a unit that it does not tell.
+
+    Args:
+        header: as a table has it.
+
+    >>> split("Druck [bar]"), split("p / kPa"), split("ActuatorAngle_deg"), split("圧力（ｋPa）")
+    (('Druck', 'bar'), ('p', 'kPa'), ('ActuatorAngle', 'deg'), ('圧力', 'kPa'))
+    """
+    text = re.sub(r" #\d+$", "", unicodedata.normalize("NFKC", header).strip())
+    for found in re.finditer(r"[(\[<]\s*([^()\[\]<>]*(?:\([^()]*\))?)\s*[)\]>]", text):
+        unit = found[1].strip()
+        gauge = re.fullmatch(r"(.+?)[ (]+(gauge|g|rel|abs|a)\.?\)?", unit, re.IGNORECASE)
+        over = " abs" if gauge and gauge[2][0].casefold() == "a" else ""
+        if is_unit(unit := gauge[1] if gauge else unit):
+            rest = f"{text[: found.start()]}{text[found.end() :]}".strip(" _-")
+            return f"{rest}{over}", unit
+    for pattern in (r"(.+?)\s*/\s*(\S+)", r"(.+?)\s+in\s+(\S+)", r"(.+?)[\s_,;:]+(\S+)"):
+        for found in [m] if (m := re.fullmatch(pattern, text)) else []:
+            if is_unit(found[2]) and found[2] not in "-–—1":
+                return found[1].strip(" _-"), found[2]
+    last = re.fullmatch(r"(.+)[\s_,;:]+(\S+?)", text)
+    if last and is_unit(last[2]) and last[2] not in "-–—1":
+        return last[1].strip(" _-,"), last[2]
+    return text, ""
+
+
+def recognise(header: str) -> Recognised:
+    """Say what a column may be by its name.
+
+    Args:
+        header: name of the column in the file.
+
+    >>> recognise("Biegewinkel [rad]").readings
+    (ColumnReading(target='angle_deg', unit='rad', factor=57.29577951308232, offset=0.0),)
+    """
+    if header in MEASURED or header in (STRAIN, STRESS, "stretch", "mode"):
+        return Recognised(header, (ColumnReading(header, _shown(header)),))
+    if header in IGNORED:
+        return Recognised(header)
+    name, unit = split(header)
+    found = quantities(name)
+    if "suction" in found and "pressure" in found:
+        found.remove("pressure")
+    if "setpoint" in found:
+        found = ["setpoint"]
+    small = unit.casefold()
+    raw, absolute = _words(_known()["raw"]["units"]), _known()["absolute"]
+    if found and small in raw and not (small in ("mv", "v") and found == ["frame"]):
+        targets = [TARGETS[each] for each in found]
+        return Recognised(
+            header, (), f"{unit} need a calibration, value = FACTOR * {unit} + OFFSET",
+            tuple(f"*FACTOR+OFFSET={each}" for each in targets),
+        )  # fmt: skip
+    over_vacuum = small in _words(absolute["units"]) or set(plain(name).split()) & set(
+        _words(absolute["words"])
+    )
+    if over_vacuum and ("pressure" in found or not found):
+        bare = unit[:-1] if small in _words(absolute["units"]) else unit or "kPa"
+        air = round(
+            float(_registry().Quantity(101.325, "kPa").to(_units(bare)[0].units).magnitude), 4
+        )
+        return Recognised(
+            header, (), "a pressure above vacuum; subtract that of the air",
+            (f"-{air:g}=pressure_{bare}",),
+        )  # fmt: skip
+    if not unit:
+        return _without_unit(header, found)
+    readings = [
+        ColumnReading(TARGETS[each], unit, value)
+        for each in found
+        if each not in ("frame", "setpoint", "specimen", "cycle")
+        for value in factor(unit, TARGETS[each])
+    ]
+    if "setpoint" in found:
+        return Recognised(header, (ColumnReading("setpoint", unit),))
+    if len({(r.target, r.factor) for r in readings}) == 1:
+        return Recognised(header, (readings[0],))
+    if readings:
+        lines = tuple(f"={r.target}" for r in readings)
+        if len(set(lines)) == 1:  # the same quantity in two units
+            lines = tuple(f"*{r.factor:g}={r.target}" for r in readings)
+        return Recognised(header, tuple(readings), f"{unit} has two readings", lines)
+    fitting = [
+        t for t in TARGETS.values() if t in MEASURED and _unit_of(t) != NO_UNIT and factor(unit, t)
+    ]
+    if fitting and not found:
+        return Recognised(header, (), "its name is not known", tuple(f"={t}" for t in fitting))
+    if found:
+        return Recognised(
+            header, (), f"{unit} is no unit of {' or '.join(found)}",
+            tuple(f"={each}" for each in fitting),
+        )  # fmt: skip
+    return Recognised(header)
+
+
+def _shown(target: str) -> str:
+    channel = CHANNELS.get(target)
+    return channel.symbol if channel else unit_at_end(target)
+
+
+OTHER_UNITS: Final = {
+    "time": ("time_s", "time_ms"),
+    "pressure": ("pressure_kPa", "pressure_bar", "pressure_psi"),
+    "suction": ("suction_kPa", "suction_bar"),
+    "force": ("force_N", "force_mN"),
+    "displacement": ("displacement_mm",),
+    "strain": ("strain", "strain_%"),
+    "transverse_strain": ("transverse_strain", "transverse_strain_%"),
+    "stress": ("stress_MPa", "stress_kPa"),
+    "angle": ("angle_deg", "angle_rad"),
+    "chord_angle": ("chord_angle_deg", "chord_angle_rad"),
+}
+"""Units that are offered where a column tells none."""
+
+
+def _without_unit(header: str, found: Sequence[str]) -> Recognised:
+    if len(found) == 1 and found[0] in WITHOUT_UNIT:
+        return Recognised(header, (ColumnReading(TARGETS[found[0]], ""),))
+    if not found:
+        return Recognised(header)
+    offered = [f"={t}" for each in found for t in OTHER_UNITS.get(each, (TARGETS[each],))]
+    return Recognised(header, (), "its unit is not told", tuple(offered))
+
+
+_LEFT: Final = re.compile(
+    r"(.*?)(?:\*(-?[\d.]+(?:e-?\d+)?))?([+-][\d.]+(?:e-?\d+)?)?", re.IGNORECASE
+)
+
+
+def told_columns(texts: Iterable[str], headers: Sequence[str]) -> dict[str, ColumnReading]:
+    """Read ``--column`` texts: ``HEADER[*FACTOR][+OFFSET]=COLUMN``.
+
+    Args:
+        texts: as they are typed. The right side is a column of the format, the same in another
+            unit (``pressure_psi``, ``pressure [psi]``), or ``ignore``. A unit in the header counts
+            where the right side is a column of the format.
+        headers: names of the file's columns; ``column 3`` names one by its place.
+
+    Raises:
+        ConfigError: one line.
+    """
+    found = {}
+    for text in texts:
+        left, _, right = text.rpartition("=")
+        header, scale, shift = _left(left, text, headers)
+        found[header] = _right(text, header, right.strip(), scale, shift)
+    return found
+
+
+def _left(left: str, text: str, headers: Sequence[str]) -> tuple[str, float | None, float]:
+    left = left.strip()
+    if left in headers:
+        return left, None, 0.0
+    place = re.fullmatch(r"column (\d+)", left)
+    if place and 1 <= int(place[1]) <= len(headers):
+        return headers[int(place[1]) - 1], None, 0.0
+    parts = _LEFT.fullmatch(left)
+    if parts is not None and (header := parts[1].strip()) in headers:
+        return header, float(parts[2]) if parts[2] else None, float(parts[3] or 0)
+    raise ConfigError(
+        f"--column {text}: {near(left, headers)}allowed: {', '.join(headers)}, as in "
+        f"{headers[0]}=pressure_kPa"
+    )
+
+
+def _right(text: str, header: str, right: str, scale: float | None, shift: float) -> ColumnReading:
+    allowed = [
+        t for t in TARGETS.values() if t not in ("setpoint", "true_stress_MPa", "true_strain")
+    ]
+    if right == IGNORE:
+        return ColumnReading(IGNORE, "")
+    unit = split(header)[1]
+    if right in allowed:
+        target = right
+        told = unit if unit and factor(unit, target) else ""
+    else:
+        name, told = split(right)
+        named = [t for t in allowed if t.rpartition("_")[0] == name.replace(" ", "_") or t == name]
+        if len(named) != 1 or len(factor(told, named[0])) != 1:
+            raise ConfigError(
+                f"--column {text}: {right}: {near(right, allowed)}allowed: {', '.join(allowed)}, "
+                f"with another unit, as in pressure_psi, or {IGNORE}"
+            )
+        target = named[0]
+    values = factor(told, target) if told else [1.0]
+    if len(values) > 1:
+        if scale is None:
+            raise ConfigError(
+                f"--column {text}: {told} has two readings; allowed: a factor, as in "
+                f"{header}*1={target}"
+            )
+        values = [1.0]
+    per_unit = values[0]
+    return ColumnReading(
+        target,
+        told or _shown(target),
+        (1.0 if scale is None else scale) * per_unit,
+        shift * per_unit,
+    )

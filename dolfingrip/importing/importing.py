@@ -1,0 +1,540 @@
+"""Table of a laboratory to the format of measured data: columns, questions, and the two files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+import tomlkit
+
+from dolfingrip.channels import ANGLE, CHANNELS, PRESSURE, TIME, WHO
+from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.data import table as measured
+from dolfingrip.diagnosis.data.columns import CONTROL, IGNORED, MEASURED, READINGS
+from dolfingrip.experiments.material_fit import coupons
+from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
+from dolfingrip.files.whole import write_together
+from dolfingrip.importing import cells as reading
+from dolfingrip.importing.cells import Cells
+from dolfingrip.importing.header import IGNORE, ColumnReading, Recognised, recognise, told_columns
+from dolfingrip.importing.told import Question, Told, line
+from dolfingrip.sections import tables
+
+BENDING: Final = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm")
+
+REST: Final = (*BENDING, "force_N", "displacement_mm")
+"""Columns that count from the state at rest."""
+
+AT_REST_SIGMA: Final = 3.0
+"""Noises of an ordinary instrument within which a first reading is at rest."""
+
+AIR_KPA: Final = (80.0, 110.0)
+"""Pressures of the air at which people live; a gauge that begins there may be an absolute one."""
+
+UNSTRETCHED: Final = 0.9
+"""A stretch begins above this, a strain below it."""
+
+SUCTION: Final = {"cavity": {"cavity": {"pressure_ratio": -1.0}}}
+"""Set-up by which a positive ``pressure_kPa`` is suction."""
+
+
+@dataclass(slots=True)
+class ImportedTable:
+    """A table and all that an import found in it.
+
+    Attributes:
+        file: the table.
+        cells: its header and rows.
+        taken: a reading for each column of the table; None: passed over.
+        table: columns of the format.
+        setup: tables and keys of the TOML file.
+        notes: sentences on what was done.
+        questions: what is not certain; where there is one, nothing is written.
+        fixed: columns that a person tells, by header.
+    """
+
+    file: Path
+    cells: Cells
+    taken: dict[str, ColumnReading | None] = field(default_factory=dict)
+    table: pd.DataFrame = field(default_factory=pd.DataFrame)
+    setup: dict[str, Any] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    questions: list[Question] = field(default_factory=list)
+    fixed: Mapping[str, ColumnReading] = field(default_factory=dict)
+
+    def mapping(self) -> list[tuple[str, str, str]]:
+        """Header, column and what was done to the numbers, of each column of the table."""
+        asked = {q.text.partition(":")[0]: "?" for q in self.questions}
+        found = []
+        for header in self.cells.header:
+            taken = self.taken.get(header)
+            name = taken.target if taken else asked.get(header, "passed over")
+            if taken and taken.target not in self.table and not self.questions:
+                name = f"passed over ({taken.target})"
+            found.append((header, name, _done(taken) if taken else ""))
+        return found
+
+
+def _done(taken: ColumnReading) -> str:
+    parts = [taken.unit] if taken.unit else []
+    if taken.factor != 1:
+        parts.append(f"× {taken.factor:.6g}")
+    if taken.offset:
+        parts.append(f"{taken.offset:+.6g}")
+    return " ".join(parts)
+
+
+def is_format(header: Sequence[str]) -> bool:
+    """Say whether all names of a header are columns of the format, or of nominal coupons.
+
+    Args:
+        header: names of columns.
+    """
+    own = {*MEASURED, *IGNORED, *coupons.STRETCHES, *coupons.STRESSES, "mode"}
+    return set(header) <= own
+
+
+def understand(file: Path, told: Told) -> ImportedTable:
+    """Find what each column of a table is, and turn it into the format.
+
+    A TOML file of the same stem beside the table tells the set-up, as for ``diagnose``.
+
+    Args:
+        file: CSV, TSV, text or XLSX.
+        told: what a person tells.
+
+    Returns:
+        The columns of the format, or the questions where a column has two readings.
+
+    Raises:
+        ConfigError: one line, where the file is no table or what is told does not fit it.
+        Question: the sheet, the encoding or the decimal sign is not certain.
+    """
+    known: dict[tuple[Any, ...], Cells] = {}
+    for cells in reading.readings(file, told):
+        found = [_with_clock(recognise(name), cells, i) for i, name in enumerate(cells.header)]
+        named = sum(any(name in text for text in told.column) for name in cells.header)
+        score = named + sum(bool(each.readings) or 0.5 * bool(each.why) for each in found)
+        known.setdefault((score, tuple(each.readings for each in found)), cells)
+    best = max(score for score, _ in known)
+    likely = [cells for (score, _), cells in known.items() if score == best]
+    if len(likely) > 1 and best:
+        names = [cells.how.partition(",")[0] for cells in likely]
+        raise Question("its encoding is not certain:", [line("encoding", name) for name in names])
+    return _understood(file, likely[0], told)
+
+
+def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
+    found = ImportedTable(file, cells, setup=_setup(file))
+    found.fixed = fixed = told_columns(told.column, cells.header)
+    for i, header in enumerate(cells.header):
+        if header in fixed:
+            found.taken[header] = fixed[header] if fixed[header].target != IGNORE else None
+        else:
+            known = _with_clock(recognise(header), cells, i)
+            certain = len(known.readings) == 1 and not known.why
+            found.taken[header] = known.readings[0] if certain else None
+            if known.why:
+                found.questions.append(_about(known))
+    _drop_needless(found)
+    _one_each(found)
+    if found.questions:
+        return found
+    _convert(found)
+    experiment = _experiment(found, told)
+    if experiment is None:
+        return found
+    finish = _coupon if experiment == "coupon" else _finger
+    finish(found, told, experiment)
+    _at_rest(found, told)
+    if not found.questions:
+        _arrange(found, experiment)
+    return found
+
+
+def _about(known: Recognised) -> Question:
+    lines = [line("column", f"{known.header}{each}") for each in known.lines]
+    ignore = line("column", f"{known.header}={IGNORE}")
+    return Question(f"{known.header}: {known.why};", [*lines, ignore])
+
+
+def _with_clock(known: Recognised, cells: Cells, place: int) -> Recognised:
+    """A column of times of day, whose unit they tell."""
+    clock = [reading.is_clock(cell) for cell in cells.column(place) if cell]
+    if clock and all(clock):
+        return Recognised(known.header, (ColumnReading(TIME.name, "time of day"),))
+    return known
+
+
+def _drop_needless(found: ImportedTable) -> None:
+    """Take back questions on unnamed columns where the only thing they may be is there already."""
+    there = {each.target for each in found.taken.values() if each}
+    needless = [
+        q for q in found.questions
+        if "its name is not known" in q.text
+        and all(text.rstrip('"').rpartition("=")[2] in (*there, IGNORE) for text in q.lines)
+    ]  # fmt: skip
+    found.questions = [q for q in found.questions if q not in needless]
+
+
+def _one_each(found: ImportedTable) -> None:
+    """Ask where two columns are the same quantity; one that is told counts."""
+    targets: dict[str, list[str]] = {}
+    for header, taken in found.taken.items():
+        if taken:
+            name = "pressure_kPa" if taken.target == "suction_kPa" else taken.target
+            targets.setdefault(name, []).append(header)
+    for target, headers in targets.items():
+        told = [header for header in headers if header in found.fixed]
+        if len(told) > 1:
+            raise ConfigError(
+                f"--column: {' and '.join(told)} are both {target}; allowed: one of them"
+            )
+        if told:
+            found.taken |= {header: None for header in headers if header not in told}
+        elif len(headers) > 1 and target not in ("setpoint", "frame"):
+            lines = [line("column", f"{header}={target}") for header in headers]
+            found.questions.append(
+                Question(f"{' and '.join(headers)}: both are {target}: which?", lines)
+            )
+
+
+def _convert(found: ImportedTable) -> None:
+    """Fill the table with the numbers of the columns that are taken."""
+    columns: dict[str, Any] = {}
+    for place, header in enumerate(found.cells.header):
+        taken = found.taken[header]
+        if taken is None or taken.target == "setpoint":
+            continue
+        texts = found.cells.column(place)
+        if taken.target in (*WHO, "mode") and taken.target != "cycle":
+            columns[taken.target] = texts
+        elif taken.unit == "time of day":
+            times = np.array([reading.seconds(each) for each in texts])
+            columns[taken.target] = times - times[0]
+        else:
+            columns[taken.target] = taken.factor * _numbers(found, header, texts) + taken.offset
+    found.table = pd.DataFrame(columns)
+
+
+def _numbers(found: ImportedTable, header: str, texts: Sequence[str]) -> np.ndarray:
+    values = []
+    for (number, _), text in zip(found.cells.rows, texts, strict=True):
+        try:
+            values.append(reading.number(text, found.cells.decimal))
+        except ValueError:
+            raise ConfigError(
+                f"{found.file}: line {number}: {header} = {text}: not a number; allowed: numbers "
+                f"with a decimal {found.cells.how.rpartition(' ')[2]}, or nothing"
+            ) from None
+    return np.array(values)
+
+
+def _setup(file: Path) -> dict[str, Any]:
+    """The set-up that a TOML file beside the table tells."""
+    beside = file.with_suffix(".toml")
+    return dict(tables.whole(beside, "beside the table,")) if beside.exists() else {}
+
+
+def _experiment(found: ImportedTable, told: Told) -> str | None:
+    """The experiment, by what is told or by the columns; None where it is asked for."""
+    columns = set(found.table)
+    if "experiment" in columns:
+        return "several"
+    named = told.experiment or found.setup.get("experiment")
+    named = [named] if isinstance(named, str) else list(named or ())
+    pulled, resists = columns & set(coupons.STRETCHES), columns & set(coupons.STRESSES)
+    blown = columns & {"pressure_kPa", "suction_kPa"}
+    fits = {
+        "bending": bool(blown and columns & set(BENDING)),
+        "blocked_force": bool(blown and "force_N" in columns),
+        "coupon": bool(pulled and resists),
+    }
+    can = [name for name, fit in fits.items() if fit]
+    if len(named) == 1 and named[0] in fits:
+        if named[0] not in can:
+            raise ConfigError(_lacking(found, named[0]))
+        can = named
+    if not can:
+        raise ConfigError(_lacking(found, ""))
+    if len(can) > 1:
+        lines = [line("experiment", name) for name in can]
+        found.questions.append(Question("its columns fit several experiments: which?", lines))
+        return None
+    found.setup["experiment"] = can[0]
+    return can[0]
+
+
+def _lacking(found: ImportedTable, experiment: str) -> str:
+    """Say which columns an experiment needs."""
+    has = ", ".join(found.table) or "no column that is known"
+    rest = [header for header, taken in found.taken.items() if taken is None]
+    more = (
+        f"; not known: {', '.join(rest)}: name one by {line('column', f'{rest[0]}=pressure_kPa')}"
+        if rest
+        else ""
+    )
+    needs = {
+        "bending": "pressure and an angle or a place of the tip",
+        "blocked_force": "pressure and force",
+        "coupon": "displacement, strain or stretch, and force or nominal stress",
+    }
+    allowed = needs[experiment] if experiment else "; or ".join(needs.values())
+    return f"{found.file}: {has}{more}; allowed: {allowed}"
+
+
+def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
+    """Pressure above that of the air, suction as a positive one, times of frames."""
+    table = found.table
+    name = "suction_kPa" if "suction_kPa" in table else "pressure_kPa"
+    value = table[name].to_numpy()
+    finite = value[np.isfinite(value)]
+    header = next(h for h, taken in found.taken.items() if taken and taken.target == name)
+    if header not in found.fixed and len(finite) and AIR_KPA[0] <= finite[0] <= AIR_KPA[1]:
+        own = found.taken[header]
+        assert own is not None
+        air = finite[0] / own.factor
+        lines = [line("column", f"{header}-{air:.6g}={name}"), line("column", f"{header}={name}")]
+        found.questions.append(
+            Question(
+                f"{header}: begins at {finite[0]:.4g} kPa: above vacuum, or above the air?", lines
+            )
+        )
+    low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
+    lowest, _ = PRESSURE.plausible or (-10.0, 0.0)
+    if name == "suction_kPa" or low < lowest:
+        if min(-low, high) > -lowest:
+            raise ConfigError(
+                f"{found.file}: {header} = {low:.4g} to {high:.4g} kPa: suction and pressure in "
+                "one table; allowed: one sign, each in a table of its own"
+            )
+        sign = 1.0 if high > -low else -1.0
+        if (own := found.taken[header]) is not None:
+            found.taken[header] = replace(own, target="pressure_kPa", factor=sign * own.factor)
+        table = table.drop(columns=name).assign(pressure_kPa=sign * value)
+        found.setup = _merged(found.setup, SUCTION)
+        found.notes.append("suction is a positive pressure_kPa; pressure_ratio = -1 turns its sign")
+    found.table = table
+    if experiment in CONTROL:
+        _times(found, told, "rate_kPa_per_s")
+
+
+def _merged(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables with the entries of both; those of the second count."""
+    both = {
+        key: _merged(first[key], second[key])
+        for key in first.keys() & second.keys()
+        if isinstance(first[key], Mapping) and isinstance(second[key], Mapping)
+    }
+    return {**first, **second, **both}
+
+
+def _times(found: ImportedTable, told: Told, rate: str) -> None:
+    """Times by time stamps, frames or the rate."""
+    if told.rate is not None:
+        found.setup[rate] = told.rate
+    if TIME.name in found.table:
+        return
+    if "frame" in found.table and told.frame_rate is not None:
+        frames = found.table["frame"]
+        found.table[TIME.name] = (frames - frames.iloc[0]) / told.frame_rate
+        found.notes.append(f"time_s is the frame's number by {told.frame_rate:g} Hz")
+    elif rate in found.setup:
+        found.notes.append(f"times follow from {rate} = {found.setup[rate]:g}")
+    elif "frame" in found.table:
+        lines = [line("frame_rate"), line("rate")]
+        unit = rate.removeprefix("rate_").replace("_per_", "/")
+        found.questions.append(
+            Question(
+                f"frames in place of time: pictures per second (Hz), or the rate ({unit})?", lines
+            )
+        )
+    else:
+        found.notes.append(f"no time: diagnose assumes a rate, unless {line('rate')} tells it")
+
+
+def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
+    """Travel and force where length and cross-section are told; else nominal strain and stress."""
+    table, setup = found.table, found.setup
+    for name in ("true_stress_MPa", "true_strain"):
+        if name in table and not set(table) & {
+            STRAIN,
+            "stretch",
+            STRESS,
+            "force_N",
+            "displacement_mm",
+        }:
+            raise ConfigError(f"{found.file}: {name}: allowed: nominal strain and stress")
+    own = {**setup, **setup.get("coupon", {})}
+    area = (
+        told.area or own.get("area_mm2") or own.get("width_mm", 0.0) * own.get("thickness_mm", 0.0)
+    )
+    length = told.gauge_length or own.get("gauge_length_mm")
+    nominal = "displacement_mm" not in table and "force_N" not in table
+    if not nominal:
+        for key, value, name, needs in (
+            ("gauge_length", length, "displacement_mm", "length between the grips (mm)"),
+            ("area", area, "force_N", "cross-section at rest (mm²)"),
+        ):
+            if name in table and not value:
+                found.questions.append(Question(f"{needs}: not told;", [line(key)]))
+    if length:
+        setup["gauge_length_mm"] = float(length)
+    if area:
+        setup["area_mm2"] = float(area)
+    setup.setdefault("mode", told.mode)
+    if "mode" in table:
+        del setup["mode"]
+    _unlike_its_name(found)
+    strain = table["stretch"] - 1 if "stretch" in table else table.get(STRAIN)
+    if length and area and not found.questions:
+        if strain is not None:
+            table = table.assign(displacement_mm=strain * length)
+        if STRESS in table:
+            table = table.assign(force_N=table[STRESS] * area)
+        table = table.drop(columns=[n for n in (STRAIN, "stretch", STRESS) if n in table])
+    elif nominal:
+        found.notes.append(
+            "for coupon --fit; diagnose needs a travel and a force: --gauge-length and --area"
+        )
+    found.table = table
+    if not nominal or (length and area):
+        _times(found, told, "rate_mm_per_s")
+
+
+def _unlike_its_name(found: ImportedTable) -> None:
+    """Ask where a strain begins at 1, as a stretch does, or a stretch far below it."""
+    for header, taken in found.taken.items():
+        if taken is None or taken.target not in (STRAIN, "stretch") or header in found.fixed:
+            continue
+        begins = float(found.table[taken.target].dropna().iloc[0])
+        if (taken.target == STRAIN) == (begins >= UNSTRETCHED):
+            lines = [line("column", f"{header}={name}") for name in (STRAIN, "stretch")]
+            what = f"{header}: begins at {begins:.4g}: a strain, or a stretch?"
+            found.questions.append(Question(what, lines))
+
+
+def _at_rest(found: ImportedTable, told: Told) -> None:
+    """Subtract first readings, or ask where they are not those of the state at rest."""
+    table = found.table
+    groups = [n for n in ("experiment", "specimen") if n in table]
+    alike = [table[n] for n in groups] or [pd.Series(0, index=table.index)]
+    for name in [each for each in REST if each in table]:
+        first = table[name].groupby(alike, sort=False).transform("first")
+        begins = float(first.loc[first.abs().idxmax()])
+        noise = AT_REST_SIGMA * CHANNELS[name].noise
+        if told.zero_at_rest:
+            table[name] = table[name] - first
+        elif told.zero_at_rest is None and abs(begins) > noise and _begins_at_rest(table, name):
+            lines = ["--zero-at-rest", "--no-zero-at-rest"]
+            found.questions.append(
+                Question(
+                    f"{name} begins at {begins:.4g} {CHANNELS[name].symbol}: zero there?", lines
+                )
+            )
+    if told.zero_at_rest:
+        found.notes.append("first readings are subtracted: they are those at rest")
+    _signs(found)
+
+
+def _begins_at_rest(table: pd.DataFrame, name: str) -> bool:
+    """Say if the control is at rest in the first row, so that the reading should be zero."""
+    if "pressure_kPa" not in table:
+        return True
+    pressure = table["pressure_kPa"].abs()
+    return bool(pressure.iloc[0] <= max(1.0, 0.02 * float(pressure.max())))
+
+
+def _signs(found: ImportedTable) -> None:
+    """Ask where a reading falls as the control rises, which a convention of signs may explain."""
+    table = found.table
+    control = next((n for n in ("pressure_kPa", "displacement_mm") if n in table), None)
+    for name in (ANGLE.name, "chord_angle_deg", "force_N"):
+        header = next((h for h, r in found.taken.items() if r and r.target == name), None)
+        if (
+            control is None
+            or name not in table
+            or header in found.fixed
+            or found.setup.get("cavity")
+        ):
+            continue
+        both = table[[control, name]].dropna()
+        farthest = both[name].iloc[int(both[control].to_numpy().argmax())] - both[name].iloc[0]
+        if farthest < -AT_REST_SIGMA * CHANNELS[name].noise:
+            lines = [line("column", f"{header}*-1={name}"), line("column", f"{header}={name}")]
+            found.questions.append(
+                Question(f"{header}: falls as {control} rises: turn its sign?", lines)
+            )
+
+
+def _arrange(found: ImportedTable, experiment: str) -> None:
+    """Columns of the format in its order, rows with a control alone."""
+    known = [*MEASURED, "mode", *coupons.STRETCHES, *coupons.STRESSES]
+    foreign = set()
+    if experiment in READINGS:
+        others = {name for own in READINGS.values() for name in own}
+        foreign = (others | set(CONTROL.values())) - {*READINGS[experiment], CONTROL[experiment]}
+    columns = [name for name in dict.fromkeys(known) if name in found.table and name not in foreign]
+    table = found.table[columns]
+    controls = [name for name in (*CONTROL.values(), STRAIN, "stretch") if name in table]
+    kept = table.dropna(subset=controls, how="all")
+    if len(kept) < len(table):
+        found.notes.append(f"{len(table) - len(kept)} rows without a control are left out")
+    if "cycle" in kept:
+        kept = kept.assign(
+            cycle=kept["cycle"].map(lambda each: "" if math.isnan(each) else f"{each:g}")
+        )
+    found.table = kept
+
+
+def write(found: ImportedTable, out: Path) -> tuple[Path, Path]:
+    """Write the two files of the format; the TOML says in comments what was taken for what.
+
+    Args:
+        found: without questions.
+        out: folder.
+
+    Returns:
+        The CSV and the TOML.
+
+    Raises:
+        ConfigError: one line, if the table is not valid in the format; nothing stays then.
+    """
+    target = out / f"{found.file.stem}.csv"
+    if target.resolve() == found.file.resolve():
+        raise ConfigError(f"--out {out}: the table lies there; allowed: another folder")
+    document = tomlkit.document()
+    for text in (f"from {found.file.name} ({found.cells.how})", *_comments(found)):
+        document.add(tomlkit.comment(" ".join(text.split())))
+    for key, value in sorted(found.setup.items(), key=lambda item: isinstance(item[1], Mapping)):
+        document.add(key, value)
+    text = found.table.to_csv(index=False, float_format="%.10g", lineterminator="\n")
+    _check(found, text)
+    write_together({target: text, target.with_suffix(".toml"): tomlkit.dumps(document)})
+    return target, target.with_suffix(".toml")
+
+
+def _comments(found: ImportedTable) -> list[str]:
+    lines = [f"{name} <- {header} {done}".rstrip() for header, name, done in found.mapping()]
+    return [*lines, *found.notes, *(f"passed over: {text}" for text in found.cells.passed_over)]
+
+
+def _check(found: ImportedTable, text: str) -> None:
+    """Read the rows as ``diagnose`` does, unless they are nominal."""
+    import tempfile
+
+    if STRESS in found.table or STRAIN in found.table or "stretch" in found.table:
+        return
+    experiments = found.setup.get("experiment", [])
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{found.file.stem}.csv"
+        file.write_text(text, encoding="utf-8")
+        try:
+            measured.read(file, [experiments] if isinstance(experiments, str) else experiments)
+        except ConfigError as error:
+            raise ConfigError(str(error).replace(folder + "/", "")) from None

@@ -1,0 +1,89 @@
+"""Settings of an import that a person tells, and questions where two readings are possible."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Final, get_args, get_type_hints
+
+VALUE: Final = "VALUE"
+"""Place of a value in a line that the person fills in."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Told:
+    """Everything about a table that is told rather than read.
+
+    Attributes:
+        column: ``HEADER=COLUMN`` texts; see :func:`dolfingrip.importing.header.told_columns`.
+        experiment: name of the experiment.
+        zero_at_rest: whether the first reading is subtracted from readings that count from rest;
+            None: not told.
+        gauge_length: of a coupon (mm).
+        area: cross-section of a coupon (mm²).
+        mode: mode of tension of a coupon.
+        frame_rate: pictures per second (Hz).
+        rate: of the ramps, in kPa/s, of a coupon in mm/s.
+        encoding: of a text file.
+        decimal: the decimal sign.
+        sheet: name of a sheet.
+    """
+
+    column: tuple[str, ...] = ()
+    experiment: str | None = None
+    zero_at_rest: bool | None = None
+    gauge_length: float | None = None
+    area: float | None = None
+    mode: str = "uniaxial"
+    frame_rate: float | None = None
+    rate: float | None = None
+    encoding: str | None = None
+    decimal: str | None = None
+    sheet: str | None = None
+
+    def with_line(self, text: str) -> Told:
+        """These settings and one line of a command, such as ``--column "p=pressure_bar"``."""
+        flag, *values = shlex.split(text)
+        name = flag.removeprefix("--").replace("-", "_")
+        value: Any = values[0] if values else True
+        if name.startswith("no_"):
+            name, value = name.removeprefix("no_"), False
+        elif name == "column":
+            value = (*self.column, value)
+        elif float in get_args(get_type_hints(Told)[name]):
+            value = float(value)
+        return replace(self, **{name: value})
+
+    @classmethod
+    def of(cls, settings: Any) -> Told:
+        """The settings of a command that has these among others."""
+        return cls(**{each.name: getattr(settings, each.name) for each in fields(cls)})
+
+
+class Question(Exception):
+    """A table has two readings.
+
+    Attributes:
+        text: what is not known.
+        lines: options of a command, each of which settles it.
+    """
+
+    def __init__(self, text: str, lines: Sequence[str]) -> None:
+        self.text, self.lines = text, tuple(lines)
+        super().__init__(f"{text} add {' or '.join(lines)}")
+
+
+def line(name: str, value: str = VALUE) -> str:
+    """An option of the command, as it is typed.
+
+    Args:
+        name: of the setting.
+        value: its value.
+    """
+    return f"--{name.replace('_', '-')} {value if value.isalnum() else shlex_double(value)}"
+
+
+def shlex_double(text: str) -> str:
+    """A text in double quotes of a shell."""
+    return '"' + "".join(f"\\{each}" if each in '\\"$`' else each for each in text) + '"'

@@ -1,0 +1,355 @@
+"""Tables as laboratories have them: twelve are imported right, others are refused with a line.
+
+The tables are written after public ones: exports of testing machines in German, French, Spanish,
+Chinese and Japanese, camera scripts, LabVIEW and Excel. Each is the same few readings, so that what
+is right follows from how they are written here.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import random
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import openpyxl
+import pandas as pd
+import pytest
+
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments.material_fit import coupons
+from dolfingrip.importing import importing
+from dolfingrip.importing.importing import ImportedTable, understand
+from dolfingrip.importing.told import Question, Told
+
+PSI_KPA = 6.894757293168361
+"""kPa per psi, from the international pound and inch."""
+
+
+@dataclass
+class LabTable:
+    """A table and the columns that are right."""
+
+    name: str
+    content: bytes
+    right: dict[str, list[float]]
+    told: Told = field(default_factory=Told)
+    experiment: str = "bending"
+
+
+def sheet(rows: list[list[object]]) -> bytes:
+    book = openpyxl.Workbook()
+    book.create_sheet("Notes").append(["nothing", "here"])
+    for row in rows:
+        book.active.append(row)
+    stream = io.BytesIO()
+    book.save(stream)
+    return stream.getvalue()
+
+
+GERMAN = """Prüfprotokoll Nr. 17;;
+Bediener;Müller;
+Zeit [s];Druck [bar];Biegewinkel [°]
+0,0;0,000;0,0
+0,5;0,125;3,42
+1,0;0,250;7,91
+"""
+FRENCH = """Temps (s)\tPression (mbar)\tForce de contact (mN)
+0,0\t0\t0
+1,0\t150\t1 234,5
+2,0\t300\t2 470
+"""
+SPANISH = """Alargamiento (mm);Carga (N);Probeta
+0,00;0,00;A
+1,65;0,42;A
+3,30;0,81;A
+0,00;0,00;B
+1,65;0,40;B
+"""
+CHINESE = """时间(秒),压力(千帕),弯曲角(度)
+0,0,0
+1,20,5.5
+2,40,12.25
+"""
+JAPANESE = """時間（秒）,圧力（ＭＰａ）,曲げ角度（度）
+0,0.000,0.0
+1,0.025,6.1
+2,0.050,13.4
+"""
+CAMERA = """% tracked by a script
+Frame,Pressure (psi),ActuatorAngle_deg
+10,0.0,-1.2
+40,2.9,-6.1
+70,5.8,-11.0
+"""
+MACHINE = """"Test","Tension 3"
+"Date","2023-05-04"
+
+"Time","Extension","Load"
+"(sec)","(in)","(lbf)"
+"0.00","0.000","0.00"
+"0.10","0.100","0.52"
+"0.20","0.200","0.97"
+"""
+TRELOAR = """# Treloar 1944, simple extension
+# lambda   nominal stress (kgf/cm2)
+1.00  0.00
+1.12  1.40
+1.24  2.35
+1.39  3.20
+"""
+RADIANS = """time_ms|p_kPa|theta_rad
+0|0|0
+500|12.5|0.1
+1000|25|0.25
+"""
+RAW = """t [s];ADC counts pressure;Winkel [Grad]
+0.0;410;0
+0.5;820;4.5
+1.0;1230;9.75
+"""
+VACUUM = """sep=;
+Uhrzeit;Unterdruck [mbar];Winkel [°]
+10:00:00;0;0
+10:00:05;-200;4,1
+10:00:12;-400;8,3
+"""
+STRESS = [
+    ["Uniaxial tension", None, None],
+    ["Dehnung", "Nennspannung", "Bemerkung"],
+    ["%", "kPa", None],
+    [0, 0, None],
+    [20, 151.7, "slow"],
+    [40, 266.9, None],
+]
+
+TABLES = (
+    LabTable(
+        "german.csv", GERMAN.encode("latin-1"),
+        {"time_s": [0, 0.5, 1], "pressure_kPa": [0, 12.5, 25], "angle_deg": [0, 3.42, 7.91]},
+    ),
+    LabTable(
+        "french.txt", FRENCH.encode("utf-8-sig"),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 15, 30], "force_N": [0, 1.2345, 2.47]},
+        experiment="blocked_force",
+    ),
+    LabTable(
+        "spanish.csv", SPANISH.encode(),
+        {"displacement_mm": [0, 1.65, 3.3, 0, 1.65], "force_N": [0, 0.42, 0.81, 0, 0.4]},
+        Told(gauge_length=33.0, area=9.0, rate=2.5), "coupon",
+    ),
+    LabTable(
+        "chinese.csv", CHINESE.encode("gbk"),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 5.5, 12.25]},
+    ),
+    LabTable(
+        "japanese.csv", JAPANESE.encode("shift_jis"),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 25, 50], "angle_deg": [0, 6.1, 13.4]},
+    ),
+    LabTable(
+        "camera.csv", CAMERA.encode(),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 2.9 * PSI_KPA, 5.8 * PSI_KPA],
+         "angle_deg": [0, 4.9, 9.8]},
+        Told(column=("ActuatorAngle_deg*-1=angle_deg",), zero_at_rest=True, frame_rate=30.0),
+    ),
+    LabTable(
+        "machine.csv", MACHINE.encode("utf-16"),
+        {"time_s": [0, 0.1, 0.2], "displacement_mm": [0, 2.54, 5.08],
+         "force_N": [0, 0.52 * 4.4482216152605, 0.97 * 4.4482216152605]},
+        Told(gauge_length=50.0, area=15.0), "coupon",
+    ),
+    LabTable(
+        "treloar.dat", TRELOAR.encode(),
+        {"stretch": [1, 1.12, 1.24, 1.39], "stress_MPa": [0, 0.137293, 0.230456, 0.313813]},
+        Told(column=("column 1=stretch", "column 2=stress [kgf/cm2]")), "coupon",
+    ),
+    LabTable(
+        "radians.psv", RADIANS.encode(),
+        {"time_s": [0, 0.5, 1], "pressure_kPa": [0, 12.5, 25],
+         "angle_deg": [0, math.degrees(0.1), math.degrees(0.25)]},
+    ),
+    LabTable(
+        "raw.csv", RAW.encode(),
+        {"time_s": [0, 0.5, 1], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 4.5, 9.75]},
+        Told(column=("ADC counts pressure*0.04878048780487805-20=pressure_kPa",)),
+    ),
+    LabTable(
+        "vacuum.csv", VACUUM.encode("cp1252"),
+        {"time_s": [0, 5, 12], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 4.1, 8.3]},
+    ),
+    LabTable(
+        "stress.xlsx", sheet(STRESS),
+        {"strain": [0, 0.2, 0.4], "stress_MPa": [0, 0.1517, 0.2669]},
+        experiment="coupon",
+    ),
+)  # fmt: skip
+
+
+def imported(table: LabTable, folder: Path) -> ImportedTable:
+    file = folder / table.name
+    file.write_bytes(table.content)
+    return understand(file, table.told)
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda table: table.name)
+def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_path: Path) -> None:
+    found = imported(table, tmp_path)
+    assert not found.questions
+    assert found.setup["experiment"] == table.experiment
+    csv, toml = importing.write(found, tmp_path / "out")
+    written = pd.read_csv(csv)
+    assert set(written.columns) - {"specimen"} == set(table.right)
+    for name, values in table.right.items():
+        assert written[name].tolist() == pytest.approx(values, rel=1e-5, abs=1e-9), name
+    comments = [text for text in toml.read_text(encoding="utf-8").splitlines() if text[:1] == "#"]
+    for name in table.right:
+        assert any(text.startswith(f"# {name} ") for text in comments), name
+
+
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        ("Zeit [s];Druck;Winkel [°]\n0;0;0\n1;0,5;2\n", ['--column "Druck=pressure_bar"']),
+        ("t [s],p [kPa],angle\n0,0,0\n1,5,0.2\n", ['--column "angle=angle_rad"']),
+        ("t;p [kPa];angle [°]\n0;0;0\n1;1,500;2\n2;2,500;3\n", ['--decimal "."', '--decimal ","']),
+        ("t [s],p [bara],angle [°]\n0,1,0\n1,1.5,2\n", ['--column "p [bara]-1.0132=pressure_bar"']),
+        ("s,p [kPa],angle [°]\n0,101.2,0\n1,150,2\n", ['--column "p [kPa]-101.2=pressure_kPa"']),
+        ("t [s],p [kPa],angle [°]\n0,0,5\n1,50,12\n", ["--zero-at-rest", "--no-zero-at-rest"]),
+        ("t [s],p [kPa],angle [°]\n0,0,0\n1,50,-12\n", ['--column "angle [°]*-1=angle_deg"']),
+        ("t,p [V],angle [°]\n0,0,0\n1,50,12\n", ['--column "p [V]*FACTOR+OFFSET=pressure_kPa"']),
+        ("Frame,p [kPa],angle [°]\n0,0,0\n1,50,12\n", ["--frame-rate VALUE", "--rate VALUE"]),
+        ("p1 [kPa],p [bar],angle [°]\n0,0,0\n1,50,12\n", ['--column "p [bar]=pressure_kPa"']),
+        ("p [kPa],angle [°],p [kPa]\n0,0,0\n1,2,4\n", ['--column "p [kPa] #3=pressure_kPa"']),
+        ("t [s],p [kPa],angle [grad]\n0,0,0\n1,2,4\n", ['--column "angle [grad]*0.9=angle_deg"']),
+        ("strain [%],stress [MPa]\n100,0\n120,0.2\n", ['--column "strain [%]=stretch"']),
+        ("stretch [%],stress [MPa]\n0,0\n20,0.2\n", ['--column "stretch [%]=strain"']),
+        ("Dehnung,Spannung [MPa]\n0,0\n1,0.2\n", ['--column "Dehnung=strain_%"']),
+        ("strain,stress_mpa\n0,0\n1,0.2\n", ['--column "stress_mpa*1=stress_MPa"']),
+        ("t [s],p [kPa],angle [°],force [N]\n0,0,0,0\n1,50,12,1\n", ["--experiment bending"]),
+        ("Weg [mm];Kraft [N]\n0,5;0\n1,5;2\n", ["--gauge-length VALUE", "--area VALUE"]),
+        ("t [s],x [kPa],angle [°]\n0,0,0\n1,50,12\n", ['--column "x [kPa]=pressure_kPa"']),
+    ],
+)  # fmt: skip
+def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
+    text: str, lines: list[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "lab.csv"
+    file.write_text(text, encoding="utf-8")
+    try:
+        questions = understand(file, Told()).questions
+    except Question as question:
+        questions = [question]
+    offered = [line for question in questions for line in question.lines]
+    assert set(lines) <= set(offered), offered
+    # each line settles its question
+    for line in lines:
+        if "VALUE" in line or "FACTOR" in line:
+            line = line.replace("VALUE", "2").replace("FACTOR", "1.5").replace("OFFSET", "0")
+        try:
+            left = [each.text for each in understand(file, Told().with_line(line)).questions]
+        except Question as question:
+            left = [question.text]
+        asked = [question.text for question in questions if line in question.lines]
+        assert not set(asked) & set(left)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a,b\nhello,world\n", "no table in it; allowed: "),
+        ("t [s],p [kPa],angle [°]\n0,0,0\n1,x,3\n2,5,6\n", "line 3: p [kPa] = x: not a number"),
+        ("t [s],p [kPa],angle [°]\n0,0,0\n1,2\n2,5,6,9\n3,6,7\n", "line 4: 4 entries"),
+        ("t [s],p [kPa]\n0,0\n1,2\n", "allowed: pressure and an angle"),
+        ("t [s],p [kPa],angle [°]\n0,-40,0\n1,50,3\n", "suction and pressure in one table"),
+        ("lambda,true stress [MPa]\n1,0\n2,3\n", "allowed: "),
+    ],
+)
+def test_what_is_no_table_of_a_measurement_is_one_line(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "lab.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as error:
+        understand(file, Told())
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+NAMES = {
+    "cp1252": [("Zeit", "Druck", "Biegewinkel"), ("Temps", "Pression", "Angle"),
+               ("Tiempo", "Presión", "Ángulo"), ("Time", "Pressure", "Bend angle")],
+    "gb18030": [("时间", "气压", "弯曲角度")],
+    "cp932": [("時間", "圧力", "曲げ角")],
+}  # fmt: skip
+UNITS = (
+    {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    {"kPa": 1.0, "bar": 100.0, "mbar": 0.1, "MPa": 1e3, "psi": PSI_KPA, "kgf/cm2": 98.0665},
+    {"°": 1.0, "deg": 1.0, "rad": math.degrees(1.0)},
+)
+"""Units and what they are in s, kPa and degrees."""
+
+
+def test_random_tables_are_imported_right_or_not_at_all(tmp_path: Path) -> None:
+    seed = random.randrange(2**32)
+    print(f"seed {seed}")
+    draw = random.Random(seed)
+    unsure = []
+    for number in range(60):
+        encoding = draw.choice([*NAMES])
+        names = draw.choice(NAMES[encoding])
+        units = [draw.choice([*each]) for each in UNITS]
+        if encoding != "cp1252" and units[2] == "°":
+            units[2] = "度"
+        separator = draw.choice(",;\t|")
+        decimal = "." if separator == "," else draw.choice(".,")
+        form = draw.choice(["{} [{}]", "{} ({})", "{} / {}", "{}_{}", "{}, {}"])
+        header = [form.format(*each) for each in zip(names, units, strict=True)]
+        step = [draw.uniform(0.5, 3.0) for _ in range(3)]
+        rows = [[i**power * each for each in step] for power in [draw.uniform(1, 2)]
+                for i in range(5)]  # fmt: skip
+        digits = draw.randrange(2, 6)
+        cells = [[f"{each:.{digits}f}".replace(".", decimal) for each in row] for row in rows]
+        text = "\r\n".join(
+            separator.join(f'"{each}"' if separator in each else each for each in row)
+            for row in [header, *cells]
+        )
+        file = tmp_path / f"{number}.csv"
+        file.write_bytes(text.encode(draw.choice([encoding, "utf-8", "utf-16"])))
+        try:
+            found = understand(file, Told())
+        except Question:
+            unsure.append(digits)
+            continue
+        if found.questions:
+            assert "begins at" in str(found.questions[0]), (found.questions[0], text)
+            continue
+        for k, name in enumerate(("time_s", "pressure_kPa", "angle_deg")):
+            factor = {**UNITS[k], "度": 1.0}[units[k]]
+            right = [factor * round(row[k], digits) for row in rows]
+            assert found.table[name].tolist() == pytest.approx(right, rel=1e-9), text
+    assert set(unsure) <= {3}  # 1.234 may be a thousand
+
+
+def test_nominal_strain_and_stress_are_fitted_as_they_were_before(tmp_path: Path) -> None:
+    table = TABLES[-1]
+    csv, _ = importing.write(imported(table, tmp_path), tmp_path / "out")
+    (series,) = coupons.read(csv)
+    assert series.mode == "uniaxial"
+    assert series.stretch == pytest.approx([1, 1.2, 1.4])
+    assert series.stress_MPa == pytest.approx([0, 0.1517, 0.2669])
+    long = understand(tmp_path / table.name, Told(gauge_length=20.0, area=4.0, rate=1.0))
+    csv, _ = importing.write(long, tmp_path / "whole")
+    (again,) = coupons.read(csv)
+    assert again.stretch == pytest.approx(series.stretch)
+    assert again.stress_MPa == pytest.approx(series.stress_MPa)
+
+
+def test_the_set_up_beside_a_table_is_taken_along(tmp_path: Path) -> None:
+    table = next(each for each in TABLES if each.name == "vacuum.csv")
+    (tmp_path / "vacuum.toml").write_text('note = "hung"\n[finger]\nwall_mm = 1.8\n')
+    _, toml = importing.write(imported(table, tmp_path), tmp_path / "out")
+    text = toml.read_text(encoding="utf-8")
+    assert "wall_mm = 1.8" in text
+    assert 'note = "hung"' in text
+    assert "[cavity.cavity]\npressure_ratio = -1.0" in text
