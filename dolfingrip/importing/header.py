@@ -5,45 +5,29 @@ from __future__ import annotations
 import re
 import tomllib
 import unicodedata
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any, Final
 
-from dolfingrip.channels import CHANNELS, TIME
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.columns import IGNORED, MEASURED, near
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
+from dolfingrip.importing.told import sides
 from dolfingrip.sections.units import unit as unit_at_end
 
 NO_UNIT: Final = "dimensionless"
 
-TARGETS: Final = {
-    "time": TIME.name,
-    "frame": "frame",
-    "pressure": "pressure_kPa",
-    "suction": "suction_kPa",
-    "setpoint": "setpoint",
-    "angle": "angle_deg",
-    "chord_angle": "chord_angle_deg",
-    "force": "force_N",
-    "displacement": "displacement_mm",
-    "strain": STRAIN,
-    "stretch": "stretch",
-    "stress": STRESS,
-    "true_stress": "true_stress_MPa",
-    "true_strain": "true_strain",
-    "transverse_strain": "transverse_strain",
-    "tip_x": "tip_x_mm",
-    "tip_z": "tip_z_mm",
-    "specimen": "specimen",
-    "cycle": "cycle",
-}
-"""Columns of the format by quantity; further ones, which the import turns into those or drops."""
-
 WITHOUT_UNIT: Final = ("frame", "setpoint", "stretch", "specimen", "cycle")
 """Quantities that are certain without a unit."""
+
+UNNAMED: Final = "its name is not known"
+"""Why a column is not certain of which the unit alone is known."""
+
+AIR_KPA: Final = 101.325
+"""The standard atmosphere."""
 
 IGNORE: Final = "ignore"
 """Name of no quantity: the column is passed over."""
@@ -74,19 +58,26 @@ class Recognised:
         header: the name.
         readings: what it may be; one: it is certain.
         why: what is not known, where it is not certain.
-        lines: right sides of ``--column`` lines that settle it.
+        offered: columns that it may be, each after what is done to its numbers, as the left side
+            of ``--column`` has it.
     """
 
     header: str
     readings: tuple[ColumnReading, ...] = ()
     why: str = ""
-    lines: tuple[str, ...] = field(default=())
+    offered: tuple[tuple[str, str], ...] = ()
 
 
 @cache
 def _known() -> dict[str, Any]:
     text = files("dolfingrip.importing").joinpath("words.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
+
+
+TARGETS: Final[Mapping[str, str]] = {
+    quantity: columns[0] for quantity, columns in _known()["columns"].items()
+}
+"""Column of the format by quantity; some the import turns into others, or drops."""
 
 
 @cache
@@ -270,83 +261,39 @@ def recognise(header: str) -> Recognised:
         found.remove("pressure")
     if "setpoint" in found:
         found = ["setpoint"]
-    small = unit.casefold()
+    small, targets = unit.casefold(), [TARGETS[each] for each in found]
     raw, absolute = _words(_known()["raw"]["units"]), _known()["absolute"]
-    if found and small in raw and not (small in ("mv", "v") and found == ["frame"]):
-        targets = [TARGETS[each] for each in found]
-        return Recognised(
-            header, (), f"{unit} need a calibration, value = FACTOR * {unit} + OFFSET",
-            tuple(f"*FACTOR+OFFSET={each}" for each in targets),
-        )  # fmt: skip
-    over_vacuum = small in _words(absolute["units"]) or set(plain(name).split()) & set(
-        _words(absolute["words"])
-    )
-    if over_vacuum and ("pressure" in found or not found):
+    if found and small in raw:
+        why = f"{unit} need a calibration, value = FACTOR * {unit} + OFFSET"
+        return Recognised(header, (), why, tuple(("*FACTOR+OFFSET", each) for each in targets))
+    called = set(plain(name).split()) & set(_words(absolute["words"]))
+    if (called or small in _words(absolute["units"])) and found in (["pressure"], []):
         bare = unit[:-1] if small in _words(absolute["units"]) else unit or "kPa"
-        air = round(
-            float(_registry().Quantity(101.325, "kPa").to(_units(bare)[0].units).magnitude), 4
-        )
-        return Recognised(
-            header, (), "a pressure above vacuum; subtract that of the air",
-            (f"-{air:g}=pressure_{bare}",),
-        )  # fmt: skip
-    if not unit:
-        return _without_unit(header, found)
-    readings = [
-        ColumnReading(TARGETS[each], unit, value)
-        for each in found
-        if each not in ("frame", "setpoint", "specimen", "cycle")
-        for value in factor(unit, TARGETS[each])
-    ]
-    if "setpoint" in found:
-        return Recognised(header, (ColumnReading("setpoint", unit),))
-    if len({(r.target, r.factor) for r in readings}) == 1:
-        return Recognised(header, (readings[0],))
+        air = float(_registry().Quantity(AIR_KPA, "kPa").to(_units(bare)[0].units).magnitude)
+        why = "a pressure above vacuum; subtract that of the air"
+        return Recognised(header, (), why, ((f"-{air:.5g}", f"pressure_{bare}"),))
+    if len(found) == 1 and found[0] in WITHOUT_UNIT:
+        return Recognised(header, (ColumnReading(targets[0], unit),))
+    if found and not unit:
+        offered = [column for each in found for column in _known()["columns"][each]]
+        return Recognised(header, (), "its unit is not told", tuple(("", c) for c in offered))
+    readings = tuple(ColumnReading(t, unit, value) for t in targets for value in factor(unit, t))
+    if len(readings) == 1:
+        return Recognised(header, readings)
     if readings:
-        lines = tuple(f"={r.target}" for r in readings)
-        if len(set(lines)) == 1:  # the same quantity in two units
-            lines = tuple(f"*{r.factor:g}={r.target}" for r in readings)
-        return Recognised(header, tuple(readings), f"{unit} has two readings", lines)
-    fitting = [
-        t for t in TARGETS.values() if t in MEASURED and _unit_of(t) != NO_UNIT and factor(unit, t)
-    ]
-    if fitting and not found:
-        return Recognised(header, (), "its name is not known", tuple(f"={t}" for t in fitting))
+        one = len({r.target for r in readings}) == 1  # of one quantity, in two units
+        offers = tuple((f"*{r.factor:g}" if one else "", r.target) for r in readings)
+        return Recognised(header, readings, f"{unit} has two readings", offers)
+    fitting = [t for t in TARGETS.values() if t in MEASURED and _unit_of(t) != NO_UNIT]
+    fits = tuple(("", t) for t in fitting if unit and factor(unit, t))
     if found:
-        return Recognised(
-            header, (), f"{unit} is no unit of {' or '.join(found)}",
-            tuple(f"={each}" for each in fitting),
-        )  # fmt: skip
-    return Recognised(header)
+        return Recognised(header, (), f"{unit} is no unit of {' or '.join(found)}", fits)
+    return Recognised(header, (), UNNAMED if fits else "", fits)
 
 
 def _shown(target: str) -> str:
     channel = CHANNELS.get(target)
     return channel.symbol if channel else unit_at_end(target)
-
-
-OTHER_UNITS: Final = {
-    "time": ("time_s", "time_ms"),
-    "pressure": ("pressure_kPa", "pressure_bar", "pressure_psi"),
-    "suction": ("suction_kPa", "suction_bar"),
-    "force": ("force_N", "force_mN"),
-    "displacement": ("displacement_mm",),
-    "strain": ("strain", "strain_%"),
-    "transverse_strain": ("transverse_strain", "transverse_strain_%"),
-    "stress": ("stress_MPa", "stress_kPa"),
-    "angle": ("angle_deg", "angle_rad"),
-    "chord_angle": ("chord_angle_deg", "chord_angle_rad"),
-}
-"""Units that are offered where a column tells none."""
-
-
-def _without_unit(header: str, found: Sequence[str]) -> Recognised:
-    if len(found) == 1 and found[0] in WITHOUT_UNIT:
-        return Recognised(header, (ColumnReading(TARGETS[found[0]], ""),))
-    if not found:
-        return Recognised(header)
-    offered = [f"={t}" for each in found for t in OTHER_UNITS.get(each, (TARGETS[each],))]
-    return Recognised(header, (), "its unit is not told", tuple(offered))
 
 
 _LEFT: Final = re.compile(
@@ -368,7 +315,7 @@ def told_columns(texts: Iterable[str], headers: Sequence[str]) -> dict[str, Colu
     """
     found = {}
     for text in texts:
-        left, _, right = text.rpartition("=")
+        left, right = sides(text)
         header, scale, shift = _left(left, text, headers)
         found[header] = _right(text, header, right.strip(), scale, shift)
     return found

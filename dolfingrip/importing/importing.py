@@ -21,8 +21,15 @@ from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
 from dolfingrip.files.whole import write_together
 from dolfingrip.importing import cells as reading
 from dolfingrip.importing.cells import Cells
-from dolfingrip.importing.header import IGNORE, ColumnReading, Recognised, recognise, told_columns
-from dolfingrip.importing.told import Question, Told, line
+from dolfingrip.importing.header import (
+    IGNORE,
+    UNNAMED,
+    ColumnReading,
+    Recognised,
+    recognise,
+    told_columns,
+)
+from dolfingrip.importing.told import Question, Told, column_line, line
 from dolfingrip.sections import tables
 
 BENDING: Final = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm")
@@ -132,16 +139,19 @@ def understand(file: Path, told: Told) -> ImportedTable:
 def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
     found = ImportedTable(file, cells, setup=_setup(file))
     found.fixed = fixed = told_columns(told.column, cells.header)
-    for i, header in enumerate(cells.header):
-        if header in fixed:
-            found.taken[header] = fixed[header] if fixed[header].target != IGNORE else None
-        else:
-            known = _with_clock(recognise(header), cells, i)
-            certain = len(known.readings) == 1 and not known.why
-            found.taken[header] = known.readings[0] if certain else None
-            if known.why:
-                found.questions.append(_about(known))
-    _drop_needless(found)
+    names = [_with_clock(recognise(name), cells, i) for i, name in enumerate(cells.header)]
+    certain = {each.header: each.readings[0] for each in names if each.readings and not each.why}
+    taken = {**dict.fromkeys(cells.header), **certain, **fixed}
+    found.taken = {
+        name: None if each is None or each.target == IGNORE else each
+        for name, each in taken.items()
+    }
+    there = {each.target for each in found.taken.values() if each}
+    found.questions = [
+        _about(each) for each in names
+        if each.why and each.header not in fixed
+        and not (each.why == UNNAMED and {column for _, column in each.offered} <= there)
+    ]  # fmt: skip
     _one_each(found)
     if found.questions:
         return found
@@ -158,9 +168,8 @@ def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
 
 
 def _about(known: Recognised) -> Question:
-    lines = [line("column", f"{known.header}{each}") for each in known.lines]
-    ignore = line("column", f"{known.header}={IGNORE}")
-    return Question(f"{known.header}: {known.why};", [*lines, ignore])
+    lines = [column_line(known.header, column, change) for change, column in known.offered]
+    return Question(f"{known.header}: {known.why};", [*lines, column_line(known.header, IGNORE)])
 
 
 def _with_clock(known: Recognised, cells: Cells, place: int) -> Recognised:
@@ -169,17 +178,6 @@ def _with_clock(known: Recognised, cells: Cells, place: int) -> Recognised:
     if clock and all(clock):
         return Recognised(known.header, (ColumnReading(TIME.name, "time of day"),))
     return known
-
-
-def _drop_needless(found: ImportedTable) -> None:
-    """Take back questions on unnamed columns where the only thing they may be is there already."""
-    there = {each.target for each in found.taken.values() if each}
-    needless = [
-        q for q in found.questions
-        if "its name is not known" in q.text
-        and all(text.rstrip('"').rpartition("=")[2] in (*there, IGNORE) for text in q.lines)
-    ]  # fmt: skip
-    found.questions = [q for q in found.questions if q not in needless]
 
 
 def _one_each(found: ImportedTable) -> None:
@@ -198,7 +196,7 @@ def _one_each(found: ImportedTable) -> None:
         if told:
             found.taken |= {header: None for header in headers if header not in told}
         elif len(headers) > 1 and target not in ("setpoint", "frame"):
-            lines = [line("column", f"{header}={target}") for header in headers]
+            lines = [column_line(header, target) for header in headers]
             found.questions.append(
                 Question(f"{' and '.join(headers)}: both are {target}: which?", lines)
             )
@@ -275,7 +273,7 @@ def _lacking(found: ImportedTable, experiment: str) -> str:
     has = ", ".join(found.table) or "no column that is known"
     rest = [header for header, taken in found.taken.items() if taken is None]
     more = (
-        f"; not known: {', '.join(rest)}: name one by {line('column', f'{rest[0]}=pressure_kPa')}"
+        f"; not known: {', '.join(rest)}: name one by {column_line(rest[0], 'pressure_kPa')}"
         if rest
         else ""
     )
@@ -299,7 +297,7 @@ def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
         own = found.taken[header]
         assert own is not None
         air = finite[0] / own.factor
-        lines = [line("column", f"{header}-{air:.6g}={name}"), line("column", f"{header}={name}")]
+        lines = [column_line(header, name, change) for change in (f"-{air:.6g}", "")]
         found.questions.append(
             Question(
                 f"{header}: begins at {finite[0]:.4g} kPa: above vacuum, or above the air?", lines
@@ -414,7 +412,7 @@ def _unlike_its_name(found: ImportedTable) -> None:
             continue
         begins = float(found.table[taken.target].dropna().iloc[0])
         if (taken.target == STRAIN) == (begins >= UNSTRETCHED):
-            lines = [line("column", f"{header}={name}") for name in (STRAIN, "stretch")]
+            lines = [column_line(header, name) for name in (STRAIN, "stretch")]
             what = f"{header}: begins at {begins:.4g}: a strain, or a stretch?"
             found.questions.append(Question(what, lines))
 
@@ -455,7 +453,7 @@ def _signs(found: ImportedTable) -> None:
     table = found.table
     control = next((n for n in ("pressure_kPa", "displacement_mm") if n in table), None)
     for name in (ANGLE.name, "chord_angle_deg", "force_N"):
-        header = next((h for h, r in found.taken.items() if r and r.target == name), None)
+        header = next((h for h, r in found.taken.items() if r and r.target == name), "")
         if (
             control is None
             or name not in table
@@ -466,7 +464,7 @@ def _signs(found: ImportedTable) -> None:
         both = table[[control, name]].dropna()
         farthest = both[name].iloc[int(both[control].to_numpy().argmax())] - both[name].iloc[0]
         if farthest < -AT_REST_SIGMA * CHANNELS[name].noise:
-            lines = [line("column", f"{header}*-1={name}"), line("column", f"{header}={name}")]
+            lines = [column_line(header, name, change) for change in ("*-1", "")]
             found.questions.append(
                 Question(f"{header}: falls as {control} rises: turn its sign?", lines)
             )

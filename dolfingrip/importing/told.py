@@ -81,9 +81,30 @@ def line(name: str, value: str = VALUE) -> str:
         name: of the setting.
         value: its value.
     """
-    return f"--{name.replace('_', '-')} {value if value.isalnum() else shlex_double(value)}"
+    return f"--{name.replace('_', '-')} {value if value.isalnum() else _quoted(value)}"
 
 
-def shlex_double(text: str) -> str:
+def column_line(header: str, column: str, change: str = "") -> str:
+    """The option that says what a column is.
+
+    Args:
+        header: its name.
+        column: of the format.
+        change: what is done to its numbers, as ``*-1``.
+    """
+    return line("column", f"{header}{change}={column}")
+
+
+def sides(text: str) -> tuple[str, str]:
+    """The header with what is done to its numbers, and the column, of such an option's value.
+
+    Args:
+        text: as it is typed.
+    """
+    header, _, column = text.rpartition("=")
+    return header, column
+
+
+def _quoted(text: str) -> str:
     """A text in double quotes of a shell."""
     return '"' + "".join(f"\\{each}" if each in '\\"$`' else each for each in text) + '"'
