@@ -1,11 +1,9 @@
 """The Gent strain energy less the neo-Hookean one."""
 
-import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import invariants
-from dolfingrip.forms.jet import Jet
 
 SMALL = 0.01
 """The share x of the limit below which ln(1 − x) is a series; its seventh term is round-off."""
@@ -39,28 +37,3 @@ def energy(strain: Expr, mu: Expr, inverse_limit: Expr) -> Expr:
     large = ufl.max_value(x, SMALL)
     closed = -ufl.ln(1 - large) / large - 1
     return mu / 2 * first * ufl.conditional(ufl.lt(x, SMALL), series, closed)
-
-
-NEAREST = 1e-6
-"""Smallest 1 − x in numbers: a fit may try values beyond the chains' limit, where no state is."""
-
-
-def in_numbers(first: Jet, mu: float, inverse_limit: float) -> Jet:
-    """Derivatives of the energy at constant volume: ∂ψ/∂Ī₁ = μ/2 x/(1 − x).
-
-    The energy itself, which no stress depends on, is left out.
-
-    Args:
-        first: Ī₁ − 3.
-        mu: shear modulus μ (MPa).
-        inverse_limit: 1/Jₘ.
-
-    Example:
-        At x = ½ the slope is μ/2.
-
-        >>> float(in_numbers(Jet(2.0, 1.0, 0.0, 0.0, 0.0, 0.0), 1.0, 0.25).x)
-        0.5
-    """
-    left = np.maximum(1 - inverse_limit * first.f, NEAREST)
-    slope = mu / 2 * (1 / left - 1)
-    return first.through(0.0 * left, slope, mu / 2 * inverse_limit / left**2)

@@ -15,9 +15,6 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
-from dolfingrip.forms.isotropic import Invariants
-from dolfingrip.forms.jet import Jet
-from dolfingrip.sections.laws.law import Fittable
 from dolfingrip.sections.section import FINGERS, Entry, Role, Section
 
 if TYPE_CHECKING:  # what hooks receive: their modules import the solver
@@ -192,8 +189,6 @@ class Effect(Section):
             change the readings in nearly the same way.
         lopsided: whether positive and negative values change the readings in different ways, so
             that both are tried.
-        fits: what of it is fitted to coupons with neo-Hooke's law, whose modulus comes first; its
-            numbers follow from ``in_numbers``.
     """
 
     role: ClassVar = Role.EXTENSIONS
@@ -201,24 +196,12 @@ class Effect(Section):
     mixed: ClassVar[bool] = True
     place: ClassVar[int] = 0
     neutral: ClassVar[Mapping[str, Any]]
-    fits: ClassVar[tuple[Fittable, ...]] = ()
     clock: ClassVar[bool] = False
     tried: ClassVar[bool] = True
     nuisance: ClassVar[bool] = False
     shapeless: ClassVar[tuple[str, ...]] = ()
     alike: ClassVar[tuple[str, ...]] = ()
     lopsided: ClassVar[bool] = False
-
-    @classmethod
-    def in_numbers(cls, c: Mapping[str, Any], mu_MPa: float, invariants: Invariants) -> Jet:
-        """Return the effect's strain energy at constant volume in numbers, for fits to coupons.
-
-        Args:
-            c: its parameters by key.
-            mu_MPa: shear modulus of the base material.
-            invariants: of the isochoric stretches.
-        """
-        raise NotImplementedError
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:

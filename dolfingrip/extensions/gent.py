@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 from pydantic import Field
 from ufl.core.expr import Expr
@@ -11,9 +11,6 @@ from ufl.core.expr import Expr
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.elastic import Elastic
 from dolfingrip.forms import gent
-from dolfingrip.forms.isotropic import Invariants
-from dolfingrip.forms.jet import Jet
-from dolfingrip.sections.laws.law import Fittable
 
 
 class Gent(Elastic):
@@ -32,25 +29,9 @@ class Gent(Elastic):
     Confused with: Yeoh's and Ogden's energies.
     """
 
-    fits: ClassVar = (
-        Fittable(
-            "gent",
-            "Gent",
-            ("inverse_J_m",),
-            lambda shear_MPa: [[1e-3], [1e-2], [0.1]],
-            (0.0,),
-            (10.0,),
-            linear=False,
-        ),
-    )
-
     inverse_J_m: Annotated[float, Prior(0.025, 0.0125, "engineering guess", positive=True)] = Field(
         0.025, ge=0, le=10, description="1 by the limit of I1 - 3"
     )
 
     def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
         return gent.energy(strain, mu, c["inverse_J_m"])
-
-    @classmethod
-    def in_numbers(cls, c: Mapping[str, Any], mu_MPa: float, invariants: Invariants) -> Jet:
-        return gent.in_numbers(invariants.first, mu_MPa, c["inverse_J_m"])

@@ -1,4 +1,4 @@
-"""Base materials against closed forms: Ogden's law and polynomials of the invariants.
+"""Base materials against closed forms: powers of the stretches, polynomials, and chains that end.
 
 P = (∂ψ/∂λ₁ λ₁ − ∂ψ/∂λ₃ λ₃)/λ₁ where the third direction is free and the volume is constant (Ogden,
 Non-Linear Elastic Deformations, 1984, section 7.2).
@@ -40,6 +40,18 @@ POLYNOMIAL = (
     "material.C11_MPa=0.01",
     "material.C30_MPa=0.004",
 )
+CHAINS = (
+    ("material.law=gent", "material.gent_mu_MPa=1.2", "material.gent_limit=12"),
+    (
+        "material.law=gent-gent", "material.gg_mu_MPa=0.8", "material.gg_limit=15",
+        "material.gg_C2_MPa=0.5",
+    ),
+    ("material.law=arruda-boyce", "material.ab_mu_MPa=1.1", "material.ab_lock=2"),
+    (
+        "material.law=extended-tube", "material.tube_Gc_MPa=0.7", "material.tube_Ge_MPa=0.5",
+        "material.tube_delta=0.2", "material.tube_beta=0.4",
+    ),
+)  # fmt: skip
 LAWS = pytest.mark.parametrize("law", [OGDEN, POLYNOMIAL], ids=["ogden", "polynomial"])
 
 
@@ -52,7 +64,21 @@ def slopes(material: config.Material, stretches: np.ndarray) -> np.ndarray:
         )
     first, second = (stretches**2).sum() - 3, (stretches**-2.0).sum() - 3
     by_first = by_second = 0.0
-    for key, c in material.constants().items():
+    own = material.constants()
+    if material.law.startswith("gent"):
+        mu, limit, entangled = [*own.values(), 0.0][:3]
+        by_first = mu / 2 / (1 - first / limit)
+        by_second = entangled / (second + 3)
+    elif material.law == "arruda-boyce":
+        mu, lock = own.values()
+        for k, a in enumerate((1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750), start=1):
+            by_first += mu * a * k * (first + 3) ** (k - 1) / lock ** (2 * k - 2)
+    elif material.law == "extended-tube":
+        links, tubes, delta, beta = own.values()
+        rest = 1 - delta**2 * first
+        by_first = links / 2 * ((1 - delta**2) / rest**2 - delta**2 / rest)
+        return 2 * by_first * stretches - 2 * tubes / beta * stretches ** (-beta - 1)
+    for key, c in own.items() if material.law == "polynomial" else ():
         i, j = POWERS[key]
         by_first += c * i * first ** max(i - 1, 0) * second**j
         by_second += c * j * first**i * second ** max(j - 1, 0)
@@ -78,8 +104,12 @@ MODES = {"planar": (1, 0.0, -1.0), "equibiaxial": (1, 1, -2.0), "uniaxial": (1, 
 """Exponents of the principal stretches at constant volume."""
 
 
-@LAWS
-@pytest.mark.parametrize("element", ["S2", "P2-P1"])
+@pytest.mark.parametrize(
+    ("law", "element"),
+    [*((law, element) for law in (OGDEN, POLYNOMIAL) for element in ("S2", "P2-P1")),
+     *((law, "S2") for law in CHAINS)],
+    ids=lambda each: each if isinstance(each, str) else each[0].rpartition("=")[2],
+)  # fmt: skip
 def test_elements_in_planar_and_equibiaxial_tension(law: tuple[str, ...], element: str) -> None:
     """Of one element's cube the residual is the closed form's force, at coincident stretches, too.
 
@@ -174,6 +204,15 @@ def test_the_tangent_is_the_stress_derivative() -> None:
     assert taylor.rates(energy, float(gradient(0.0) @ way), 0.1).min() > 1.9
 
 
+@pytest.mark.parametrize("law", CHAINS, ids=lambda law: law[0].rpartition("=")[2])
+def test_the_shear_modulus_at_rest_is_the_closed_forms(law: tuple[str, ...]) -> None:
+    """At a small stretch of constant volume P = 3 μ ε, and the coupon's law has it, too."""
+    material = config.load(None, assignments(law)).material
+    small = 1e-5
+    pull = closed_form(material, np.array([1 + small, *2 * [(1 + small) ** -0.5]]))
+    assert pull / (3 * small) == pytest.approx(material.shear_MPa, rel=1e-4)
+
+
 REFUSED = {
     ("material.law=ogden",): "material.ogden_mu_MPa = []: allowed: a list of numbers with law",
     ("material.law=ogden", "material.ogden_mu_MPa=[1]"): "material.ogden_alpha = []: allowed: as",
@@ -187,12 +226,12 @@ REFUSED = {
     (*FILM, "material.film.C10_MPa=1"): "material.film.C10_MPa = 1: allowed: with another law than",
     (*FILM, "material.film.nu=1"): "material.film.nu = 1: allowed: above 0 and below 0.5",
     (FILM[0], "material.film.law=ogden"): "material.film.ogden_mu_MPa = []: allowed: a list of",
-    (*FILM, "material.film.law=1"): "material.film.law = 1: allowed: neo-hooke, ogden, polynomial",
+    (*FILM, "material.film.law=1"): "material.film.law = 1: allowed: arruda-boyce, extended-tube, ",
     (*FILM, "material.film.c10=1"): "material.film.c10: unknown key; allowed: law, mu_MPa, nu",
     ("material.law=polynomial",): "material.C10_MPa = none: allowed: a number with law",
     ("material.law=polynomial", "material.C10_MPa=-1"): "initial shear modulus -2 MPa; allowed: ab",
     ("material.ogden_alpha=[1]",): 'allowed: with another law than "neo-hooke"',
-    ("material.law=hooke",): 'material.law = "hooke": allowed: neo-hooke, ogden, polynomial',
+    ("material.law=hooke",): 'material.law = "hooke": allowed: arruda-boyce, extended-tube, ',
 }
 
 
@@ -205,7 +244,7 @@ def test_bad_laws_are_one_line(overrides: tuple[str, ...]) -> None:
 
 
 def test_a_law_reads_back_equal(tmp_path: Path) -> None:
-    for law in (OGDEN, POLYNOMIAL):
+    for law in (OGDEN, POLYNOMIAL, *CHAINS):
         resolved: Config = config.load(None, assignments(law))
         printed = tmp_path / "printed.toml"
         printed.write_text(config.dumps(resolved), encoding="utf-8")

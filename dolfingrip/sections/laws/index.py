@@ -12,6 +12,10 @@ FILES: Final = (
     "neo_hooke",
     "polynomial",
     "ogden",
+    "gent",
+    "gent_gent",
+    "arruda_boyce",
+    "extended_tube",
 )
 
 LAWS: Final[Mapping[str, type[MaterialLaw]]] = {

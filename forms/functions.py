@@ -1,0 +1,59 @@
+"""Elementary functions of UFL expressions and of numbers alike.
+
+A law of a material is said once. The solver gives it expressions, and a fit to coupons gives it
+numbers or arrays.
+
+>>> import ufl
+>>> float(ln(exp(2.0))), sqrt(np.array([4.0, 9.0])).tolist(), isinstance(ln(ufl.as_ufl(2.0)), Expr)
+(2.0, [2.0, 3.0], False)
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+import ufl
+from ufl.core.expr import Expr
+
+NEAREST: Final = 1e-6
+"""Smallest distance from a limit, in numbers: a fit may try values where there is no state."""
+
+
+def ln(x: Any) -> Any:
+    """Return the natural logarithm.
+
+    Args:
+        x: expression, number or array; above 0.
+    """
+    return ufl.ln(x) if isinstance(x, Expr) else np.log(x)
+
+
+def exp(x: Any) -> Any:
+    """Return the exponential function.
+
+    Args:
+        x: expression, number or array.
+    """
+    return ufl.exp(x) if isinstance(x, Expr) else np.exp(x)
+
+
+def sqrt(x: Any) -> Any:
+    """Return the square root.
+
+    Args:
+        x: expression, number or array; from 0 on.
+    """
+    return ufl.sqrt(x) if isinstance(x, Expr) else np.sqrt(x)
+
+
+def remaining(x: Any) -> Any:
+    """Return 1 − x, what is left to a limit at x = 1.
+
+    Beyond the limit there is no state: an expression then has a logarithm of a negative number,
+    which ends the step, and numbers are at :data:`NEAREST` to it, which a fit turns away from.
+
+    Args:
+        x: expression, number or array.
+    """
+    return 1 - x if isinstance(x, Expr) else np.maximum(1 - x, NEAREST)
