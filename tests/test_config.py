@@ -13,11 +13,17 @@ from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import errors, units
 from dolfingrip.sections.form import Form
+from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.section import EVERYWHERE, Role
 from dolfingrip.sections.setup import KINDS
 from dolfingrip.sections.tables import assignments
 
 DIMENSIONLESS = {
+    "material.gent_limit",
+    "material.gg_limit",
+    "material.ab_lock",
+    "material.tube_delta",
+    "material.tube_beta",
     "finger.bellows",
     "form.along",
     "material.nu",
@@ -273,7 +279,8 @@ def test_every_key_is_printed_with_its_meaning() -> None:
     bent = [f"form.offsets_mm={[0.0] * count}"]
     ogden = ["material.law=ogden", "material.ogden_mu_MPa=[1]", "material.ogden_alpha=[2]"]
     polynomial = ["material.law=polynomial", "material.C10_MPa=1"]
-    kinds = ([], *made, own, bent, ogden, polynomial)
+    chains = [[f"material.law={law}"] for law in LAWS if law not in ("ogden", "polynomial")]
+    kinds = ([], *made, own, bent, ogden, polynomial, *chains)
     lines = [
         line
         for kind in kinds

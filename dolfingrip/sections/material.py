@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Unio
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, create_model
 
 from dolfingrip.channels import Part
-from dolfingrip.sections import tables
+from dolfingrip.sections import named_material, tables
 from dolfingrip.sections.errors import shown
 from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.laws.law import MaterialLaw
@@ -87,12 +87,15 @@ class Material(MaterialLaw):
 
 
 def _with_law(data: Any) -> Any:
-    """Add the default law to a table, and refuse keys of other laws.
+    """Add the default law, or that of a named material, to a table; refuse keys of other laws.
 
     Files of earlier versions hold those keys with their defaults, which are left out.
     """
     if not isinstance(data, dict):
         return data
+    kinds: tuple[type[MaterialLaw], ...] = (Material, *LAWS.values())
+    defaults = {key: f.default for kind in kinds for key, f in kind.model_fields.items()}
+    data = named_material.resolved(data, {**defaults, "law": next(iter(LAWS))})
     law = data.get("law", next(iter(LAWS)))
     if not isinstance(law, str) or law not in LAWS:
         raise outside("law", shown(law), f"allowed: {', '.join(sorted(LAWS))}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -286,3 +287,14 @@ def test_nominal_strain_and_stress_are_read(tmp_path: Path) -> None:
     steepness = np.polyfit(series.stretch, series.stress_MPa, 1)[0]
     assert series.mode == "equibiaxial"
     assert series.noise_MPa == pytest.approx(np.hypot(0.003, 0.01 * steepness))
+
+
+def test_a_simpler_law_with_a_smaller_criterion_is_chosen() -> None:
+    """Its scatter is twice that of a law with more constants, and both are within the noise."""
+    data = [made("uniaxial", "gent", 0.01)]
+    simple, rich = (fit(LAWS[name], data) for name in ("gent", "ogden-2"))
+    simple = replace(simple, relative_rms=0.02, misfit=2.0)
+    rich = replace(rich, relative_rms=0.01, misfit=1.0)
+    assert simple.criterion < rich.criterion
+    assert choice.choose([rich, simple], data).best is simple
+    assert choice.choose([rich, replace(simple, misfit=50.0)], data).best is rich

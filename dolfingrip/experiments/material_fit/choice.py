@@ -32,7 +32,8 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
     coupons were. If none is, those qualify that are stable where they were measured, else those
     that a configuration can have, else all. Of those that qualify and whose scatter is at most
     ``policy.equal`` larger than the smallest, or below ``policy.finest``, the one with the fewest
-    constants is chosen, and of several the one with the smallest criterion.
+    constants is chosen, and of several the one with the smallest criterion. A stable law with no
+    more constants and a smaller criterion takes its place: its scatter is within what was asked.
 
     Args:
         fits: fits of the laws.
@@ -56,6 +57,11 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
     enough = max((1 + policy.equal) * min(map(_scatter, stable)), policy.finest)
     equal = [fit for fit in stable if _scatter(fit) <= enough]
     best = min(equal, key=lambda fit: (len(fit.values), fit.criterion))
+    simpler = [
+        fit for fit in stable
+        if len(fit.values) <= len(best.values) and fit.criterion < best.criterion
+    ]  # fmt: skip
+    best = min(simpler, key=lambda fit: fit.criterion, default=best)
     reasons = [f"{best.law.title} is chosen: {where}; rms {100 * best.relative_rms:.2g} %"]
     if len(equal) > 1:
         count = len(best.values)
