@@ -15,6 +15,14 @@ from dolfingrip.config import ConfigError
 FILE = EXAMPLES / "coupons" / "ecoflex30_uniaxial.csv"
 
 
+def test_the_table_of_all_laws_fits_into_80_columns(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["coupon", "--fit", str(FILE), "-o", str(tmp_path)])
+    assert found.exit_code == 0, found.output
+    tables, _, _ = found.output.partition("\n- ")
+    assert max(map(len, tables.splitlines())) <= 80
+    assert "…" not in tables
+
+
 def test_the_best_law_is_written_and_drawn(tmp_path: Path) -> None:
     asked = ["--law", "neo-hooke", "--law", "yeoh", "--law", "polynomial"]
     found = CliRunner().invoke(app, ["coupon", "--fit", str(FILE), *asked, "-o", str(tmp_path)])

@@ -99,12 +99,14 @@ def _told(data: Sequence[CouponSeries], readings: int) -> str:
 def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries]) -> Table:
     """A table: how well each law fits, to which stretches it is stable, when a balloon gives way.
 
-    The laws' titles and the modes are wrapped, so that the table fits into 80 columns.
+    The laws' titles and the modes are wrapped, so that the table fits into 80 columns. Nothing is
+    known beyond the largest stretch that it names.
     """
     highest = max(best.policy.looked_at, 2 * farthest(data))
     stable = f"Stable to stretch ({', '.join(MODES)})"
     names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
     rows = []
+    beyond = f"> {highest:.2g}"
     for each in fits:
         turns = limit_points(each.law, each.values, highest)
         limits = [f"{at:.3g}" for at, greatest in turns if greatest]
@@ -114,9 +116,9 @@ def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
             f"{each.rms_MPa:.2g}",
             f"{100 * each.relative_rms:.2g}",
             f"{each.correlation:z.2f}",
-            f"{each.criterion:z.1f}",
-            ", ".join(f"{ends[m]:.3g}" if m in ends else f"> {highest:.3g}" for m in MODES),
-            ", ".join(limits) or f"none up to {highest:.3g}",
+            f"{each.criterion:z.{1 if each.criterion < 1000 else 0}f}",
+            ", ".join(f"{ends[m]:.3g}" if m in ends else beyond for m in MODES) if ends else beyond,
+            ", ".join(limits) or "none",
         )
         rows.append(row)
     return of_rows(names, rows, "Laws", left=("Law",))

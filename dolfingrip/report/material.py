@@ -19,7 +19,7 @@ BEYOND: Final = 3.0
 
 OTHERS: Final = [
     (colour, style)
-    for style in ("dash", "dots")
+    for style in ("dash", "dots", "line")
     for colour in ("orange", "green", "purple", "grey")
 ]
 """Colour and style of the laws but the best."""
