@@ -8,8 +8,11 @@ import matplotlib.image
 import pytest
 from support.command import run_command
 
-from dolfingrip.cli import loop_commands
-from dolfingrip.config import Config
+from dolfingrip import config
+from dolfingrip.cli import doe_commands, loop_commands
+from dolfingrip.cli.settings import DoeSettings
+from dolfingrip.config import Config, changed
+from dolfingrip.jobs.store import Store
 
 COARSE = (
     "--set", "mesh.size_mm=8", "--set", "mesh.edge_size_mm=8", "--set", "finger.length_mm=38",
@@ -17,6 +20,19 @@ COARSE = (
     "--set", "experiment.step_kPa=50",
 )  # fmt: skip
 PICTURES = ("curve.png", "finger_0kPa.png", "finger_100kPa.png", "strip.png")
+
+
+def test_an_older_campaign_is_refused_before_anything_is_solved(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    other = changed(config.load(), {"material.mu_MPa": 3.5})
+    asked = DoeSettings(parameter=loop_commands.DESIGNS)
+    designs = doe_commands.planned(asked, loop_commands.coarsened(other))
+    with Store(tmp_path / "loop" / "doe", write=True) as store:
+        store.add(designs.jobs(), designs.shared)
+    assert run_command("demo", "-o", str(tmp_path)) == 2
+    assert "material.mu_MPa was 3.5, now 2.93; allowed: the same settings" in capfd.readouterr().err
+    assert not (tmp_path / "bending").exists()
 
 
 def test_pictures_come_before_the_design_loop(

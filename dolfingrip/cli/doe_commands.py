@@ -38,21 +38,7 @@ def doe(asked: DoeSettings) -> None:
     if asked.check is not None:
         _check(asked.check)
         return
-    resolved = configuration.load(asked.config, asked.overrides, DEFAULTS)
-    varied = [space.parse(text) for text in asked.parameter or space.PAPER]
-    keys = _keys(asked.gradients, asked.parameters, asked.objective, resolved)
-    if asked.fields and asked.objective is not None:
-        raise ConfigError("--fields: allowed: without --objective, whose results are its own")
-    objective = asked.objective or plan.OBJECTIVE
-    wanted = plan.Plan(
-        base=resolved,
-        parameters=tuple(p.key for p in varied),
-        points=tuple(space.points(varied, asked.points, asked.number, asked.seed)),
-        quantities=plan.quantities(asked.quantity or plan.QUANTITIES, objective),
-        objective=objective,
-        gradients=keys,
-        fields=asked.out / plan.FIELDS if asked.fields else None,
-    )
+    wanted = planned(asked, configuration.load(asked.config, asked.overrides, DEFAULTS))
     check_writable(asked.out)
     screen = console()
     where = Where(asked.scheduler, asked.slurm, asked.workers, asked.ranks)
@@ -67,9 +53,35 @@ def doe(asked: DoeSettings) -> None:
     )
     for kind, count in sorted(standing.classes.items()):
         screen.say(f"  {count} failed: {kind}")
-    if keys is not None:
+    if wanted.gradients is not None:
         _write(asked.out, [asked.out / "designs.csv"])
     screen.say(f"campaign: {asked.out}")
+
+
+def planned(asked: DoeSettings, resolved: Config) -> Plan:
+    """Return the designs that are asked for.
+
+    Args:
+        asked: settings of the command.
+        resolved: configuration that the designs share.
+
+    Raises:
+        ConfigError: one line.
+    """
+    varied = [space.parse(text) for text in asked.parameter or space.PAPER]
+    keys = _keys(asked.gradients, asked.parameters, asked.objective, resolved)
+    if asked.fields and asked.objective is not None:
+        raise ConfigError("--fields: allowed: without --objective, whose results are its own")
+    objective = asked.objective or plan.OBJECTIVE
+    return plan.Plan(
+        base=resolved,
+        parameters=tuple(p.key for p in varied),
+        points=tuple(space.points(varied, asked.points, asked.number, asked.seed)),
+        quantities=plan.quantities(asked.quantity or plan.QUANTITIES, objective),
+        objective=objective,
+        gradients=keys,
+        fields=asked.out / plan.FIELDS if asked.fields else None,
+    )
 
 
 def _check(folder: Path) -> None:

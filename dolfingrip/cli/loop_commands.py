@@ -27,6 +27,7 @@ from dolfingrip.cli.settings import (
     TrainSettings,
 )
 from dolfingrip.config import Config
+from dolfingrip.design.campaign import campaign
 from dolfingrip.design.optimum import study_file
 from dolfingrip.design.optimum.study_file import Published
 from dolfingrip.files import whole
@@ -204,6 +205,9 @@ def demo(asked: DemoSettings) -> None:
     """Run both experiments on the reference finger and a small design loop, write a report."""
     resolved = configuration.load(asked.config, asked.overrides)
     screen = console()
+    if asked.loop:  # an older campaign of other settings is refused before minutes of solving
+        designs = doe_commands.planned(DoeSettings(parameter=DESIGNS), coarsened(resolved))
+        campaign.check(designs, asked.out / "loop" / "doe")
     results = run_demo(resolved, asked.out, screen)
     if asked.loop and MPI.COMM_WORLD.size > 1:
         screen.print("no design loop under mpirun: it starts processes of its own")

@@ -302,19 +302,26 @@ class Store:
         entries = {"plan": json.dumps(facts), "digest": content_key(facts)}
         self._base.executemany("REPLACE INTO facts VALUES (?, ?)", entries.items())
 
+    def agreed(self, shared: Shared) -> Data:
+        """Facts that jobs share, once others are added to them.
+
+        Raises:
+            ConfigError: where these do not belong to those that are there.
+        """
+        try:
+            return shared(self.facts() if self._settled else None)
+        except ValueError as error:
+            raise ConfigError(
+                f"{self.path.parent}: {error}; allowed: the same settings, or another --out"
+            ) from None
+
     def add(self, jobs: Iterable[Job], shared: Shared) -> None:
         """Enter jobs that are not there yet as pending, all or none.
 
         Raises:
             ConfigError: where they do not belong to those that are there.
         """
-        jobs = list(jobs)
-        try:
-            facts = shared(self.facts() if self._settled else None)
-        except ValueError as error:
-            raise ConfigError(
-                f"{self.path.parent}: {error}; allowed: the same settings, or another --out"
-            ) from None
+        jobs, facts = list(jobs), self.agreed(shared)
         rows = [
             (job.key, job.function, json.dumps(job.arguments), json.dumps(job.inputs))
             for job in jobs

@@ -6,6 +6,7 @@ import csv
 import json
 import sqlite3
 from contextlib import closing
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
@@ -154,6 +155,19 @@ def interrupted() -> None:
         raise KeyboardInterrupt
     except KeyboardInterrupt as error:
         raise RuntimeError("error code 98") from error
+
+
+def test_keys_that_are_not_used_do_not_make_another_campaign() -> None:
+    """One version more has a key more, or a law more; its default changes no result."""
+    wanted = plan(0.1)
+    before = deepcopy(wanted.facts())
+    before["base"]["material"]["gent_limit"] = 50.0  # of another law
+    del before["base"]["experiment"]["snaps"]
+    before["base"]["solver"]["time_limit_s"] = 7.0
+    assert wanted.shared(before)["parameters"] == ["morph.xi1"]
+    before["base"]["material"]["gent_limit"] = 40.0
+    with pytest.raises(ValueError, match=r"material\.gent_limit was 40\.0, now None"):
+        wanted.shared(before)
 
 
 def test_other_settings_are_another_campaign(tmp_path: Path) -> None:

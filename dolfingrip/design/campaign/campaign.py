@@ -12,7 +12,7 @@ from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool, Unfinished
 from dolfingrip.jobs.run import Progress, Standing, silent
-from dolfingrip.jobs.store import Store
+from dolfingrip.jobs.store import NAME, Store
 
 
 def run(
@@ -49,6 +49,21 @@ def run(
         raise
     read(out).write(out)
     return standing
+
+
+def check(plan: Plan, out: Path) -> None:
+    """Refuse designs that do not belong into a campaign, before anything else is computed.
+
+    Args:
+        plan: designs that will be asked for.
+        out: folder of the campaign, which need not be there.
+
+    Raises:
+        ConfigError: one line.
+    """
+    if (out / NAME).exists():
+        with Store(out) as store:
+            store.agreed(plan.shared)
 
 
 def read(folder: Path) -> CampaignFile:

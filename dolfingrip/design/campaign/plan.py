@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.channels import FORCE
-from dolfingrip.config import Config, felt
+from dolfingrip.config import Config, ConfigError, felt, from_dict
 from dolfingrip.design.campaign.objective import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.design.quantities.index import parse
@@ -154,18 +154,27 @@ class Plan:
 def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
     """Differences that keep two plans out of one campaign, one phrase each.
 
-    Values of keys that either of them varies may differ: they stand with each design.
+    Values of keys that either of them varies may differ: they stand with each design. Keys that no
+    result depends on do not count, nor those that only one version has, at their defaults.
     """
     for name in ("schema", "objective", "quantities", "gradients"):
         if before.get(name) != now[name]:
             yield f"{name} was {before.get(name)}, now {now[name]}"
-    effort = {f"{name}.{key}" for name, each in Config.classes().items() for key in each.effort}
-    free = {*before["parameters"], *now["parameters"], *effort}
-    for section in {**before["base"], **now["base"]}:
-        old, new = (facts["base"].get(section) or {} for facts in (before, now))
+    free = {*before["parameters"], *now["parameters"]}
+    bases = [_counted(facts["base"]) for facts in (before, now)]
+    for section in {**bases[0], **bases[1]}:
+        old, new = (base.get(section) or {} for base in bases)
         for name in {**old, **new}:
             if f"{section}.{name}" not in free and old.get(name) != new.get(name):
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
+
+
+def _counted(base: dict[str, Any]) -> dict[str, Any]:
+    """The values that results depend on, by section; all of a base that this version refuses."""
+    try:
+        return felt(from_dict(base))
+    except ConfigError:
+        return base
 
 
 def quantities(asked: Sequence[str], objective: str = OBJECTIVE) -> tuple[str, ...]:
