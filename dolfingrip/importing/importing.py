@@ -46,6 +46,9 @@ AIR_KPA: Final = (80.0, 110.0)
 UNSTRETCHED: Final = 0.9
 """A stretch begins above this, a strain below it."""
 
+ZERO_KPA: Final = 10.0
+"""A gauge's zero is not farther off than this."""
+
 SUCTION: Final = {"cavity": {"cavity": {"pressure_ratio": -1.0}}}
 """Set-up by which a positive ``pressure_kPa`` is suction."""
 
@@ -306,17 +309,20 @@ def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
     lowest, _ = PRESSURE.plausible or (-10.0, 0.0)
     if name == "suction_kPa" or low < lowest:
-        if min(-low, high) > -lowest:
+        size = max(-low, high)
+        if min(-low, high) > ZERO_KPA:
             raise ConfigError(
                 f"{found.file}: {header} = {low:.4g} to {high:.4g} kPa: suction and pressure in "
                 "one table; allowed: one sign, each in a table of its own"
             )
-        sign = 1.0 if high > -low else -1.0
+        sign = 1.0 if size == -low else -1.0  # of a pressure below that of the air
+        if -size < lowest:  # which the format does not hold
+            sign = -sign
+            found.setup = _merged(found.setup, SUCTION)
+            found.notes.append("suction is a positive pressure_kPa with pressure_ratio = -1")
         if (own := found.taken[header]) is not None:
             found.taken[header] = replace(own, target="pressure_kPa", factor=sign * own.factor)
         table = table.drop(columns=name).assign(pressure_kPa=sign * value)
-        found.setup = _merged(found.setup, SUCTION)
-        found.notes.append("suction is a positive pressure_kPa; pressure_ratio = -1 turns its sign")
     found.table = table
     if experiment in CONTROL:
         _times(found, told, "rate_kPa_per_s")

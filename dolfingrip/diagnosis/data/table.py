@@ -7,11 +7,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, get_args
 
 import pandas as pd
 
-from dolfingrip.channels import CHANNELS, PRESSURE, TIME
+from dolfingrip.channels import CHANNELS, TIME
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.columns import (
     CONTROL,
@@ -28,12 +28,6 @@ from dolfingrip.sections.procedure import Branch
 from dolfingrip.sections.tables import check_separator
 
 BRANCHES = get_args(Branch)
-
-SUCTION: Final = (
-    "suction is a positive pressure_kPa with pressure_ratio = -1 in [cavity.cavity] of the TOML, "
-    "as dolfingrip import writes it"
-)
-"""What is said of a pressure below that of the air."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,8 +171,7 @@ def _number(line: _Line, name: str, text: str) -> float:
     if not math.isfinite(value):
         raise line.refuse(f"{name} = {text}: not a finite number; {within}, or nothing")
     if not low <= value <= high:
-        how = f"; {SUCTION}" if channel is PRESSURE and value < low else ""
-        raise line.refuse(f"{name} = {text}: {within}{how}")
+        raise line.refuse(f"{name} = {text}: {within}")
     return value
 
 
