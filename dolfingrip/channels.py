@@ -25,7 +25,7 @@ WORDS: Final[Mapping[str, str]] = {
     "experiment": "name of the experiment",
     "specimen": "name of the specimen; of a simulation `simulated`",
     "cycle": "number of the cycle, from 1 on",
-    "branch": "`loading`, `unloading`, `hold` (the load waits) or `lift` (of a grasp)",
+    "branch": "`loading`, `unloading`, `hold` (the load waits), `approach` or `lift` (of a grasp)",
 }
 """What the columns mean that name the experiment, specimen, cycle and branch of a row."""
 
@@ -50,6 +50,7 @@ class Channel:
         of: parts that it is read of; empty for time and controls.
         plausible: lowest and highest value that is no slip of the pen; None if no instrument reads
             the channel.
+        least: what the lowest plausible value is; "" if it is nothing but implausible.
         noise: standard deviation of an ordinary instrument's readings (engineering guess).
         tolerance: largest difference of a simulation that is computed again from a stored one: a
             tenth of the noise or less, and well above Newton's tolerance.
@@ -72,6 +73,7 @@ class Channel:
     form: str = "g"
     of: tuple[Part, ...] = ()
     plausible: tuple[float, float] | None = None
+    least: str = ""
     noise: float = 0.0
     tolerance: float = 0.0
     from_rest: bool = False
@@ -101,6 +103,9 @@ class Channel:
         return replace(self, title=title, short="")
 
 
+VACUUM_KPA: Final = -101.3
+"""Absolute vacuum, seen from the air around: no pump goes below."""
+
 TIME = Channel(
     name="time_s",
     unit="s",
@@ -114,7 +119,8 @@ PRESSURE = Channel(
     unit="kPa",
     title="Pressure",
     about="pressure of the supply above that of the air around",
-    plausible=(-10.0, 1e4),  # a gauge's zero is off by 3 standard deviations at most
+    plausible=(VACUUM_KPA, 1e4),
+    least="absolute vacuum",
     noise=0.5,
 )
 ANGLE = Channel(
@@ -170,6 +176,35 @@ TIP_Z = replace(
     TIP_X, name="tip_z_mm", title="Tip's displacement along z", short="Tip z",
     about="mean displacement of the tip face along z, from the clamp to the tip at rest",
 )  # fmt: skip
+TIP_Y = replace(
+    TIP_X, name="tip_y_mm", title="Tip's displacement along y", short="Tip y", plausible=None,
+    about="mean displacement of the tip face along y, out of the plane of bending",
+)  # fmt: skip
+TIP_ROTATION = Channel(
+    name="tip_rotation_deg",
+    unit="deg",
+    title="Tip's rotation",
+    about="angle by which the tip face has turned in space, since rest",
+    form=".1f",
+    of=("finger",),
+)
+TIP_ROTATIONS: Final = tuple(
+    replace(
+        TIP_ROTATION, name=f"tip_rotation_{axis}_deg", title=f"Tip's rotation about {axis}",
+        about=f"part of the tip face's rotation vector along {axis}, by the right-hand rule",
+    )
+    for axis in "xyz"
+)  # fmt: skip
+"""The rotation vector of the tip face. In the plane of bending that about y is −angle_deg."""
+BENDING_ANGLE = replace(
+    TIP_ROTATION, name="bending_angle_deg", title="Bending angle in space",
+    about="angle between the tip face's normals at rest and now, in whichever direction",
+)  # fmt: skip
+BENDING_DIRECTION = replace(
+    TIP_ROTATION, name="bending_direction_deg", title="Bending direction",
+    about="direction in which the tip leans: 0 forwards (towards −x), 90 towards y, ±180 "
+    "backwards; empty where it is straight",
+)  # fmt: skip
 CHORD_ANGLE = replace(
     ANGLE, name="chord_angle_deg", title="Chord angle", short="", synthetic=False,
     about="turn of the line from the clamp to the tip, since rest",
@@ -193,6 +228,13 @@ CONTACT_GAP = Channel(
     unit="mm",
     title="Smallest gap between bellows",
     about="smallest distance between neighbouring bellows",
+    of=("finger",),
+)
+WALL_GAP = Channel(
+    name="wall_gap_mm",
+    unit="mm",
+    title="Smallest gap inside a cavity",
+    about="smallest distance of opposite walls of a cavity, where these may meet and are near",
     of=("finger",),
 )
 PLATE_GAP = Channel(
@@ -270,11 +312,15 @@ GRIPPER: Final = (
     _gripper("energy_error_mJ", "mJ", "Energy's error", "error of the energy balance so far"),
     _gripper("momentum_error_N", "N", "Momentum's error", "largest error of the food's balance of "
              "momentum in any step so far, |m Δv/Δt − ΣF|"),
+    _gripper("opening_mm", "mm", "Opening", "horizontal distance from the thumb's tip to the "
+             "middle between the tips of fingers B and C", ".1f"),
 )  # fmt: skip
 """The readings of a gripper with its food, in the laboratory's frame: z points upwards."""
 
 CHANNELS: Final[Mapping[str, Channel]] = {
-    each.name: each for each in (*list(globals().values()), *GRIPPER) if isinstance(each, Channel)
+    each.name: each
+    for each in (*list(globals().values()), *TIP_ROTATIONS, *GRIPPER)
+    if isinstance(each, Channel)
 }
 """All of the above by name, in their order, which is that of columns in files."""
 

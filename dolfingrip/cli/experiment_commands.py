@@ -20,7 +20,7 @@ from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.experiments import pressures_kPa, synthetic
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import chosen
-from dolfingrip.experiments.description import PRESSURE_OPTION
+from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.loop import follow
@@ -252,12 +252,13 @@ def perform(asked: RunSettings) -> None:
     """Run an experiment for each set-up that is asked for."""
     experiment, given = asked.experiment, asked.own()
     _check_needs(experiment, given)
-    pressure = given.get(PRESSURE_OPTION.name)
-    if asked.protocol is not None and pressure is not None:
-        raise ConfigError(
-            f"{PRESSURE_OPTION.flag} {pressure:g}: allowed: without --protocol, which has its "
-            "own pressures"
-        )
+    for option in (PRESSURE_OPTION, SUCTION_OPTION):
+        pressure = given.get(option.name)
+        if asked.protocol is not None and pressure is not None:
+            raise ConfigError(
+                f"{option.flag} {pressure:g}: allowed: without --protocol, which has its own "
+                "pressures"
+            )
     own = {
         option.key: given[option.name]
         for option in experiment.options

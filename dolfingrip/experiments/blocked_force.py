@@ -40,4 +40,5 @@ class BlockedForce(FingerExperiment):
         )
 
     def remarks(self, result: Readings) -> list[str]:
-        return [] if result.turning_point is None else [result.turning_point.sentence()]
+        turning = result.turning_point
+        return [*([] if turning is None else [turning.sentence()]), *super().remarks(result)]

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.blocked_force import BlockedForce
-from dolfingrip.experiments.description import PRESSURE_OPTION, Option
+from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Option
 from dolfingrip.experiments.experiment import Config, Experiment
 
 
@@ -21,6 +21,7 @@ class Cycle(Bending):
     options: ClassVar = (
         Option("--cycles", int, 2, "Number of times up and down.", "experiment.cycles"),
         PRESSURE_OPTION,
+        SUCTION_OPTION,
         Option(
             "--rate-kPa-per-s",
             float,

@@ -58,6 +58,19 @@ class Option:
 
 
 PRESSURE_OPTION: Final = Option(
-    "--pressure", float, None, "Highest pressure.", "experiment.max_pressure_kPa"
+    "--pressure",
+    float,
+    None,
+    "Highest pressure; below 0: suction alone.",
+    "experiment.max_pressure_kPa",
 )
 """The option of all experiments that pressurise."""
+
+SUCTION_OPTION: Final = Option(
+    "--min-pressure",
+    float,
+    None,
+    "Suction before the highest pressure, such as -60.",
+    "experiment.min_pressure_kPa",
+)
+"""The option of all experiments that may begin with suction."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from dolfingrip.experiments.description import PRESSURE_OPTION, Option
-from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile
+from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Option
+from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.results import doubts
 
 if TYPE_CHECKING:
     from dolfingrip.sections.geometry.geometry import Geometry
@@ -29,7 +30,7 @@ class FingerExperiment(Experiment):
         made_for: dimensions that the mesh is made for and moved from; None: the configuration's.
     """
 
-    options: ClassVar[tuple[Option, ...]] = (PRESSURE_OPTION,)
+    options: ClassVar[tuple[Option, ...]] = (PRESSURE_OPTION, SUCTION_OPTION)
 
     def __init__(self, made_for: Geometry | None = None) -> None:
         self.made_for = made_for
@@ -65,6 +66,9 @@ class FingerExperiment(Experiment):
 
     def notes(self, config: Config) -> list[str]:
         return notes(config)
+
+    def remarks(self, result: Readings) -> list[str]:
+        return [doubt.sentence for doubt in doubts.of_motion(result)]
 
 
 def notes(config: Config) -> list[str]:

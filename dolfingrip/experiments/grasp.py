@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
-from dolfingrip.experiments.description import PRESSURE_OPTION, Curve, Option, Plot
+from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Curve, Option, Plot
 from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings, Rig
 from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.experiments.protocol import grasping
@@ -56,6 +56,7 @@ STANDARD: Final = GraspPolicy()
 class Grasp(Experiment):
     """Grasp food from a table with three fingers, and lift it.
 
+    With suction (``experiment.min_pressure_kPa``) the fingers open before they approach the food.
     The gripper stands still and the table moves. Fingers are quasi-static; the food is rigid and
     has inertia. Friction on fingers and table has a memory.
 
@@ -92,6 +93,7 @@ class Grasp(Experiment):
         Option("--food", str, None, "What is grasped.", "food.kind"),
         Option("--pose", str, None, "How fingers are turned.", "gripper.pose"),
         PRESSURE_OPTION,
+        SUCTION_OPTION,
         Option("--friction", float, None, "Of fingers on food.", "food.friction"),
         Option("--preset", str, None, "Mesh.", "gripper.preset"),
     )
@@ -126,7 +128,8 @@ class Grasp(Experiment):
 
     def efforts(self, config: Config) -> list[float]:
         """The steps to each reading, those of the lift and of waits by their cost."""
-        each = {"hold": self.policy.wait_effort, "lift": self.policy.lift_effort}
+        waits = dict.fromkeys(("hold", "approach"), self.policy.wait_effort)
+        each = {**waits, "lift": self.policy.lift_effort}
         stops = self.schedule(config)
         ways = [after.time_s - before.time_s for before, after in itertools.pairwise(stops)]
         return [

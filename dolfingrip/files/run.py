@@ -94,6 +94,9 @@ class MeshCounts(Part):
     elements: int = 0
     dofs: int = 0
     half: bool = Field(False, description="whether it is that of half a specimen")
+    single_walls: float = Field(
+        0.0, description="part of the elements on a cavity that lie on the skin, too"
+    )
 
 
 class SolverCounts(Part):

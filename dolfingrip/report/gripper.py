@@ -127,7 +127,12 @@ def label(time_s: float, pressure_kPa: float, branch: str) -> str:
         pressure_kPa: of the row.
         branch: of the row, ``loading``, ``hold`` or ``lift``.
     """
-    stage = {"loading": "pressurising", "hold": "holding", "lift": "lifting"}.get(branch, branch)
+    stage = {
+        "loading": "pressurising",
+        "hold": "holding",
+        "lift": "lifting",
+        "approach": "approaching",
+    }.get(branch, branch)
     if not time_s:
         stage = "at rest"
     return f"{time_s:z.2f} s, {pressure_kPa:z.4g} kPa, {stage}"

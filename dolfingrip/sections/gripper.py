@@ -27,6 +27,7 @@ class Gripper(Section):
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = ("gripper",)
+    later: ClassVar = {"approach_mm": 30.0}
 
     preset: Literal["coarse", "default"] = Field(
         "default", description="coarse: fingers of 11,000 dofs each, not graded to their edges"
@@ -55,8 +56,13 @@ class Gripper(Section):
     )
     pressurise_s: float = Field(2.0, gt=0, le=600, description="ramp to the pressure (paper: 2 s)")
     settle_s: float = Field(0.5, gt=0, le=600, description="wait before the lift, and after it")
+    approach_mm: float = Field(
+        30.0, gt=0, le=500, description="way of the table to the fingers that suction has opened"
+    )
     lift_mm: float = Field(30.0, gt=0, le=500, description="way up")
-    lift_mm_per_s: float = Field(30.0, gt=0, le=1000, description="speed of the lift")
+    lift_mm_per_s: float = Field(
+        30.0, gt=0, le=1000, description="speed of the lift, and of the approach"
+    )
     half: bool | None = Field(
         None,
         description="compute half a thumb and one finger, the rest as its mirror image; "

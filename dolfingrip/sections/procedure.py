@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
+from dolfingrip.channels import VACUUM_KPA
 from dolfingrip.sections.section import FINGERS, Numbers, Refusal, Role, Section
 
 Branch = Literal["loading", "unloading", "hold"]
@@ -23,12 +24,15 @@ Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 STEP_KPA = 25.0
 """Default pressure between readings."""
 
+NO_VACUUM = f"below absolute vacuum; allowed: from {VACUUM_KPA:g} kPa on"
+"""Why a lower pressure is refused."""
+
 
 class ExperimentSettings(Section):
     """Readings to take, in order: from rest to the maximum, and back if asked."""
 
     role: ClassVar = Role.PROCEDURE
-    later: ClassVar = {"snaps": True}
+    later: ClassVar = {"snaps": True, "min_pressure_kPa": 0.0}
 
     control: Literal["pressure", "volume", "auto"] = Field(
         "pressure",
@@ -40,7 +44,12 @@ class ExperimentSettings(Section):
         description="under pressure control: go on to another stable state, if there is one, where "
         "the pressure has a maximum; false: end there at once, unless the jump is small",
     )
-    max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
+    max_pressure_kPa: float = Field(
+        250.0, le=10_000, description="highest pressure; below 0: suction alone, down to it"
+    )
+    min_pressure_kPa: float = Field(
+        0.0, le=0, description="suction that each cycle goes to and back from before the maximum"
+    )
     step_kPa: float = Field(
         STEP_KPA, gt=0, description="a reading every so much; by default at most the maximum"
     )
@@ -60,17 +69,34 @@ class ExperimentSettings(Section):
     @model_validator(mode="before")
     @classmethod
     def _short_steps(cls, data: Any) -> Any:
-        """Shorten the default step if the highest pressure is lower."""
+        """Shorten the default step if the largest pressure is smaller."""
         if not isinstance(data, dict) or "step_kPa" in data:
             return data
-        highest = data.get("max_pressure_kPa")
-        if isinstance(highest, int | float) and 0 < highest < STEP_KPA:
-            return {**data, "step_kPa": float(highest)}
+        ends = [data.get(key, 0.0) for key in ("max_pressure_kPa", "min_pressure_kPa")]
+        if "max_pressure_kPa" in data and all(isinstance(end, int | float) for end in ends):
+            largest = float(max(map(abs, ends)))
+            if 0 < largest < STEP_KPA:
+                return {**data, "step_kPa": largest}
         return data
+
+    @property
+    def largest_kPa(self) -> float:
+        """Largest pressure or suction."""
+        return max(abs(self.max_pressure_kPa), abs(self.min_pressure_kPa))
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
-        yield from self.up_to("step_kPa", "max_pressure_kPa")
+        for key in ("max_pressure_kPa", "min_pressure_kPa"):
+            if getattr(self, key) < VACUUM_KPA:
+                yield Refusal(key, NO_VACUUM)
+        if not self.largest_kPa:
+            yield Refusal("max_pressure_kPa", "allowed: any pressure but 0 kPa")
+        if self.max_pressure_kPa < 0 and self.min_pressure_kPa:
+            yield Refusal("min_pressure_kPa", "allowed: 0 with a max_pressure_kPa below 0 kPa")
+        if self.step_kPa > self.largest_kPa:
+            yield from self.up_to("step_kPa", self.largest_kPa)
+        if self.control != "pressure" and min(self.max_pressure_kPa, self.min_pressure_kPa) < 0:
+            yield Refusal("control", 'allowed with suction: "pressure"')
         if self.control == "auto" and (self.unload or self.cycles > 1):
             yield Refusal(
                 "control", 'allowed with unload or cycles: "pressure" or "volume"', "auto"
@@ -98,6 +124,8 @@ class Protocol(Section):
                 yield Refusal(
                     key, f"allowed: as many as time_s has, {count}", f"{len(values)} values"
                 )
+        if min(self.pressure_kPa, default=0.0) < VACUUM_KPA:
+            yield Refusal("pressure_kPa", NO_VACUUM, min(self.pressure_kPa))
         late = [b for a, b in pairwise(self.time_s) if b < a]
         if late:
             yield Refusal("time_s", "allowed: no earlier than the one before", f"… {late[0]:g}")

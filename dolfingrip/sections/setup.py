@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from pydantic import create_model, model_validator
 
+from dolfingrip.channels import VACUUM_KPA
 from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Camera, Gravity, PlateSettings
@@ -16,7 +17,13 @@ from dolfingrip.sections.geometry.index import GEOMETRIES
 from dolfingrip.sections.gripper import Gripper
 from dolfingrip.sections.material import DEFAULT, AnyMaterials
 from dolfingrip.sections.numerics import Contact, Solver
-from dolfingrip.sections.procedure import Cavities, CouponSettings, ExperimentSettings, Protocol
+from dolfingrip.sections.procedure import (
+    NO_VACUUM,
+    Cavities,
+    CouponSettings,
+    ExperimentSettings,
+    Protocol,
+)
 from dolfingrip.sections.section import Refusal, Section
 from dolfingrip.sections.specimen import Cog, Finger, Mesh, ThicknessMorph
 
@@ -54,6 +61,27 @@ class Sections(Section):
         if isinstance(kind, str) and kind in KINDS and data.get(kind) is None:
             return {**data, kind: {}}
         return data
+
+    def walls_may_meet(self, cavities: Iterable[str]) -> bool:
+        """Return whether walls of a cavity may come to touch one another.
+
+        They may under suction, and where a neighbour has another pressure.
+
+        Args:
+            cavities: names of the mesh's cavities.
+        """
+        ratios = {self.cavity.ratio(name) for name in cavities}
+        lowest = min(end * ratio for end in self.pressures_kPa for ratio in ratios)
+        return lowest < 0 or (self.contact.self_contact and len(ratios) > 1)
+
+    @property
+    def pressures_kPa(self) -> tuple[float, ...]:
+        """Lowest and highest pressure of the supply."""
+        if self.protocol.time_s:
+            asked: Sequence[float] = self.protocol.pressure_kPa
+        else:
+            asked = (self.experiment.min_pressure_kPa, self.experiment.max_pressure_kPa)
+        return min(asked, default=0.0), max(asked, default=0.0)
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the sections do not allow one another."""
@@ -140,6 +168,10 @@ class Sections(Section):
             if self.mesh.file is None and name not in known:
                 allowed = f"allowed: {', '.join(known)}, or with mesh.file"
                 yield Refusal(f"cavity.{name}", allowed, "a table")
+            ends = [end * self.cavity.ratio(name) for end in self.pressures_kPa]
+            if min(ends) < VACUUM_KPA:
+                words = f"{min(ends):g} kPa in it, {NO_VACUUM}"
+                yield Refusal(f"cavity.{name}.pressure_ratio", words, self.cavity.ratio(name))
         ratios = {self.cavity.ratio(name) for name in self.cavity.all} | {1.0}
         if len(ratios) > 1 and self.experiment.control != "pressure":
             words = 'allowed: "pressure" where a cavity has a pressure_ratio other than 1'

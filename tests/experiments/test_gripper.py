@@ -321,6 +321,31 @@ def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path]) -> 
         np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
 
 
+def test_fingers_open_by_suction_before_they_approach(light: tuple[Result, Path]) -> None:
+    """As wide as two free fingers move, and then they pick the food up as without it."""
+    suction = ("experiment.min_pressure_kPa=-40", "experiment.step_kPa=20", "mesh.half=true")
+    opened = grasped(*LIGHT, *suction[:1], "gripper.approach_mm=12")
+    assert opened.failure is None
+    assert opened.outcome is not None
+    assert opened.outcome.kind is GraspKind.PICKED_UP
+    hanging = ("gravity.acceleration_m_s2=9.81", "gravity.direction=[0,0,1]")
+    free = run("bending", small.short(*EVEN, *suction, *hanging, "experiment.step_kPa=40"))
+    moved = free["tip_x_mm"][np.argmin(free["pressure_kPa"])]
+    wide = opened["branch"] == "approach"
+    print(moved, opened["opening_mm"][[0, *np.flatnonzero(wide)]])
+    wider = opened["opening_mm"][wide] - opened["opening_mm"][0]
+    assert moved > 0.5
+    np.testing.assert_allclose(wider, 2 * moved, rtol=0.01)
+    # the table brings the food to where it stands without suction
+    assert opened["table_z_mm"][0] == -12
+    assert opened["table_z_mm"][np.flatnonzero(wide)[-1]] == 0
+    place = np.flatnonzero(opened["branch"] == "approach")[-1]
+    assert opened["object_z_mm"][place] == pytest.approx(light[0]["object_z_mm"][0], abs=0.01)
+    for name in ("normal_A_N", "angle_A_deg", "object_height_mm"):
+        one, other = opened[name][-1], light[0][name][-1]
+        assert one == pytest.approx(other, rel=0.05), name
+
+
 def test_momentum_of_food_in_free_fall_is_balanced() -> None:
     """Steps whose velocity changes by g h: without the last velocity, g h n would be booked."""
     made = build_gripper(small.short(*FOOD, *EVEN, "gripper.half=true"), MPI.COMM_SELF)

@@ -163,7 +163,8 @@ def _number(line: _Line, name: str, text: str) -> float:
     channel = CHANNELS[name]
     assert channel.plausible is not None
     low, high = channel.plausible
-    within = f"allowed: {low:g} to {high:g} {channel.unit or '(no percent)'}"
+    least = f" ({channel.least})" if channel.least else ""
+    within = f"allowed: {low:g}{least} to {high:g} {channel.unit or '(no percent)'}"
     try:
         value = float(text)
     except ValueError:

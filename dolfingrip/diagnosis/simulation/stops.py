@@ -138,7 +138,7 @@ def elastic(
         last = nominal.end(high, (high - low) / ROUTES.most, longest.rounds_by)
         at = np.linspace(low, last, ROUTES.most)
     core = len(at)
-    if headroom > 1:
+    if headroom > 1 and high > 0:
         more = max(round((headroom - 1) * high / max(float(np.median(np.diff(at))), 1e-12)), 1)
         last = float(at[-1])
         at = np.append(at, np.linspace(last, headroom * last, min(more, ROUTES.most) + 1)[1:])

@@ -39,8 +39,9 @@ def stops(config: Config) -> Sequence[Stop]:
             )
         return schedule.given(protocol, protocol.pressure_kPa)
     if by_pressure(config):
-        values = schedule.steps(experiment.max_pressure_kPa, experiment.step_kPa)
-        return schedule.cycles(values, experiment.rate_kPa_per_s, experiment)
+        most, least = experiment.max_pressure_kPa, experiment.min_pressure_kPa
+        values, suction = (schedule.steps(end, experiment.step_kPa) for end in (most, least))
+        return schedule.cycles(values, experiment.rate_kPa_per_s, experiment, suction)
     return schedule.cycles(_growths(config), _growth_rate(config), experiment)
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from dolfingrip.sections.protocol_file import waits
+from dolfingrip.sections.protocol_file import direction, waits
 
 if TYPE_CHECKING:
     from dolfingrip.sections.procedure import Branch, ExperimentSettings, Protocol
+
+    GraspBranch = Branch | Literal["approach", "lift"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,31 +22,39 @@ class Stop:
     Attributes:
         value: value of the control, in its unit.
         time_s: time since the first stop.
-        branch: ``loading``, ``unloading``, ``hold``, or ``lift`` of a grasp.
+        branch: ``loading``, ``unloading``, ``hold``, or ``approach`` and ``lift`` of a grasp.
         cycle: number of the cycle, from 1 on.
     """
 
     value: float
     time_s: float
-    branch: Branch | Literal["lift"]
+    branch: GraspBranch
     cycle: int = 1
 
 
 def steps(largest: float, step: float) -> list[float]:
-    """Values from 0 up to ``largest`` in steps; the last value is ``largest``."""
-    values = [i * step for i in range(int(largest / step + 1e-9) + 1)]
-    if largest - values[-1] > 1e-9 * largest:
+    """Values from 0 to ``largest``, of either sign, in steps; the last value is ``largest``."""
+    size = abs(largest)
+    signed = math.copysign(step, largest)
+    values = [0.0 + i * signed for i in range(int(size / step + 1e-9) + 1)]
+    if size - abs(values[-1]) > 1e-9 * size:
         values.append(largest)
     return values
 
 
-def cycles(values: Sequence[float], rate: float, experiment: ExperimentSettings) -> list[Stop]:
-    """Stops that go up through ``values`` from rest, and back if asked, in each cycle.
+def cycles(
+    values: Sequence[float],
+    rate: float,
+    experiment: ExperimentSettings,
+    before: Sequence[float] = (),
+) -> list[Stop]:
+    """Stops that go through ``values`` from rest, and back if asked, in each cycle.
 
     Args:
-        values: values of the control, increasing from 0.
+        values: values of the control from 0 on, whose size increases.
         rate: change of the value per second.
         experiment: number of cycles, waits, and whether to unload.
+        before: values from 0 on that each cycle goes to and back from first, as of suction.
     """
     found: list[Stop] = [Stop(values[0], 0.0, "loading")]
 
@@ -59,6 +70,8 @@ def cycles(values: Sequence[float], rate: float, experiment: ExperimentSettings)
             found.append(Stop(last.value, last.time_s + after, "hold", cycle))
 
     for cycle in range(1, experiment.cycles + 1):
+        ramp(before[1:], "loading", cycle)
+        ramp(before[-2::-1], "unloading", cycle)
         ramp(values[1:], "loading", cycle)
         wait(experiment.hold_s, cycle)
         if experiment.unload or experiment.cycles > 1:
@@ -72,9 +85,7 @@ def given(protocol: Protocol, values: Sequence[float]) -> list[Stop]:
     found: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0
-        branch: Branch = "hold" if i and value == before else "loading"
-        if value < before:
-            branch = "unloading"
+        branch: Branch = "hold" if i and value == before else direction(before, value)
         if protocol.branch:
             branch = protocol.branch[i]
         found.append(Stop(value, time_s, branch, protocol.cycle[i] if protocol.cycle else 1))

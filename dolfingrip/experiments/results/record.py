@@ -89,6 +89,7 @@ def of_run(
             elements=int(model.domain.mesh.topology.index_map(3).size_global),
             dofs=model.dofs,
             half=model.domain.half,
+            single_walls=round(model.domain.single_walls(), 4),
         ),
         newton=SolverCounts(
             iterations=newton.counts.iterations,

@@ -97,6 +97,11 @@ class FingerModel:
         return self.site.contact
 
     @property
+    def inside(self) -> list[BarrierContact]:
+        """Contact of each cavity's walls with themselves; empty where they cannot meet."""
+        return [term for term in self.site.further if isinstance(term, BarrierContact)]
+
+    @property
     def parameters(self) -> dict[str, fem.Constant]:
         """Constants of the potential by name; readings can be derived by them."""
         return self.site.parameters

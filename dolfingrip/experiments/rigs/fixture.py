@@ -68,9 +68,31 @@ def surround(site: Site, *, plate: bool) -> None:
         skin = site.domain.facets(*SKIN)
         surface = Surface(site.u.function_space, site.domain, skin, contact.spacing_mm)
         site.contact = BarrierContact(surface, contact.barrier_mm, contact.stiffness_MPa)
+    if site.config.walls_may_meet(site.domain.cavities):
+        site.further += [_inside(site, name) for name in site.domain.cavities]
     # the clamp is held across, and so is the plane of symmetry
     across = ["clamp", "symmetry"] if site.domain.half else ["clamp"]
     site.held |= {0: ["clamp"], 1: across, 2: ["clamp"]}
+
+
+def _inside(site: Site, cavity: str) -> BarrierContact:
+    """Contact of a cavity's walls with one another, and with their mirror image in half a finger.
+
+    Walls that are nearer to one another than the barrier at rest get a narrower one.
+    """
+    domain, contact = site.domain, site.config.contact
+    facets = domain.facets(cavity)
+    surface = Surface(site.u.function_space, domain, facets, spacing_mm=None)
+    if domain.half:
+        surface = surface.mirrored()
+
+    def barrier(width_mm: float) -> BarrierContact:
+        stiffness_MPa = contact.stiffness_MPa / domain.copies  # the image has half of the energy
+        return BarrierContact(surface, width_mm, stiffness_MPa, title=f"the wall of {cavity}")
+
+    made = barrier(contact.barrier_mm)
+    gap_mm = made.gap_mm(np.zeros_like(site.u.x.array), contact.barrier_mm)
+    return made if gap_mm > contact.barrier_mm else barrier(gap_mm / 2)
 
 
 def supply(config: Config, cavity: Control) -> Supply | None:

@@ -29,15 +29,23 @@ class GraspReadings:
         gripper: model of the gripper at its start.
         lift_starts_s: time at which the lift begins.
         first_s: the model's time that counts as 0 s.
+        closing_starts_s: time at which the food is in place; 0: it is from the start.
 
     Attributes:
-        moments: all accepted steps so far.
+        moments: all accepted steps so far in which the food is in place.
     """
 
-    def __init__(self, gripper: GripperModel, lift_starts_s: float, first_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        gripper: GripperModel,
+        lift_starts_s: float,
+        first_s: float = 0.0,
+        closing_starts_s: float = 0.0,
+    ) -> None:
         self._gripper = gripper
         self._first_s = first_s
         self.lift_starts_s = lift_starts_s
+        self._closing_starts_s = closing_starts_s
         model = gripper.model
         domain, space = model.domain, model.u.function_space
         self._comm = model.comm
@@ -50,7 +58,7 @@ class GraspReadings:
         self._to_finger = gripper.placement.rotations.transpose(0, 2, 1)
         self._tip_of = np.array([self._nearest(point) for point in self._tips.rest])
         pose = gripper.pose.coordinates
-        self._height = float(pose[2])
+        self._height = float(pose[2]) - model.controls["table_z_mm"].value
         self._start = Rotation.from_rotvec(pose[3:])
         self._velocity = np.zeros(3)
         self._place = pose[:3]
@@ -84,6 +92,8 @@ class GraspReadings:
         self._energy.book()
         self._balance(before)
         self.angles_deg()
+        if 0 < self._closing_starts_s > gripper.model.time_s - self._first_s + 1e-9:
+            return
         q = gripper.pose.coordinates
         weight_N = float(np.linalg.norm(gripper.motion.weight_N))
         time_s = gripper.model.time_s - self._first_s
@@ -177,6 +187,20 @@ class GraspReadings:
         self._angles_deg = found + 360.0 * np.round((self._angles_deg - found) / 360.0)
         return self._each(self._angles_deg)
 
+    def opening_mm(self) -> float:
+        """Horizontal distance from the thumb's tip to the middle between those of B and C."""
+        tips = self._tips
+        which = self._tip_of[tips.triangles[:, 0]]
+        area = np.linalg.norm(_areas(tips.rest[tips.triangles]), axis=1)
+        centres = tips.positions(self._gripper.model.u.x.array)[tips.triangles].mean(axis=1)
+        thumb, *others = (
+            np.average(centres[which == i], axis=0, weights=area[which == i])
+            for i in range(self._gripper.placement.count)
+        )
+        apart = np.mean(others, axis=0) - thumb
+        # in half a gripper the middle is in the plane of symmetry
+        return float(abs(apart[0]) if self._half else np.hypot(*apart[:2]))
+
     def _closure(self) -> float:
         """Force-closure margin of the present contacts of fingers and object."""
         gripper = self._gripper
@@ -227,7 +251,7 @@ class GraspReadings:
             ),
             self._closure(),
             *(self._energy.pressure_mJ, self._energy.friction_mJ),
-            *(self._energy.error_mJ, self._momentum_error_N),
+            *(self._energy.error_mJ, self._momentum_error_N, self.opening_mm()),
         )
         return {each.name: float(value) for each, value in zip(GRIPPER, values, strict=True)}
 

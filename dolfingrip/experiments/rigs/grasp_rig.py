@@ -9,7 +9,11 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.protocol.grasping import lift_mm, lift_starts_s
+from dolfingrip.experiments.protocol.grasping import (
+    closing_starts_s,
+    lift_starts_s,
+    table_z_mm,
+)
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.results.outcome import Ring, decided, judge
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
@@ -58,7 +62,9 @@ class GraspRig(Rig):
             min(float(np.linalg.norm(root)) for root in roots),
             np.array([root / np.linalg.norm(root) for root in roots]),
         )
-        self._reads = GraspReadings(gripper, lift_starts_s(config.gripper), policy.settling_s)
+        self._reads = GraspReadings(
+            gripper, lift_starts_s(config), policy.settling_s, closing_starts_s(config)
+        )
 
     @classmethod
     def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> GraspRig:
@@ -78,7 +84,7 @@ class GraspRig(Rig):
         return {
             "pressure_kPa": stop.value,
             "time_s": self._policy.settling_s + stop.time_s,
-            "table_z_mm": -lift_mm(self._config.gripper, stop.time_s),
+            "table_z_mm": table_z_mm(self._config, stop.time_s),
         }
 
     def path(self, observers: Sequence[Observer]) -> LoadPath:

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 from dolfingrip.config import Config
+from dolfingrip.experiments.protocol.grasping import table_z_mm
 from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.grasped import SIDEWAYS, GraspedBody, grasped, halved
@@ -171,7 +172,8 @@ def _grasp(
         return Friction(touched, u, site.fixed(coefficient), title=title)
 
     body = replace(food.body, held=SIDEWAYS) if domain.half else food.body
-    pose, height = body.pose(domain.mesh), site.fixed(0.0)
+    pose, height = body.pose(domain.mesh), site.fixed(table_z_mm(config, 0.0))
+    pose.constants[2].value += height.value
     standing = Pose([height], np.array([[0, 0, 1, 0, 0, 0.0]]).T, np.zeros(6))
     barrier, skin = Smooth(gripper.barrier_mm, gripper.stiffness_MPa), food.surface
     areas, copies = skin.point_areas_mm2(), domain.copies

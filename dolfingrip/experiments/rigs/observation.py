@@ -7,7 +7,15 @@ from itertools import pairwise
 import ipctk
 import numpy as np
 
-from dolfingrip.channels import CAVITY_PRESSURE, CAVITY_VOLUME, CHORD_ANGLE, CONTACT_GAP, PRESSURE
+from dolfingrip.channels import (
+    CAVITY_PRESSURE,
+    CAVITY_VOLUME,
+    CHORD_ANGLE,
+    CONTACT_GAP,
+    PRESSURE,
+    TIP_Y,
+    WALL_GAP,
+)
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.undeformed import morph
@@ -18,8 +26,12 @@ from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGapReading
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.rotation import TipRotation
 from dolfingrip.mechanics.readings.tip import ChordAngle, FaceAngle, TipDisplacement
 from dolfingrip.mechanics.readings.turning import Turning
+
+NEAR_WIDTHS = 10.0
+"""Distance, by the barrier's width, from which on opposite walls are near."""
 
 
 class BellowsGaps:
@@ -100,6 +112,22 @@ class ContactGap(Reading):
         return smallest if np.isfinite(smallest) else float("nan")
 
 
+class WallGap(Reading):
+    """Smallest distance of opposite walls of a cavity (mm); NaN if none is known or near."""
+
+    differentiable = False
+
+    def __init__(self, finger: FingerModel) -> None:
+        super().__init__(finger.model, WALL_GAP.name)
+        self._inside = finger.inside
+
+    def value(self) -> float:
+        dofs = self.model.u.x.array
+        gaps = [each.gap_mm(dofs, NEAR_WIDTHS * each.width_mm) for each in self._inside]
+        smallest = min(gaps, default=np.inf)
+        return smallest if np.isfinite(smallest) else float("nan")
+
+
 def _parts(floor_mm: float, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:
     """(n,) number of gaps before each reference point (along z); −1 for points below the gaps."""
     part = np.zeros(len(points), dtype=np.int64)
@@ -131,6 +159,8 @@ class Observation:
         counted = [
             FromRest(FaceAngle(model), lambda: float(turning.deg()[-1])),
             FromRest(TipDisplacement(model, "x")),
+            # in half a finger it is 0
+            *(() if model.domain.half else (FromRest(TipDisplacement(model, "y")),)),
             FromRest(TipDisplacement(model, "z")),
             # a chord turns as the mean of the sections along it
             FromRest(chord(finger), lambda: float(turning.deg().mean())),
@@ -142,6 +172,7 @@ class Observation:
             ControlValue(model, CAVITY_PRESSURE.name, finger.cavity),
             Integral(model, CAVITY_VOLUME.name, finger.enclosed),
             self._gap,
+            WallGap(finger),
             *of_model(model, "finger"),
         ]
         if plate is not None:
@@ -153,6 +184,7 @@ class Observation:
         self._from_rest = [reading for reading in found if isinstance(reading, FromRest)]
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
+        self._rotation = TipRotation(model)
         self._tare_undeformed()
 
     def _tare_undeformed(self) -> None:
@@ -166,6 +198,7 @@ class Observation:
         """Count angles and displacements from the present state."""
         for reading in self._from_rest:
             reading.tare()
+        self._rotation.tare()
 
     @property
     def gaps_mm(self) -> dict[str, float]:
@@ -174,7 +207,8 @@ class Observation:
 
     def read(self) -> dict[str, float]:
         """Values by column."""
-        return {column: reading.value() for column, reading in self.readings.items()}
+        found = {column: reading.value() for column, reading in self.readings.items()}
+        return {TIP_Y.name: 0.0, **found, **self._rotation.values()}
 
 
 def chord(finger: FingerModel) -> Reading:

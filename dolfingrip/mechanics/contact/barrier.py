@@ -55,6 +55,7 @@ class BarrierContact(Term):
         width_mm: distance ĝ at which contact is first felt.
         stiffness_MPa: κ.
         policy: how pairs are found and differentiated.
+        title: what the surface is called where it passes through itself.
     """
 
     name: ClassVar[str] = "contact"
@@ -65,8 +66,10 @@ class BarrierContact(Term):
         width_mm: float,
         stiffness_MPa: float,
         policy: PairPolicy = PairPolicy(),
+        title: str = "the skin",
     ) -> None:
         self._policy = policy
+        self._title = title
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
@@ -76,7 +79,6 @@ class BarrierContact(Term):
         self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
         self._apart = False
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
-        self._spread = sp.kron(surface.weights, sp.eye_array(3), format="csr")
         self._ccd = ipctk.AdditiveCCD()
         self._found: tuple[np.ndarray, ipctk.NormalCollisions] | None = None
 
@@ -123,8 +125,7 @@ class BarrierContact(Term):
         pairs = self._felt(now)
         if pairs.empty():
             return np.zeros((len(self.surface.nodes), 3))
-        at_vertices = self._potential.gradient(pairs, self._mesh, now).reshape(-1, 3)
-        return np.asarray(self.surface.weights.T @ at_vertices)
+        return self.surface.gathered(self._potential.gradient(pairs, self._mesh, now))
 
     def hessian(self, dofs: np.ndarray, *, convex: bool = False) -> sp.coo_matrix | None:
         """(3n, 3n) Hessian (N/mm) at the nodes; None without contact.
@@ -138,7 +139,8 @@ class BarrierContact(Term):
         if pairs.empty():
             return None
         at_vertices = self._potential.hessian(pairs, self._mesh, now, PROJECTION[convex])
-        return sp.coo_matrix(self._spread.T @ at_vertices @ self._spread)
+        spread = self.surface.spread
+        return sp.coo_matrix(spread.T @ at_vertices @ spread)
 
     def rest_gradient(self, dofs: np.ndarray) -> np.ndarray:
         """(v, 3) derivatives (N) by the vertices' rest places at fixed deformed positions.
@@ -242,7 +244,7 @@ class BarrierContact(Term):
     def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
         """Add the derivatives by the nodes' rest places, which also move the deformed surface."""
         forces = self.gradient(dofs)
-        forces += self.surface.weights.T @ self.rest_gradient(dofs)
+        forces += self.surface.gathered(self.rest_gradient(dofs))
         self.surface.add_owned(forces, found.at_nodes)
 
     def move_reference(self, change: np.ndarray | None) -> None:
@@ -264,7 +266,7 @@ class BarrierContact(Term):
 
     def rejects(self, dofs: np.ndarray) -> str:
         """A state in which surfaces intersect."""
-        return "the skin passes through itself" if self.intersects(dofs) else ""
+        return f"{self._title} passes through itself" if self.intersects(dofs) else ""
 
     # -- bounds --------------------------------------------------------------------------------
 

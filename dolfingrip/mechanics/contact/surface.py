@@ -48,6 +48,7 @@ class Surface(NodeSet):
         nodes: (n,) global displacement nodes (block index) that the vertices move with.
         owned: places in ``nodes`` of the nodes that this rank owns.
         weights: (v, n) weights of the nodes in each vertex; rows sum to 1.
+        spread: (3v, 3n) from displacements of the nodes to those of the vertices.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class Surface(NodeSet):
         spread = resample(faces, rest, spacing_mm) if width == 8 and spacing_mm else None
         if spread is None:
             self.weights = sp.eye_array(len(rest), format="csr")
-            self.triangles = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
+            self.triangles: np.ndarray = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
         else:
             self.weights = spread[0]
             self.triangles = spread[1].astype(np.int32)
@@ -85,6 +86,22 @@ class Surface(NodeSet):
             self.frames = domain.placement.frames(rest)
             rest = domain.placement.positions(rest)
         self.rest = self.weights @ rest
+        self.spread = sp.kron(self.weights, sp.eye_array(3), format="csr")
+
+    def mirrored(self) -> Surface:
+        """This surface with its image in the plane y = 0, joined where both meet."""
+        image = np.array([1.0, -1.0, 1.0])
+        apart = np.flatnonzero(np.abs(self.rest[:, 1]) > NEAR * np.ptp(self.rest, axis=0).max())
+        number = np.arange(len(self.rest), dtype=np.int32)
+        number[apart] = len(self.rest) + np.arange(len(apart))
+        other = copy(self)
+        other.rest = np.asfortranarray(np.concatenate([self.rest, self.rest[apart] * image]))
+        image_of = number[self.triangles][:, ::-1]
+        other.triangles = np.concatenate([self.triangles, image_of], dtype=np.int32)
+        other.weights = sp.vstack([self.weights, self.weights[apart]], format="csr")
+        turned = sp.kron(self.weights[apart], sp.diags_array(image))
+        other.spread = sp.vstack([self.spread, turned], format="csr")
+        return other
 
     def moved(self, change_mm: np.ndarray) -> Surface:
         """This surface with its reference positions moved by ``change_mm``, (v, 3)."""
@@ -94,7 +111,11 @@ class Surface(NodeSet):
 
     def displacement(self, local_dofs: np.ndarray) -> np.ndarray:
         """(v, 3) displacement (mm) of the vertices from a local dof array."""
-        return np.asarray(self.weights @ self.at_nodes(local_dofs))
+        return np.asarray(self.spread @ self.at_nodes(local_dofs).ravel()).reshape(-1, 3)
+
+    def gathered(self, at_vertices: np.ndarray) -> np.ndarray:
+        """(n, 3) derivatives by the nodes' displacements from those (v, 3) by the vertices'."""
+        return np.asarray(self.spread.T @ at_vertices.ravel()).reshape(-1, 3)
 
     def positions(self, local_dofs: np.ndarray) -> np.ndarray:
         """(v, 3) deformed positions (mm), in the column order that ipctk wants."""

@@ -108,6 +108,19 @@ class Domain:
         whole = ufl.Measure("dx", self.mesh, subdomain_data=self._cells, metadata=metadata)
         return whole(tag)
 
+    def single_walls(self) -> float:
+        """Part of the cells on cavities that lie on the skin, too, and so are a wall alone."""
+        self.mesh.topology.create_connectivity(2, 3)
+        cell_of = self.mesh.topology.connectivity(2, 3).array  # one for each boundary facet
+        first = self.mesh.topology.connectivity(2, 3).offsets[:-1]
+        inner, outer = (
+            np.unique(cell_of[first[self.facets(*names)]]) if names else np.empty(0, dtype=int)
+            for names in (self.cavities, [each for each in ("skin", "tip") if each in self.regions])
+        )
+        both = [len(np.intersect1d(inner, outer)), len(inner)]
+        single, known = self.mesh.comm.allreduce(np.array(both), MPI.SUM)
+        return float(single / max(known, 1))
+
     def with_region(
         self, name: str, among: Sequence[str], where: Callable[[np.ndarray], np.ndarray]
     ) -> Domain:

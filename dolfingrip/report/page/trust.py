@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
+from dolfingrip.experiments.results import doubts
 from dolfingrip.files.columns import Columns, numbers, select_rows
 from dolfingrip.report.page import elements
 from dolfingrip.report.page.content import Check, Verdict
@@ -59,6 +60,10 @@ def checks(
         found.append(_ended(run))
         if place not in finer.values():
             found.append(_mesh(run, runs[finer[place]] if place in finer else None))
+        found += [
+            Check(f"{run.title}: {doubt.title}", "–", "no doubt", "fail", doubt.sentence)
+            for doubt in doubts.of_run(run.result)
+        ]
         own = fields.get(place)
         if run.column("energy_error_mJ") is not None:
             found.append(_balance_of_grasp(run))

@@ -1,0 +1,100 @@
+"""Doubts about a finger's result: what its motion, its walls and its mesh make uncertain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from dolfingrip.channels import ANGLE, BENDING_ANGLE, BENDING_DIRECTION, PRESSURE, WALL_GAP
+
+if TYPE_CHECKING:
+    from dolfingrip.experiments.result import Result
+    from dolfingrip.experiments.results.readings import Readings
+
+
+@dataclass(frozen=True, slots=True)
+class DoubtPolicy:
+    """Limits beyond which a result is doubted.
+
+    Attributes:
+        least_deg: bending whose direction is no rounding, and which is looked at.
+        sideways: part of the bending out of the plane that the angle is read in.
+        backwards_deg: negative angle of a finger that is meant to bend forwards.
+        single: part of the cells on a cavity that lie on the skin, too.
+    """
+
+    least_deg: float = 0.05
+    sideways: float = 0.1
+    backwards_deg: float = 0.5
+    single: float = 0.5
+
+
+STANDARD = DoubtPolicy()
+
+
+class Doubt(NamedTuple):
+    """One doubt: what is doubted, and the sentence."""
+
+    title: str
+    sentence: str
+
+
+def of_motion(result: Readings, policy: DoubtPolicy = STANDARD) -> Iterator[Doubt]:
+    """Yield the doubts that follow from the readings of one finger.
+
+    Args:
+        result: readings with their configuration.
+        policy: limits.
+    """
+    if not result.rows or BENDING_ANGLE.name not in result:
+        return
+    size, direction, angle, pressure = (
+        result.column(each.name) for each in (BENDING_ANGLE, BENDING_DIRECTION, ANGLE, PRESSURE)
+    )
+    off = np.nan_to_num(np.abs(np.sin(np.radians(direction))))
+    most = int(np.argmax(size * off))
+    if size[most] > policy.least_deg and off[most] > policy.sideways:
+        yield Doubt(
+            "plane of bending",
+            f"at {pressure[most]:g} kPa the finger bends by {size[most]:.3g}° in the direction of "
+            f"{direction[most]:.0f}°, out of the plane that angle_deg is read in; take "
+            "bending_angle_deg and bending_direction_deg",
+        )
+    ratios = [each.pressure_ratio for each in result.config.cavity.all.values()]
+    highest = int(np.argmax(pressure))
+    forwards = pressure[highest] > 0 and all(ratio == 1 for ratio in ratios)
+    if forwards and angle[highest] < -policy.backwards_deg:
+        yield Doubt(
+            "direction of bending",
+            f"at {pressure[highest]:g} kPa the angle is {angle[highest]:.1f}°: the finger bends "
+            "away from its back; see whether the back, at the lowest x, is the right side",
+        )
+    if WALL_GAP.name in result:
+        gap = result.column(WALL_GAP.name)
+        touch = np.flatnonzero(gap < result.config.contact.barrier_mm)
+        if touch.size:
+            first = int(touch[0])
+            yield Doubt(
+                "walls inside",
+                f"walls of a cavity touch one another from {pressure[first]:g} kPa on",
+            )
+
+
+def of_run(result: Result, policy: DoubtPolicy = STANDARD) -> Iterator[Doubt]:
+    """Yield the doubts about a finger's run: of its motion, and of its mesh.
+
+    Args:
+        result: a result with the facts of its run.
+        policy: limits.
+    """
+    yield from of_motion(result, policy)
+    single = result.facts.mesh.single_walls
+    if result.config.solver.element == "P1" and single > policy.single:
+        yield Doubt(
+            "elements through a wall",
+            f"{100 * single:.0f} % of the elements on a cavity reach through its wall: one linear "
+            'element is far too stiff there; take solver.element = "P2", or a smaller mesh.size_mm',
+        )

@@ -1,0 +1,153 @@
+"""The tip's motion in space: three equal chambers, whole turns, what is told of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from support import small
+
+from dolfingrip import config as configuration
+from dolfingrip.experiments import run
+from dolfingrip.experiments.result import Result
+from dolfingrip.experiments.results import doubts
+from dolfingrip.experiments.results.readings import Readings
+from dolfingrip.mechanics.readings.rotation import TipRotation
+from dolfingrip.meshes import files
+from dolfingrip.meshes.cells import HEXAHEDRON
+from dolfingrip.meshes.solid import SolidMesh, assemble, boundary, faces
+
+CHAMBERS = ("cavity", "cavity_2", "cavity_3")
+
+
+def hexagon(side_mm: float = 8.0, length_mm: float = 24.0, cells: int = 3) -> SolidMesh:
+    """A hexagonal finger of three rhombi, each with a chamber, of threefold symmetry about z."""
+    layers = 4
+    n = cells + 1
+    level = np.linspace(0.0, length_mm, layers + 1)
+    points, solid, chamber = [], [], []
+    for k in range(3):
+        ways = [np.radians(120.0 * (k + i)) for i in (0, 1)]
+        first, second = (np.array([np.cos(a), np.sin(a)]) * side_mm / cells for a in ways)
+        start = len(points) * n * n * (layers + 1)
+        i, j, z = np.meshgrid(range(n), range(n), range(layers + 1), indexing="ij")
+        plane = i[..., None] * first + j[..., None] * second
+        points.append(np.column_stack([plane.reshape(-1, 2), level[z].ravel()]))
+        index = start + np.arange(n * n * (layers + 1)).reshape(n, n, layers + 1)
+        at = np.argwhere(np.ones((cells, cells, layers), dtype=bool))
+        hollow = (at[:, :2] == 1).all(axis=1) & (at[:, 2] > 0) & (at[:, 2] < layers - 1)
+        corners = HEXAHEDRON.reference.astype(int)
+        solid.append(np.column_stack([index[tuple((at[~hollow] + c).T)] for c in corners]))
+        middle = (first + second) * 1.5
+        chamber.append(middle)
+    every = np.concatenate(points)
+    _, kept, number = np.unique(np.round(every, 6), axis=0, return_index=True, return_inverse=True)
+    nodes, elements = every[kept], number.ravel()[np.concatenate(solid)]
+    outer = faces(elements)[boundary(elements)]
+    centre = nodes[outer].mean(axis=1)
+    groups = {"clamp": centre[:, 2] < 1e-9, "tip": centre[:, 2] > length_mm - 1e-9}
+    for name, middle in zip(CHAMBERS, chamber, strict=True):
+        near = np.linalg.norm(centre[:, :2] - middle, axis=1) < 0.9 * side_mm / cells
+        groups[name] = near & ~groups["clamp"] & ~groups["tip"]
+    groups["skin"] = ~np.any(list(groups.values()), axis=0)
+    return assemble(nodes, elements, {name: outer[where] for name, where in groups.items()})
+
+
+@pytest.fixture(scope="module")
+def bent(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Result]:
+    """Each chamber alone, and all together."""
+    file = tmp_path_factory.mktemp("mesh") / "hexagon.msh"
+    files.write(file, hexagon())
+    found = {}
+    for alone in (*CHAMBERS, "all"):
+        ratios = {name: {"pressure_ratio": float(alone in (name, "all"))} for name in CHAMBERS}
+        config = configuration.from_dict(
+            {
+                "finger": {"kind": "adopted"},
+                "mesh": {"file": str(file)},
+                "material": {"mu_MPa": 0.03},
+                "cavity": ratios,
+                "contact": {"self_contact": False},
+                "solver": {"rtol": 1e-11},
+                "experiment": {"max_pressure_kPa": 40.0, "step_kPa": 20.0},
+            }
+        )
+        found[alone] = run("bending", config, comm=MPI.COMM_SELF)
+        assert found[alone].failure is None
+    return found
+
+
+def test_equal_chambers_bend_alike_in_their_directions(bent: dict[str, Result]) -> None:
+    """By symmetry: angles to 1e-6, directions 120° apart to 1e-4°; all together do not bend."""
+    angles = [float(bent[name]["bending_angle_deg"][-1]) for name in CHAMBERS]
+    ways = np.array([bent[name]["bending_direction_deg"][-1] for name in CHAMBERS])
+    print(angles, ways, bent["all"]["bending_angle_deg"])
+    assert angles[0] > 0.3
+    np.testing.assert_allclose(angles, angles[0], rtol=1e-6)
+    apart = np.abs(np.diff(np.unwrap([*ways, ways[0]], period=360.0)))
+    np.testing.assert_allclose(apart, 120.0, atol=1e-4)
+    assert bent["all"]["bending_angle_deg"][-1] <= 1e-6 * angles[0]
+    # a chamber pushes the tip away from its own side: the first one stands at 60°, in x and y
+    moved = [bent["cavity"][f"tip_{axis}_mm"][-1] for axis in "xy"]
+    assert np.degrees(np.arctan2(moved[1], moved[0])) == pytest.approx(-120.0, abs=1e-3)
+    rotation = np.array([bent["cavity"][f"tip_rotation_{axis}_deg"][-1] for axis in "xyz"])
+    assert np.linalg.norm(rotation) == pytest.approx(bent["cavity"]["tip_rotation_deg"][-1])
+
+
+def test_a_motion_out_of_the_plane_is_told(bent: dict[str, Result]) -> None:
+    """Where angle_deg is less than the bending; not where it bends in the plane."""
+    (told,) = doubts.of_motion(bent["cavity"])
+    assert told.title == "plane of bending"
+    assert "in the direction of" in told.sentence
+    in_plane = [name for name in CHAMBERS if not list(doubts.of_motion(bent[name]))]
+    assert len(in_plane) == 1
+    size = bent[in_plane[0]]["bending_angle_deg"]
+    np.testing.assert_allclose(np.abs(bent[in_plane[0]]["angle_deg"]), size, atol=1e-6)
+
+
+def test_a_rotation_in_space_has_whole_turns() -> None:
+    """Half a finger that is curled by hand: beyond half a turn, and beyond a whole one."""
+    finger = small.model(small.short(), plate=False)
+    model = finger.model
+    space = model.u.function_space
+    length = float(space.tabulate_dof_coordinates()[:, 2].max())
+    turned = TipRotation(model)
+    lean = np.radians(180.0)  # towards −x, in the plane of symmetry
+    for degrees in (30.0, 170.0, 250.0, 400.0):
+
+        def curl(x: np.ndarray, degrees: float = degrees) -> np.ndarray:
+            bend = np.radians(degrees) * x[2] / length
+            radius = length / np.radians(degrees)
+            way = np.array([np.cos(lean), np.sin(lean)])
+            along = x[0] * way[0] + x[1] * way[1]
+            across = -x[0] * way[1] + x[1] * way[0]
+            out = radius * (1 - np.cos(bend)) + along * np.cos(bend)
+            up = radius * np.sin(bend) - along * np.sin(bend)
+            now = np.array([out * way[0] - across * way[1], out * way[1] + across * way[0], up])
+            return now - x
+
+        model.u.interpolate(curl)
+        found = turned.values()
+        print(degrees, found)
+        assert found["bending_angle_deg"] == pytest.approx(degrees, abs=0.5)
+        assert found["tip_rotation_deg"] == pytest.approx(degrees, abs=0.5)
+        assert found["tip_rotation_y_deg"] == pytest.approx(-degrees, abs=0.5)
+        assert found["bending_direction_deg"] == pytest.approx(0.0, abs=0.5)
+
+
+def test_bending_is_the_angle_in_the_plane_of_symmetry() -> None:
+    result = run("bending", small.short("experiment.step_kPa=25"), comm=MPI.COMM_SELF)
+    np.testing.assert_allclose(result["bending_angle_deg"], result["angle_deg"], atol=1e-9)
+    np.testing.assert_allclose(-result["tip_rotation_y_deg"], result["angle_deg"], atol=1e-9)
+    assert (result["tip_y_mm"] == 0).all()
+    assert list(doubts.of_run(result)) == []
+
+
+def test_a_finger_that_bends_backwards_and_walls_that_touch_are_told() -> None:
+    config = small.short()
+    row = {"pressure_kPa": 10.0, "angle_deg": -3.0, "bending_angle_deg": 3.0,
+           "bending_direction_deg": 180.0, "wall_gap_mm": 0.1}  # fmt: skip
+    told = list(doubts.of_motion(Readings("bending", config, [row])))
+    assert [each.title for each in told] == ["direction of bending", "walls inside"]
+    assert "the angle is -3.0°" in told[0].sentence
+    assert "touch one another from 10 kPa on" in told[1].sentence
