@@ -83,22 +83,30 @@ def fibres(strain: Expr, stiffness: Expr, direction: Expr, compression: Expr) ->
     return share * stiffness / 2 * along**2
 
 
-def direction(angle: Expr, normal: Expr) -> Expr:
-    """Direction at an angle within a surface.
+def direction(angle: Expr, normal: Expr, axis: Expr) -> Expr:
+    """Direction at an angle within a surface, the same all around a surface of revolution.
+
+    f = cos α t + sin α N × t, where t is the axis' part in the tangent plane, of length 1. So α is
+    counted from the axis, anticlockwise seen from where the normal points to. Where the normal lies
+    along the axis there is no t.
 
     Args:
-        angle: angle from z towards y (rad).
-        normal: unit normal of the surface, (3,).
+        angle: α (rad).
+        normal: unit normal N of the surface, (3,).
+        axis: axis that the angle is counted from, (3,), of any length.
 
     Returns:
         Unit vector, (3,).
 
     Example:
         >>> from dolfingrip.forms.evaluate import number
-        >>> back = ufl.as_vector([-1, 0, 0])
-        >>> [round(number(direction(ufl.pi / 6, back)[i]), 6) for i in range(3)]
+        >>> z = ufl.as_vector([0, 0, 1])
+        >>> back, side = ufl.as_vector([-1, 0, 0]), ufl.as_vector([0, 1, 0])
+        >>> [round(number(direction(ufl.pi / 6, back, z)[i]), 6) for i in range(3)]
         [0.0, 0.5, 0.866025]
+        >>> [round(number(direction(ufl.pi / 2, side, z)[i]), 6) for i in range(3)]
+        [1.0, 0.0, 0.0]
     """
-    way = ufl.as_vector([0, ufl.sin(angle), ufl.cos(angle)])
-    flat = way - ufl.inner(way, normal) * normal
-    return flat / ufl.sqrt(ufl.inner(flat, flat))
+    flat = axis - ufl.inner(axis, normal) * normal
+    along = flat / ufl.sqrt(ufl.inner(flat, flat))
+    return ufl.cos(angle) * along + ufl.sin(angle) * ufl.cross(normal, along)

@@ -9,7 +9,6 @@ from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, 
 from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.results import doubts
 
 if TYPE_CHECKING:
     from dolfingrip.sections.geometry.geometry import Geometry
@@ -68,6 +67,8 @@ class FingerExperiment(Experiment):
         return notes(config)
 
     def remarks(self, result: Readings) -> list[str]:
+        from dolfingrip.experiments.results import doubts
+
         return [doubt.sentence for doubt in doubts.of_motion(result)]
 
 

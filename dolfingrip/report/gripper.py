@@ -213,9 +213,10 @@ def _drawn(
 
 
 def stages(branches: Sequence[str]) -> list[int]:
-    """Rows that show a grasp: the start, half-way, the fingers closed, and the end."""
-    closed = max((i for i, branch in enumerate(branches) if branch == "loading"), default=0)
-    return list(dict.fromkeys([0, closed // 2, closed, len(branches) - 1]))
+    """Rows that show a grasp: the start, half-way or opened, the fingers closed, and the end."""
+    last = {branch: row for row, branch in enumerate(branches)}
+    closed = last.get("loading", 0)
+    return list(dict.fromkeys([0, last.get("approach", closed // 2), closed, len(branches) - 1]))
 
 
 def write_film(path: Path, images: Sequence[Image]) -> None:

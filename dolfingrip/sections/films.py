@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
-from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section
+from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section, Vector
 
 Stiffnesses = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
 Angles = Annotated[tuple[Annotated[float, Field(ge=-180, le=180)], ...], Field(strict=False)]
@@ -24,7 +24,11 @@ class Film(Section):
 
     role: ClassVar = Role.BODY
     felt_by: ClassVar = FINGERS
-    entry: ClassVar = Entry.CONSTANT
+    later: ClassVar = {"fibre_axis": [0.0, 0.0, 1.0]}
+    entry: ClassVar = dict.fromkeys(
+        ("Et_N_per_mm", "nu", "fibre_Et_N_per_mm", "fibre_deg", "compression", "thickness_mm"),
+        Entry.CONSTANT,
+    )
 
     model: Literal["membrane", "layer"] = Field(
         "membrane", description="a membrane on a surface, or the elements of a whole region"
@@ -48,7 +52,12 @@ class Film(Section):
     fibre_Et_N_per_mm: Stiffnesses = Field(
         (), description="of each family of fibres, besides Et_N_per_mm"
     )
-    fibre_deg: Angles = Field((), description="of each family, from z (clamp to tip) towards y")
+    fibre_deg: Angles = Field(
+        (), description="of each family, from fibre_axis, anticlockwise seen from outside"
+    )
+    fibre_axis: Vector = Field(
+        (0.0, 0.0, 1.0), description="axis whose part in the surface is fibre_deg = 0"
+    )
     compression: float = Field(
         1.0, ge=0, le=1, description="stiffness of fibres in compression, relative to tension"
     )
@@ -72,6 +81,10 @@ class Film(Section):
                 f"allowed: as many as fibre_Et_N_per_mm has, {len(self.fibre_Et_N_per_mm)}",
                 f"{len(self.fibre_deg)} values",
             )
+        if not any(self.fibre_axis):
+            yield Refusal("fibre_axis", "allowed: any vector but zero")
+        if self.model == "layer" and not any(self.fibre_axis[1:]):
+            yield Refusal("fibre_axis", "allowed for a layer, x = const: any but along x")
         if not self.Et_N_per_mm and not any(self.fibre_Et_N_per_mm):
             yield Refusal("Et_N_per_mm", "allowed: above 0, or with fibres")
         if self.model == "layer" and not self.Et_N_per_mm:
@@ -92,6 +105,9 @@ class Film(Section):
     @property
     def symmetric(self) -> bool:
         """True if fibres are their own mirror image in the plane y = 0."""
+        x, y, z = self.fibre_axis
+        if y and (x or z) and self.fibre_deg:
+            return False
         families: dict[float, float] = {}
         for degrees, stiffness in zip(self.fibre_deg, self.fibre_Et_N_per_mm, strict=True):
             at = round(degrees % 180.0, 9)

@@ -93,8 +93,8 @@ class ExperimentSettings(Section):
             yield Refusal("max_pressure_kPa", "allowed: any pressure but 0 kPa")
         if self.max_pressure_kPa < 0 and self.min_pressure_kPa:
             yield Refusal("min_pressure_kPa", "allowed: 0 with a max_pressure_kPa below 0 kPa")
-        if self.step_kPa > self.largest_kPa:
-            yield from self.up_to("step_kPa", self.largest_kPa)
+        raised = self.max_pressure_kPa == self.largest_kPa
+        yield from self.up_to("step_kPa", "max_pressure_kPa" if raised else self.largest_kPa)
         if self.control != "pressure" and min(self.max_pressure_kPa, self.min_pressure_kPa) < 0:
             yield Refusal("control", 'allowed with suction: "pressure"')
         if self.control == "auto" and (self.unload or self.cycles > 1):

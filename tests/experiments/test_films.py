@@ -252,6 +252,14 @@ def test_derivatives_by_films_and_regions() -> None:
         (["film.sheet=3"], "film.sheet = 3: not a table; allowed: keys model, "),
         (["film.sheet.Et_N_per_mm=0"], "film.sheet.Et_N_per_mm = 0.0: allowed: above 0, or "),
         (["film.sheet.region=foil"], 'film.sheet.region = "foil": no such region; allowed: '),
+        (
+            [
+                "film.sheet.fibre_deg=[30, -30]",
+                "film.sheet.fibre_Et_N_per_mm=[1, 1]",
+                "film.sheet.fibre_axis=[0, 0, 0]",
+            ],
+            "film.sheet.fibre_axis = [0.0, 0.0, 0.0]: allowed: any vector but zero",
+        ),
         (["film.sheet.fibre_deg=[3]"], "film.sheet.fibre_deg = 1 values: allowed: as many as "),
         (
             ["film.sheet.fibre_deg=[30]", "film.sheet.fibre_Et_N_per_mm=[1]"],
@@ -262,6 +270,14 @@ def test_derivatives_by_films_and_regions() -> None:
             "film.sheet.region = paper: has material.paper already; allowed: one of them",
         ),
         (["film.sheet.model=layer", "film.sheet.region=body"], "film.sheet.thickness_mm = none: "),
+        (
+            [
+                "film.sheet.group=skin",
+                "film.sheet.fibre_deg=[30, -30]",
+                "film.sheet.fibre_Et_N_per_mm=[1, 1]",
+            ],
+            "film.sheet: fibre_axis = [0.0, 0.0, 1.0]: ",
+        ),
         (["film.sheet.group=back"], "film.sheet: no such group; allowed: cavity, clamp, "),
         (["film.sheet.between=['body', 'paper']"], "film.sheet: the two regions have no face in "),
     ],

@@ -65,7 +65,7 @@ def bent(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Result]:
             {
                 "finger": {"kind": "adopted"},
                 "mesh": {"file": str(file)},
-                "material": {"mu_MPa": 0.03},
+                "material": {"mu_MPa": 0.1},
                 "cavity": ratios,
                 "contact": {"self_contact": False},
                 "solver": {"rtol": 1e-11},
@@ -82,7 +82,7 @@ def test_equal_chambers_bend_alike_in_their_directions(bent: dict[str, Result]) 
     angles = [float(bent[name]["bending_angle_deg"][-1]) for name in CHAMBERS]
     ways = np.array([bent[name]["bending_direction_deg"][-1] for name in CHAMBERS])
     print(angles, ways, bent["all"]["bending_angle_deg"])
-    assert angles[0] > 0.3
+    assert angles[0] > 0.1
     np.testing.assert_allclose(angles, angles[0], rtol=1e-6)
     apart = np.abs(np.diff(np.unwrap([*ways, ways[0]], period=360.0)))
     np.testing.assert_allclose(apart, 120.0, atol=1e-4)

@@ -101,7 +101,7 @@ def _families(
     found = []
     for i in range(len(film.fibre_deg)):
         angle = constant("fibre_deg")[i] * (ufl.pi / 180)
-        along = membrane.direction(angle, normal)
+        along = membrane.direction(angle, normal, ufl.as_vector(film.fibre_axis))
         stiffness = constant("fibre_Et_N_per_mm")[i]
         found.append(membrane.fibres(strain, stiffness, along, constant("compression")))
     return found

@@ -6,7 +6,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.meshes import sheets
-from dolfingrip.meshes.solid import MeshError, SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh, faces
 
 REST = "rest"
 """Name of the part that has no material of its own."""
@@ -53,10 +53,34 @@ def sheets_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
                 if film.region:
                     cells = _region(mesh, film.region, key)
                 found[name] = sheets.on_plane(mesh, cells, highest=film.face == "front")
+            if film.fibre_deg:
+                _check_fibres(mesh, found[name], np.array(film.fibre_axis))
         except MeshError as error:
             said = str(error)
             raise MeshError(said if said.startswith(key) else f"{key}: {said}") from None
     return found
+
+
+STEEPEST = 0.02
+"""Sine of the angle between a face's normal and the fibres' axis below which it tells no angle."""
+
+
+def _check_fibres(mesh: SolidMesh, rows: np.ndarray, axis: np.ndarray) -> None:
+    """Refuse faces across the axis that fibres' angles are counted from.
+
+    Raises:
+        MeshError: one line, if there is such a face.
+    """
+    corners = mesh.points[faces(mesh.cells)[rows, :3]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(axis)
+    across = np.linalg.norm(np.cross(normals, axis), axis=1) < STEEPEST * lengths
+    if across.any():
+        shown = [float(each) for each in axis]
+        raise MeshError(
+            f"fibre_axis = {shown}: {int(across.sum())} of {len(rows)} faces are normal to it, "
+            "where fibre_deg has no meaning; allowed: an axis that no face is normal to"
+        )
 
 
 def _region(mesh: SolidMesh, region: str, key: str) -> np.ndarray:
