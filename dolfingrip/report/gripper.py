@@ -125,10 +125,11 @@ def label(time_s: float, pressure_kPa: float, branch: str) -> str:
     Args:
         time_s: of the row.
         pressure_kPa: of the row.
-        branch: of the row, ``loading``, ``hold`` or ``lift``.
+        branch: of the row, such as ``loading``, ``hold`` or ``lift``.
     """
     stage = {
         "loading": "pressurising",
+        "unloading": "opening",
         "hold": "holding",
         "lift": "lifting",
         "approach": "approaching",

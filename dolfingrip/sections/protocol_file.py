@@ -82,16 +82,6 @@ def waits(length_s: float, count: int) -> list[float]:
     return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
 
 
-def direction(before: float, value: float) -> Branch:
-    """Return the branch of a change of the control: unloading begins by going towards 0.
-
-    Args:
-        before: value where it begins.
-        value: value where it ends.
-    """
-    return "unloading" if (value - before) * before < 0 else "loading"
-
-
 def read(
     file: Path, experiment: str, control: str = "pressure_kPa", specimen: str | None = None
 ) -> tuple[dict[str, Any], Sequence[SetupPose]]:
@@ -134,12 +124,11 @@ def _table(asked: ProtocolFile, control: str) -> dict[str, Any]:
                 rows += [(start_s + t, start, cycle, "hold") for t in after]
                 continue
             change = getattr(segment, by) - start
+            branch: Branch = "loading" if change > 0 else "unloading"
             length_s = abs(change) / getattr(segment, rate)
             for k in range(1, segment.readings + 1) if change else ():
                 part = k / segment.readings
-                value = start + part * change
-                branch = direction(rows[-1][1], value)
-                rows.append((start_s + part * length_s, value, cycle, branch))
+                rows.append((start_s + part * length_s, start + part * change, cycle, branch))
     columns = [list(column) for column in zip(*rows, strict=True)]
     return dict(zip(("time_s", control, "cycle", "branch"), columns, strict=True))
 

@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from dolfingrip.experiments.protocol.schedule import Stop, steps
-from dolfingrip.sections.protocol_file import direction
 
 if TYPE_CHECKING:
     from dolfingrip.config import Config
@@ -69,7 +68,7 @@ def stops(config: Config) -> Sequence[Stop]:
             part = sum(ways[:i]) / sum(ways)
             if i or not found:  # the approach ends where the second ramp starts
                 time_s = start_s + gripper.pressurise_s * part
-                branch = direction(values[i - 1], value) if i else "loading"
+                branch: GraspBranch = "unloading" if i and value < values[i - 1] else "loading"
                 found.append(Stop(value, time_s, branch))
 
     def move(value: float, start_s: float, way_mm: float, branch: GraspBranch) -> None:

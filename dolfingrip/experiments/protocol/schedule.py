@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from dolfingrip.sections.protocol_file import direction, waits
+from dolfingrip.sections.protocol_file import waits
 
 if TYPE_CHECKING:
     from dolfingrip.sections.procedure import Branch, ExperimentSettings, Protocol
@@ -58,10 +58,11 @@ def cycles(
     """
     found: list[Stop] = [Stop(values[0], 0.0, "loading")]
 
-    def ramp(targets: Sequence[float], branch: Branch, cycle: int) -> None:
+    def ramp(targets: Sequence[float], cycle: int) -> None:
         for value in targets:
             last = found[-1]
             time_s = last.time_s + abs(value - last.value) / rate
+            branch: Branch = "loading" if value > last.value else "unloading"
             found.append(Stop(value, time_s, branch, cycle))
 
     def wait(length_s: float, cycle: int) -> None:
@@ -70,12 +71,12 @@ def cycles(
             found.append(Stop(last.value, last.time_s + after, "hold", cycle))
 
     for cycle in range(1, experiment.cycles + 1):
-        ramp(before[1:], "loading", cycle)
-        ramp(before[-2::-1], "unloading", cycle)
-        ramp(values[1:], "loading", cycle)
+        ramp(before[1:], cycle)
+        ramp(before[-2::-1], cycle)
+        ramp(values[1:], cycle)
         wait(experiment.hold_s, cycle)
         if experiment.unload or experiment.cycles > 1:
-            ramp(values[-2::-1], "unloading", cycle)
+            ramp(values[-2::-1], cycle)
             wait(experiment.rest_s, cycle)
     return found
 
@@ -85,7 +86,9 @@ def given(protocol: Protocol, values: Sequence[float]) -> list[Stop]:
     found: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0
-        branch: Branch = "hold" if i and value == before else direction(before, value)
+        branch: Branch = "hold" if i and value == before else "loading"
+        if value < before:
+            branch = "unloading"
         if protocol.branch:
             branch = protocol.branch[i]
         found.append(Stop(value, time_s, branch, protocol.cycle[i] if protocol.cycle else 1))

@@ -38,26 +38,24 @@ UPWARDS = Plane((0.0, 0.0, 1.0))
 """Signed distance of the table."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RisingTable(Control):
     """The table's height, which takes the food along where a step would put it into the food.
 
     The food's own motion is solved for; this is where Newton's method starts.
 
-    Args:
-        height: constant of the table's height (mm).
+    Attributes:
         table: contact of the food with it.
     """
 
-    def __init__(self, height: fem.Constant, table: RigidPoints) -> None:
-        super().__init__(height)
-        self._table = table
+    table: RigidPoints
 
     def set(self, value: float) -> None:
         """Prescribe the height (mm)."""
         rise = value - self.value
-        super().set(value)
-        if self._table.gaps_mm(np.empty(0)).min() <= 0:
-            self._table.pose.constants[2].value += rise
+        Control.set(self, value)
+        if self.table.gaps_mm(np.empty(0)).min() <= 0:
+            self.table.pose.constants[2].value += rise
 
 
 ONE_FINGER = "skin of finger B"
@@ -209,7 +207,7 @@ def _grasp(
     additions = Additions(
         terms=[motion, contact, finger_friction, table, table_friction, *mirror],
         global_unknowns=pose.free,
-        controls={"table_z_mm": RisingTable(height, table)},
+        controls={"table_z_mm": RisingTable(height, table=table)},
     )
     return _Grasp(motion, contact, finger_friction, table, table_friction, additions)
 
