@@ -25,8 +25,8 @@ WORDS: Final[Mapping[str, str]] = {
     "experiment": "name of the experiment",
     "specimen": "name of the specimen; of a simulation `simulated`",
     "cycle": "number of the cycle, from 1 on",
-    "branch": "`loading` (the load rises), `unloading` (it falls), `hold` (it waits), `approach` or "
-    "`lift` (of a grasp)",
+    "branch": "`loading` (the load rises), `unloading` (it falls), `hold` (it waits), `approach` "
+    "or `lift` (of a grasp)",
 }
 """What the columns mean that name the experiment, specimen, cycle and branch of a row."""
 
@@ -103,6 +103,9 @@ class Channel:
         """A channel with these readings and another title."""
         return replace(self, title=title, short="")
 
+
+AMBIENT_KPA: Final = 101.325
+"""Absolute pressure of the air around: a standard atmosphere."""
 
 VACUUM_KPA: Final = -101.3
 """Absolute vacuum, seen from the air around: no pump goes below."""
@@ -224,6 +227,24 @@ CAVITY_VOLUME = Channel(
     about="volume that the cavity encloses, of the whole finger",
     of=("finger",),
 )
+
+
+def of_cavity(name: str) -> tuple[Channel, Channel]:
+    """Return the channels of one of several cavities: its pressure and its volume.
+
+    Args:
+        name: group of the cavity.
+    """
+    if name == "cavity":
+        name = "cavity_1"
+    return (
+        replace(CAVITY_PRESSURE, name=f"{name}_pressure_kPa", title=f"Pressure in {name}",
+                about=f"pressure in {name}"),
+        replace(CAVITY_VOLUME, name=f"{name}_volume_mm3", title=f"Volume of {name}",
+                about=f"volume of {name}, of the whole finger"),
+    )  # fmt: skip
+
+
 CONTACT_GAP = Channel(
     name="contact_gap_mm",
     unit="mm",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import tomlkit
 
-from dolfingrip.channels import CHANNELS, PRESSURE, TIME, WHO, WORDS, measured, read_of
+from dolfingrip.channels import CHANNELS, PRESSURE, TIME, WHO, WORDS, measured, of_cavity, read_of
 from dolfingrip.config import Config
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
@@ -31,7 +32,7 @@ EFFORT = {
 """Columns that tell the solver's effort, and what they mean."""
 
 
-def columns(experiment: Experiment) -> tuple[str, ...]:
+def columns(experiment: Experiment, cavities: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the columns of an experiment's ``result.csv``.
 
     The columns of the format of measured data come first, then further readings of the parts, then
@@ -39,10 +40,13 @@ def columns(experiment: Experiment) -> tuple[str, ...]:
 
     Args:
         experiment: whose columns they are.
+        cavities: of the mesh; several have columns of their own.
     """
+    names = cavities if len(cavities) > 1 else ()
+    several = [each.name for name in names for each in of_cavity(name)]
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
-    return (*WHO, *shared, *(each.name for each in experiment.columns), *EFFORT)
+    return (*WHO, *shared, *(each.name for each in experiment.columns), *several, *EFFORT)
 
 
 def described(experiment: Experiment) -> list[tuple[str, str]]:
@@ -95,7 +99,7 @@ class Recorder:
         self._rows = 0
         self._last: Row = {}
         self._finished = False
-        self._columns = columns(experiment)
+        self._columns = columns(experiment, model.domain.cavities)
         self._file = on_root(self._comm, self._open)
         self._fields = FieldFile(model, out / "fields.pvd")
 

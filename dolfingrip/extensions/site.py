@@ -119,9 +119,20 @@ class Site:
                 :class:`~dolfingrip.mechanics.model.unknowns.GlobalUnknown`.
             multiplier: the potential is concave in it.
         """
+        return self.own_unknown(f"{effect.name()}.{name}", number, scale, multiplier=multiplier)
+
+    def own_unknown(
+        self,
+        name: str,
+        number: fem.Constant | float,
+        scale: float,
+        *,
+        multiplier: bool = False,
+    ) -> GlobalUnknown:
+        """A global unknown of no effect; see :meth:`unknown`."""
         if not isinstance(number, fem.Constant):
             number = self.fixed(number)
-        made = GlobalUnknown(f"{effect.name()}.{name}", number, scale, multiplier=multiplier)
+        made = GlobalUnknown(name, number, scale, multiplier=multiplier)
         self.unknowns[made.name] = made
         return made
 
@@ -178,6 +189,13 @@ class Site:
             return np.array([self._assembled(moment) for moment in moments]) / self._assembled(area)
 
         return self._measured(centroid)
+
+    def rest_volume(self, cavity: str) -> fem.Constant:
+        """Volume (mm³) of a cavity of the whole undeformed finger."""
+        x, normal = (kind(self.domain.mesh) for kind in (ufl.SpatialCoordinate, ufl.FacetNormal))
+        part = self.domain.surface(cavity, quadrature_degree=3)
+        volume = fem.form(-self.fixed(self.domain.copies / 3) * ufl.inner(x, normal) * part)
+        return self._measured(lambda: np.array(self._assembled(volume)))
 
     def size(self, region: str) -> float:
         """Root of a region's area (mm), of the meshed part."""

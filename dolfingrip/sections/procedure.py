@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
-from dolfingrip.channels import VACUUM_KPA
+from dolfingrip.channels import AMBIENT_KPA, VACUUM_KPA
 from dolfingrip.sections.section import FINGERS, Numbers, Refusal, Role, Section
 
 Branch = Literal["loading", "unloading", "hold"]
@@ -158,14 +158,27 @@ class CouponSettings(Section):
 
 
 class Cavity(Section):
-    """One of several cavities."""
+    """One of several cavities, with a part of the supply's pressure or closed with its air."""
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = FINGERS
+    later: ClassVar = {"closed": False, "closed_at_kPa": AMBIENT_KPA, "exponent": 1.0}
 
     pressure_ratio: float = Field(
         1.0, ge=-10, le=10, description="the cavity's pressure by the experiment's; 0: vented"
     )
+    closed: bool = Field(False, description="no supply: air is trapped in it")
+    closed_at_kPa: float = Field(
+        AMBIENT_KPA, gt=0, le=10_000, description="absolute pressure at which it was closed"
+    )
+    exponent: float = Field(
+        1.0, ge=1, le=2, description="n in p Vⁿ = const: 1 isothermal, 1.4 adiabatic"
+    )
+
+    def refusals(self) -> Iterator[Refusal]:
+        """Yield what the keys do not allow one another."""
+        if self.closed and self.pressure_ratio != 1:
+            yield Refusal("pressure_ratio", "allowed: not beside closed = true")
 
 
 class Cavities(Section):
@@ -182,7 +195,11 @@ class Cavities(Section):
         """The cavities that are named."""
         return self.__pydantic_extra__
 
+    def of(self, name: str) -> Cavity:
+        """Settings of a cavity, whether it is named or not."""
+        return self.__pydantic_extra__.get(name, Cavity())
+
     def ratio(self, name: str) -> float:
-        """A cavity's pressure by the experiment's; 1 where it is not named."""
-        found = self.__pydantic_extra__.get(name)
-        return 1.0 if found is None else found.pressure_ratio
+        """A cavity's pressure by the experiment's; 1 if it is not named, 0 if it is closed."""
+        found = self.of(name)
+        return 0.0 if found.closed else found.pressure_ratio

@@ -12,6 +12,7 @@ import ufl
 from dolfinx import fem
 from petsc4py import PETSc
 
+from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.experiments.rigs.base_material import BaseMaterial, dead_weight
 from dolfingrip.experiments.rigs.films import layer_energy, sheets
@@ -20,7 +21,7 @@ from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
-from dolfingrip.forms import cavity_pressure
+from dolfingrip.forms import cavity_pressure, trapped_air
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
@@ -57,6 +58,9 @@ class Additions:
     global_unknowns: Sequence[GlobalUnknown] = ()
     controls: Mapping[str, Prescribed] = field(default_factory=dict)
 
+
+AIR_SCALE_MPA = 0.01
+"""Pressure of trapped air that weighs as much as a displacement of 1 mm."""
 
 Adds = Callable[[Site], Additions]
 """Returns what an experiment adds, from the fields, constants and contacts of the finger."""
@@ -96,6 +100,14 @@ class FingerModel:
         """Contact of the skin with itself; None if there is none."""
         return self.site.contact
 
+    def pressure_in(self, cavity: str) -> Control:
+        """Pressure (kPa) in a cavity: a part of the supply's, or that of its trapped air."""
+        asked = self.config.cavity.of(cavity)
+        if asked.closed:
+            return Control(self.site.unknowns[f"{cavity}.pressure_MPa"].constant, KPA)
+        ratio = asked.pressure_ratio
+        return Control(self.site.pressure, KPA / ratio if ratio else np.inf)
+
     @property
     def inside(self) -> list[BarrierContact]:
         """Contact of each cavity's walls with themselves; empty where they cannot meet."""
@@ -114,9 +126,13 @@ class FingerModel:
     @property
     def enclosed(self) -> ufl.Form:
         """Volume of all meshed cavities (mm³), integrated exactly."""
+        return self.volume_of(*self.site.domain.cavities)
+
+    def volume_of(self, *cavities: str) -> ufl.Form:
+        """Volume of some meshed cavities (mm³), integrated exactly."""
         site = self.site
         degree = 3 * site.u.function_space.ufl_element().degree
-        exactly = site.domain.surface(*site.domain.cavities, quadrature_degree=degree)
+        exactly = site.domain.surface(*cavities, quadrature_degree=degree)
         return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly
 
     def control_volume(self) -> None:
@@ -151,13 +167,34 @@ def pressures(config: Config, site: Site) -> ufl.Form:
             )
     energy = cavity_pressure.energy(site.u, domain.mesh, site.pressure)
     by_ratio: dict[float, list[str]] = {}
-    for name in domain.cavities:
-        by_ratio.setdefault(config.cavity.ratio(name), []).append(name)
     parts = []
+    for name in domain.cavities:
+        if config.cavity.of(name).closed:
+            parts.append(trapped(config, site, name))
+            continue
+        by_ratio.setdefault(config.cavity.ratio(name), []).append(name)
     for ratio, names in by_ratio.items():
         inside = domain.surface(*names, quadrature_degree=degree)
         parts.append(energy * inside if ratio == 1 else site.fixed(ratio) * energy * inside)
     return reduce(add, parts)
+
+
+def trapped(config: Config, site: Site, name: str) -> ufl.Form:
+    """Potential of the air in a closed cavity, whose pressure becomes an unknown (mJ)."""
+    cavity, mesh, degree = config.cavity.of(name), site.domain.mesh, site.u.function_space
+    inside = site.domain.surface(name, quadrature_degree=2 * degree.ufl_element().degree)
+    closed_at, ambient = cavity.closed_at_kPa * KPA, AMBIENT_KPA * KPA
+    unknown = site.own_unknown(
+        f"{name}.pressure_MPa", closed_at - ambient, scale=AIR_SCALE_MPA, multiplier=True
+    )
+    air = trapped_air.potential(
+        unknown.constant,
+        site.rest_volume(name),
+        site.fixed(closed_at),
+        site.fixed(ambient),
+        cavity.exponent,
+    )
+    return cavity_pressure.energy(site.u, mesh, unknown.constant) * inside + site.lumped(air)
 
 
 def total_potential(

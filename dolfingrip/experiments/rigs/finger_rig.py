@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from mpi4py import MPI
 
+from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import Config
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
@@ -116,7 +117,7 @@ class FingerRig(Rig):
         A weightless finger is at rest as it is built; its first stop is solved for from there.
         """
         failure = None
-        if has_weight(self._finger):
+        if has_weight(self._finger) or _presses_at_rest(self._finger):
             failure = go_to_rest(self._finger, self.newton, path.observers)
             if not self._by_pressure:
                 self._finger.model.controls[CONTROL].set(self._volume_mm3())
@@ -201,6 +202,12 @@ UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
 def has_weight(finger: FingerModel) -> bool:
     """Return whether gravity deforms the finger at rest."""
     return bool(finger.config.gravity.acceleration_m_s2)
+
+
+def _presses_at_rest(finger: FingerModel) -> bool:
+    """Return whether trapped air has another pressure than the air around."""
+    cavities = finger.config.cavity.all.values()
+    return any(each.closed and each.closed_at_kPa != AMBIENT_KPA for each in cavities)
 
 
 def go_to_rest(

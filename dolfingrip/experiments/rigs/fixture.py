@@ -7,7 +7,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
@@ -20,6 +20,9 @@ from dolfingrip.sections.fixture import PlateSettings
 
 SKIN = ("skin", "tip")
 """Regions of a finger that may touch something."""
+
+BARRIER_AT_HALF = 4.3
+"""Pressure of a barrier whose gap is half of its width, by its stiffness."""
 
 FACING = "facing plate"
 """Region of a finger that the plate may touch."""
@@ -78,16 +81,19 @@ def surround(site: Site, *, plate: bool) -> None:
 def _inside(site: Site, cavity: str) -> BarrierContact:
     """Contact of a cavity's walls with one another, and with their mirror image in half a finger.
 
-    Walls that are nearer to one another than the barrier at rest get a narrower one.
+    Walls that are nearer to one another than the barrier at rest get a narrower one. The barrier is
+    stiff enough to hold walls apart by half of its width under the largest pressure.
     """
-    domain, contact = site.domain, site.config.contact
+    domain, contact, pressures_kPa = site.domain, site.config.contact, site.config.pressures_kPa
+    bears_MPa = max(map(abs, pressures_kPa)) * KPA / BARRIER_AT_HALF
     facets = domain.facets(cavity)
     surface = Surface(site.u.function_space, domain, facets, spacing_mm=None)
     if domain.half:
         surface = surface.mirrored()
 
     def barrier(width_mm: float) -> BarrierContact:
-        stiffness_MPa = contact.stiffness_MPa / domain.copies  # the image has half of the energy
+        # the image has half of the energy
+        stiffness_MPa = max(contact.stiffness_MPa, bears_MPa) / domain.copies
         return BarrierContact(surface, width_mm, stiffness_MPa, title=f"the wall of {cavity}")
 
     made = barrier(contact.barrier_mm)

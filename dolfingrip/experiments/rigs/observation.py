@@ -15,6 +15,7 @@ from dolfingrip.channels import (
     PRESSURE,
     TIP_Y,
     WALL_GAP,
+    of_cavity,
 )
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
@@ -171,6 +172,7 @@ class Observation:
             *counted,
             ControlValue(model, CAVITY_PRESSURE.name, finger.cavity),
             Integral(model, CAVITY_VOLUME.name, finger.enclosed),
+            *of_cavities(finger),
             self._gap,
             WallGap(finger),
             *of_model(model, "finger"),
@@ -209,6 +211,19 @@ class Observation:
         """Values by column."""
         found = {column: reading.value() for column, reading in self.readings.items()}
         return {TIP_Y.name: 0.0, **found, **self._rotation.values()}
+
+
+def of_cavities(finger: FingerModel) -> list[Reading]:
+    """Pressure and volume of each of several cavities."""
+    found: list[Reading] = []
+    cavities = finger.site.domain.cavities
+    for name in cavities if len(cavities) > 1 else ():
+        pressure, volume = of_cavity(name)
+        found += [
+            ControlValue(finger.model, pressure.name, finger.pressure_in(name)),
+            Integral(finger.model, volume.name, finger.volume_of(name)),
+        ]
+    return found
 
 
 def chord(finger: FingerModel) -> Reading:
