@@ -229,14 +229,17 @@ CAVITY_VOLUME = Channel(
 )
 
 
+OF_CAVITIES: Final = "cavity_"
+"""Beginning of the columns of one of several cavities, which no instrument reads."""
+
+
 def of_cavity(name: str) -> tuple[Channel, Channel]:
     """Return the channels of one of several cavities: its pressure and its volume.
 
     Args:
         name: group of the cavity.
     """
-    if name == "cavity":
-        name = "cavity_1"
+    name = f"{OF_CAVITIES}1" if name == "cavity" else name
     return (
         replace(CAVITY_PRESSURE, name=f"{name}_pressure_kPa", title=f"Pressure in {name}",
                 about=f"pressure in {name}"),

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from mpi4py import MPI
 from support import small
 
 from dolfingrip import config as configuration
-from dolfingrip.experiments import run
+from dolfingrip.experiments import recorder, run
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.results import doubts
 from dolfingrip.experiments.results.readings import Readings
@@ -54,25 +57,35 @@ def hexagon(side_mm: float = 8.0, length_mm: float = 24.0, cells: int = 3) -> So
 
 
 @pytest.fixture(scope="module")
-def bent(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Result]:
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The hexagonal finger's mesh."""
+    path = tmp_path_factory.mktemp("mesh") / "hexagon.msh"
+    files.write(path, hexagon())
+    return path
+
+
+def settings(file: Path, cavities: dict[str, dict[str, object]]) -> configuration.Config:
+    """The hexagonal finger with these tables of cavities."""
+    return configuration.from_dict(
+        {
+            "finger": {"kind": "adopted"},
+            "mesh": {"file": str(file)},
+            "material": {"mu_MPa": 0.1},
+            "cavity": cavities,
+            "contact": {"self_contact": False},
+            "solver": {"rtol": 1e-11},
+            "experiment": {"max_pressure_kPa": 40.0, "step_kPa": 20.0},
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def bent(file: Path) -> dict[str, Result]:
     """Each chamber alone, and all together."""
-    file = tmp_path_factory.mktemp("mesh") / "hexagon.msh"
-    files.write(file, hexagon())
     found = {}
     for alone in (*CHAMBERS, "all"):
         ratios = {name: {"pressure_ratio": float(alone in (name, "all"))} for name in CHAMBERS}
-        config = configuration.from_dict(
-            {
-                "finger": {"kind": "adopted"},
-                "mesh": {"file": str(file)},
-                "material": {"mu_MPa": 0.1},
-                "cavity": ratios,
-                "contact": {"self_contact": False},
-                "solver": {"rtol": 1e-11},
-                "experiment": {"max_pressure_kPa": 40.0, "step_kPa": 20.0},
-            }
-        )
-        found[alone] = run("bending", config, comm=MPI.COMM_SELF)
+        found[alone] = run("bending", settings(file, ratios), comm=MPI.COMM_SELF)
         assert found[alone].failure is None
     return found
 
@@ -103,6 +116,31 @@ def test_a_motion_out_of_the_plane_is_told(bent: dict[str, Result]) -> None:
     assert len(in_plane) == 1
     size = bent[in_plane[0]]["bending_angle_deg"]
     np.testing.assert_allclose(np.abs(bent[in_plane[0]]["angle_deg"]), size, atol=1e-6)
+
+
+def test_each_of_several_cavities_has_its_pressure_and_volume(bent: dict[str, Result]) -> None:
+    """They add up to the whole, and an unpressurised chamber next to a swollen one shrinks."""
+    one = bent["cavity_2"]
+    assert one["cavity_2_pressure_kPa"][-1] == pytest.approx(40.0)
+    assert one["cavity_1_pressure_kPa"][-1] == one["cavity_3_pressure_kPa"][-1] == 0
+    each = [one[f"cavity_{i}_volume_mm3"] for i in (1, 2, 3)]
+    np.testing.assert_allclose(sum(each), one["cavity_volume_mm3"], rtol=1e-12)
+    np.testing.assert_allclose(each[0], each[2], rtol=1e-6)
+    assert each[1][-1] > 1.001 * each[1][0]
+    assert set(recorder.columns(EXPERIMENTS["bending"], CHAMBERS)) >= {*one.columns()}
+    assert "cavity_1_volume_mm3" not in recorder.columns(EXPERIMENTS["bending"], ("cavity",))
+
+
+def test_trapped_air_beside_a_supply(file: Path) -> None:
+    """A closed chamber next to a pressurised one: pₐ (V₀/V − 1) at each stop, told in columns."""
+    ratios = {"cavity": {}, "cavity_2": {"closed": True}, "cavity_3": {"pressure_ratio": 0.0}}
+    result = run("bending", settings(file, ratios), comm=MPI.COMM_SELF)
+    assert result.failure is None
+    volume, pressure = result["cavity_2_volume_mm3"], result["cavity_2_pressure_kPa"]
+    expected = 101.325 * (volume[0] / volume - 1)
+    print(pressure, expected)
+    assert abs(expected[-1]) > 0.01
+    np.testing.assert_allclose(pressure, expected, rtol=1e-6, atol=1e-9)
 
 
 def test_a_rotation_in_space_has_whole_turns() -> None:

@@ -11,7 +11,7 @@ from typing import Any, get_args
 
 import pandas as pd
 
-from dolfingrip.channels import CHANNELS, TIME
+from dolfingrip.channels import CHANNELS, OF_CAVITIES, TIME
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.columns import (
     CONTROL,
@@ -94,7 +94,7 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
 
 def _check_header(file: Path, names: Sequence[str]) -> None:
     for i, name in enumerate(names):
-        if name not in MEASURED and name not in IGNORED:
+        if name not in MEASURED and name not in IGNORED and not name.startswith(OF_CAVITIES):
             raise ConfigError(
                 f"{file}: column {name or '(no name)'}: unknown; {allowed(name, MEASURED)}"
             )
