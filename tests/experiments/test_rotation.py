@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -178,7 +179,12 @@ def test_bending_is_the_angle_in_the_plane_of_symmetry() -> None:
     np.testing.assert_allclose(result["bending_angle_deg"], result["angle_deg"], atol=1e-9)
     np.testing.assert_allclose(-result["tip_rotation_y_deg"], result["angle_deg"], atol=1e-9)
     assert (result["tip_y_mm"] == 0).all()
-    assert list(doubts.of_run(result)) == []
+    single = result.facts.mesh.single_walls
+    assert 0.5 < single < 1
+    assert list(doubts.of_run(result, single)) == []
+    linear = replace(result, config=result.config.changed(solver={"element": "P1"}))
+    (told,) = doubts.of_run(linear, single)
+    assert "reach through its wall" in told.sentence
 
 
 def test_a_finger_that_bends_backwards_and_walls_that_touch_are_told() -> None:

@@ -11,7 +11,6 @@ import numpy as np
 from dolfingrip.channels import ANGLE, BENDING_ANGLE, BENDING_DIRECTION, PRESSURE, WALL_GAP
 
 if TYPE_CHECKING:
-    from dolfingrip.experiments.result import Result
     from dolfingrip.experiments.results.readings import Readings
 
 
@@ -83,15 +82,15 @@ def of_motion(result: Readings, policy: DoubtPolicy = STANDARD) -> Iterator[Doub
             )
 
 
-def of_run(result: Result, policy: DoubtPolicy = STANDARD) -> Iterator[Doubt]:
+def of_run(result: Readings, single: float, policy: DoubtPolicy = STANDARD) -> Iterator[Doubt]:
     """Yield the doubts about a finger's run: of its motion, and of its mesh.
 
     Args:
-        result: a result with the facts of its run.
+        result: readings with their configuration.
+        single: part of the elements on a cavity that lie on the skin, too.
         policy: limits.
     """
     yield from of_motion(result, policy)
-    single = result.facts.mesh.single_walls
     if result.config.solver.element == "P1" and single > policy.single:
         yield Doubt(
             "elements through a wall",

@@ -62,7 +62,7 @@ def checks(
             found.append(_mesh(run, runs[finer[place]] if place in finer else None))
         found += [
             Check(f"{run.title}: {doubt.title}", "–", "no doubt", "fail", doubt.sentence)
-            for doubt in doubts.of_run(run.result)
+            for doubt in doubts.of_run(run.result, run.result.facts.mesh.single_walls)
         ]
         own = fields.get(place)
         if run.column("energy_error_mJ") is not None:
