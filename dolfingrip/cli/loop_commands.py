@@ -162,7 +162,7 @@ def coarsened(config: Config, policy: LoopPolicy = POLICY) -> Config:
     data = config.model_dump(mode="json")
     size = max(policy.size_mm, config.mesh.size_mm or 0.0)
     data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
-    data["experiment"]["step_kPa"] = config.experiment.max_pressure_kPa
+    data["experiment"]["step_kPa"] = config.experiment.largest_kPa
     data["solver"]["max_step_kPa"] = max(policy.longest_step_kPa, config.solver.max_step_kPa)
     return configuration.from_dict(data)
 

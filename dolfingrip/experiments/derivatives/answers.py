@@ -7,6 +7,7 @@ moves by dp/dm = −(∂g/∂m)/(∂g/∂p).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -203,11 +204,12 @@ class _Path:
 
         low, before = 0.0, off(0.0)
         high = low
-        while high < highest:
-            high = min(high + self._config.experiment.step_kPa, highest)
+        step = math.copysign(self._config.experiment.step_kPa, highest)
+        while high != highest:
+            high = sorted((0.0, high + step, highest))[1]
             after = off(high)
             if before * after <= 0:
-                brentq(off, low, high, xtol=CLOSE * highest)
+                brentq(off, low, high, xtol=CLOSE * abs(highest))
                 return
             low, before = high, after
         raise JobFailure(

@@ -120,7 +120,9 @@ class WallGap(Reading):
 
     def __init__(self, finger: FingerModel) -> None:
         super().__init__(finger.model, WALL_GAP.name)
-        self._inside = finger.inside
+        # not those of pairs that are near at rest
+        width_mm = finger.config.contact.barrier_mm
+        self._inside = [each for each in finger.inside if each.width_mm == width_mm]
 
     def value(self) -> float:
         dofs = self.model.u.x.array
