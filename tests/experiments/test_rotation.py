@@ -190,8 +190,9 @@ def test_bending_is_the_angle_in_the_plane_of_symmetry() -> None:
 def test_a_finger_that_bends_backwards_and_walls_that_touch_are_told() -> None:
     config = small.short()
     row = {"pressure_kPa": 10.0, "angle_deg": -3.0, "bending_angle_deg": 3.0,
-           "bending_direction_deg": 180.0, "wall_gap_mm": 0.1}  # fmt: skip
-    told = list(doubts.of_motion(Readings("bending", config, [row])))
+           "bending_direction_deg": 180.0, "wall_gap_mm": 0.09}  # fmt: skip
+    rest = dict.fromkeys(row, 0.0) | {"wall_gap_mm": float("nan")}
+    told = list(doubts.of_motion(Readings("bending", config, [rest, row])))
     assert [each.title for each in told] == ["direction of bending", "walls inside"]
     assert "the angle is -3.0°" in told[0].sentence
     assert "touch one another from 10 kPa on" in told[1].sentence

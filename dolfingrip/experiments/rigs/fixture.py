@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipctk
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -21,9 +20,6 @@ from dolfingrip.sections.fixture import PlateSettings
 
 SKIN = ("skin", "tip")
 """Regions of a finger that may touch something."""
-
-BARRIER_AT_HALF = 4.3
-"""Pressure of a barrier whose gap is half of its width, by its stiffness."""
 
 FACING = "facing plate"
 """Region of a finger that the plate may touch."""
@@ -73,41 +69,33 @@ def surround(site: Site, *, plate: bool) -> None:
         surface = Surface(site.u.function_space, site.domain, skin, contact.spacing_mm)
         site.contact = BarrierContact(surface, contact.barrier_mm, contact.stiffness_MPa)
     if site.config.walls_may_meet(site.domain.cavities):
-        site.further += [term for name in site.domain.cavities for term in _inside(site, name)]
+        site.further += [_inside(site, name) for name in site.domain.cavities]
     # the clamp is held across, and so is the plane of symmetry
     across = ["clamp", "symmetry"] if site.domain.half else ["clamp"]
     site.held |= {0: ["clamp"], 1: across, 2: ["clamp"]}
 
 
-def _inside(site: Site, cavity: str) -> list[BarrierContact]:
+def _inside(site: Site, cavity: str) -> BarrierContact:
     """Contact of a cavity's walls with one another, and with their mirror image in half a finger.
 
-    Pairs that are nearer than the barrier at rest, as in corners of a fine mesh, get a narrower one
-    of their own. Barriers are stiff enough to hold walls apart by half of their width under the
-    largest pressure.
+    Walls that are nearer to one another than the barrier at rest, as in corners of a fine mesh, get
+    a narrower one. It is as stiff as the largest pressure that presses walls on one another.
     """
-    domain, contact, pressures_kPa = site.domain, site.config.contact, site.config.pressures_kPa
-    bears_MPa = max(map(abs, pressures_kPa)) * KPA / BARRIER_AT_HALF
+    domain, contact = site.domain, site.config.contact
+    largest_MPa = max(map(abs, site.config.pressures_kPa)) * KPA
     facets = domain.facets(cavity)
     surface = Surface(site.u.function_space, domain, facets, spacing_mm=None)
     if domain.half:
         surface = surface.mirrored()
 
-    def barrier(width_mm: float, collide: ipctk.CollisionFilter | None = None) -> BarrierContact:
+    def barrier(width_mm: float) -> BarrierContact:
         # the image has half of the energy
-        stiffness_MPa = max(contact.stiffness_MPa, bears_MPa) / domain.copies
-        title = f"the wall of {cavity}"
-        return BarrierContact(surface, width_mm, stiffness_MPa, title=title, collide=collide)
+        stiffness_MPa = max(contact.stiffness_MPa, largest_MPa) / domain.copies
+        return BarrierContact(surface, width_mm, stiffness_MPa, title=f"the wall of {cavity}")
 
-    every = barrier(contact.barrier_mm)
-    near = every.felt_at_rest()
-    if not near:
-        return [every]
-    gap_mm = every.gap_mm(np.zeros_like(site.u.x.array), contact.barrier_mm)
-    return [
-        barrier(width_mm, ipctk.make_sparse_filter(dict.fromkeys(near, is_near), not is_near))
-        for width_mm, is_near in ((contact.barrier_mm, False), (gap_mm / 2, True))
-    ]
+    made = barrier(contact.barrier_mm)
+    gap_mm = made.gap_mm(np.zeros_like(site.u.x.array), contact.barrier_mm)
+    return made if gap_mm > contact.barrier_mm else barrier(gap_mm / 2)
 
 
 def supply(config: Config, cavity: Control) -> Supply | None:

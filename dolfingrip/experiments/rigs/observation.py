@@ -120,9 +120,7 @@ class WallGap(Reading):
 
     def __init__(self, finger: FingerModel) -> None:
         super().__init__(finger.model, WALL_GAP.name)
-        # not those of pairs that are near at rest
-        width_mm = finger.config.contact.barrier_mm
-        self._inside = [each for each in finger.inside if each.width_mm == width_mm]
+        self._inside = finger.inside
 
     def value(self) -> float:
         dofs = self.model.u.x.array

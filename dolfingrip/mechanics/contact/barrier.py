@@ -56,7 +56,6 @@ class BarrierContact(Term):
         stiffness_MPa: κ.
         policy: how pairs are found and differentiated.
         title: what the surface is called where it passes through itself.
-        collide: which vertices can touch one another; None: all.
     """
 
     name: ClassVar[str] = "contact"
@@ -68,7 +67,6 @@ class BarrierContact(Term):
         stiffness_MPa: float,
         policy: PairPolicy = PairPolicy(),
         title: str = "the skin",
-        collide: ipctk.CollisionFilter | None = None,
     ) -> None:
         self._policy = policy
         self._title = title
@@ -77,8 +75,7 @@ class BarrierContact(Term):
         self._stiffness_MPa = stiffness_MPa
         self._size_mm = float(np.linalg.norm(np.ptp(surface.rest, axis=0)))
         self._jitter = _jitter(surface, policy.unaligned)
-        self._collide = collide
-        self._mesh = _collision_mesh(surface, self._jitter, collide)
+        self._mesh = _collision_mesh(surface, self._jitter)
         self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
         self._apart = False
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
@@ -264,7 +261,7 @@ class BarrierContact(Term):
             return
         self.surface = self.surface.moved(self.surface.displacement(change))
         if not self._apart:
-            self._mesh = _collision_mesh(self.surface, self._jitter, self._collide)
+            self._mesh = _collision_mesh(self.surface, self._jitter)
             self._found = None
 
     def rejects(self, dofs: np.ndarray) -> str:
@@ -297,35 +294,17 @@ class BarrierContact(Term):
         close = self._pairs(now, reach_mm)
         return float(np.sqrt(close.compute_minimum_distance(self._mesh, now)))
 
-    def felt_at_rest(self) -> set[tuple[int, int]]:
-        """Vertices, by two, of edges and faces that are within the barrier's width at rest."""
-        edges, faces, rest = self._mesh.edges, self._mesh.faces, self._mesh.rest_positions
-        near = ipctk.Candidates()
-        near.build(self._mesh, rest, self.width_mm)
-        found: set[tuple[int, int]] = set()
-        for pairs, one in ((near.ee_candidates, 2), (near.fv_candidates, 1)):
-            for pair in pairs:
-                if pair.compute_distance(pair.dof(rest, edges, faces)) < self.width_mm**2:
-                    ids = [int(vertex) for vertex in pair.vertex_ids(edges, faces)]
-                    found |= {(min(a, b), max(a, b)) for a in ids[:one] for b in ids[one:]}
-        return found
-
     def intersects(self, dofs: np.ndarray) -> bool:
         """Return whether any two triangles pass through one another."""
         return bool(ipctk.has_intersections(self._mesh, self.positions(dofs)))
 
 
-def _collision_mesh(
-    surface: Surface, jitter: np.ndarray, collide: ipctk.CollisionFilter | None
-) -> ipctk.CollisionMesh:
-    made = ipctk.CollisionMesh(
+def _collision_mesh(surface: Surface, jitter: np.ndarray) -> ipctk.CollisionMesh:
+    return ipctk.CollisionMesh(
         np.asfortranarray(surface.rest + jitter),
         np.asfortranarray(surface.edges),
         np.asfortranarray(surface.triangles),
     )
-    if collide is not None:
-        made.can_collide = collide
-    return made
 
 
 def _known(
