@@ -40,8 +40,8 @@ _SURFACES: Final = {
 }  # fmt: skip
 _IGNORED: Final = ("T3D", "T2D", "B3", "MASS", "SPRING")
 _REFUSED: Final = ("INCLUDE", "SYSTEM", "NGEN", "ELGEN", "NCOPY", "ELCOPY", "NFILL")
-_CLAIM: Final = (groups.CLAMP, groups.TIP, groups.SYMMETRY, *groups.CAVITIES, groups.SKIN)
-"""Order in which node sets claim faces; a node set has a face if it has all corners."""
+_FIRST: Final = (groups.CLAMP, groups.TIP, groups.SYMMETRY)
+"""Groups whose node sets claim faces first; a node set has a face if it has all corners."""
 
 
 @dataclass
@@ -91,7 +91,7 @@ def read(path: Path) -> SolidMesh:
         raise MeshError(f"{mixed} mixed; allowed: one of them")
     cells = from_vtk(_indices(list(deck.solids.values()), ids))
     facets: dict[str, Ints] = {}
-    for name in groups.SURFACE_TAGS:
+    for name in groups.surfaces({*deck.surfaces, *deck.elsets}):
         if name in deck.surfaces:
             facets[name] = _of_surface(deck, name, row, cells)
         elif found := [deck.facets[e] for e in deck.elsets.get(name, ()) if e in deck.facets]:
@@ -104,7 +104,7 @@ def read(path: Path) -> SolidMesh:
         np.concatenate([[-1], *(match(found, cells) for found in facets.values())]),
     )
     corners = BY_NODES[cells.shape[1]].facet_corners
-    for name in _CLAIM:
+    for name in (*_FIRST, *groups.cavities(deck.nsets), groups.SKIN):
         if name in deck.nsets and name not in facets:
             members = np.searchsorted(ids, deck.nsets[name])
             claimed = np.isin(every[free, :corners], members).all(axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -109,7 +110,7 @@ def _read_vtk(path: Path) -> SolidMesh:
     tags = found.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in found.cells])
     solids: list[Ints] = []
     volumes: list[Ints] = []
-    facets: dict[str, list[Ints]] = {name: [] for name in groups.SURFACE_TAGS}
+    facets: dict[str, list[Ints]] = defaultdict(list)
     for block, group in zip(found.cells, tags, strict=True):
         data = np.asarray(block.data, dtype=np.int64)
         if block.type in _CELLS:
@@ -118,8 +119,10 @@ def _read_vtk(path: Path) -> SolidMesh:
         elif block.dim == 3:
             solids.append(data)
         elif block.type in _FACETS:
-            for name, tag in groups.SURFACE_TAGS.items():
-                facets[name].append(data[np.asarray(group).ravel() == tag])
+            of = np.asarray(group).ravel()
+            for tag in np.unique(of):
+                if (name := groups.surface_name(int(tag))) is not None:
+                    facets[name].append(data[of == tag])
     kinds = {block.type for block in found.cells if block.dim == 3}
     if len(kinds) != 1 or not kinds <= set(_CELLS):
         raise MeshError(
@@ -153,9 +156,7 @@ def _write_vtk(path: Path, mesh: SolidMesh) -> None:
     for name, tag in groups.volume_tags(list(mesh.regions)).items():
         volume[mesh.regions[name]] = tag
     tags = [volume]
-    tags += [
-        np.full(len(f), groups.SURFACE_TAGS[n], dtype=np.int32) for n, f in mesh.facets.items()
-    ]
+    tags += [np.full(len(f), groups.surface_tag(n), dtype=np.int32) for n, f in mesh.facets.items()]
     cells = [(solid, to_vtk(mesh.cells))]
     cells += [(of_facet[facets.shape[1]], facets) for facets in mesh.facets.values()]
     meshio.write(path, meshio.Mesh(mesh.points, cells, cell_data={"group": tags}))

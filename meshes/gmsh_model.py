@@ -87,7 +87,7 @@ def current_mesh() -> SolidMesh:
     facets = {}
     for _, group in gmsh.model.getPhysicalGroups(2):
         name = gmsh.model.getPhysicalName(2, group).lower()
-        if name in groups.SURFACE_TAGS:
+        if groups.surface_tag(name) is not None:
             facets[name] = joined(name, [index[part] for part in _facets_of(group)], cells)
     regions = _regions(np.asarray(numbers[0], dtype=np.int64))
     return assemble(coordinates.reshape(-1, 3), cells, facets, regions)
@@ -121,7 +121,7 @@ def _facets_of(group: int) -> list[Ints]:
 def insert(mesh: SolidMesh) -> None:
     """Put a mesh and its physical groups into the current, empty Gmsh model."""
     tags = np.arange(1, len(mesh.points) + 1)
-    surfaces = [groups.SURFACE_TAGS[name] for name in mesh.facets]
+    surfaces = [groups.surface_tag(name) for name in mesh.facets]
     for surface in surfaces:
         gmsh.model.addDiscreteEntity(2, surface)
     # an entity for each set of regions that some elements share

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.cells import FACET_CORNERS
@@ -15,7 +17,16 @@ from dolfingrip.meshes.measures import (
     jacobians,
     scaled_jacobians,
 )
-from dolfingrip.meshes.solid import ON_PLANE, Ints, MeshError, SolidMesh, boundary, faces, labels
+from dolfingrip.meshes.solid import (
+    ON_PLANE,
+    Ints,
+    MeshError,
+    SolidMesh,
+    boundary,
+    faces,
+    labels,
+    match,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +67,76 @@ class Quality:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class QualityPolicy:
+    """Figures from which on a mesh is not good, or refused.
+
+    Attributes:
+        refused: least scaled Jacobian below which elements are flat but for rounding.
+        poor: the same below which a solve near such an element may fail.
+        through: share of the cavities' walls that may be one element thick unsaid.
+    """
+
+    refused: float = 1e-4
+    poor: float = 0.02
+    through: float = 0.5
+
+
+def judge(
+    mesh: SolidMesh, quality: Quality, what_to_do: str, policy: QualityPolicy = QualityPolicy()
+) -> tuple[str, ...]:
+    """Judge a mesh by its figures.
+
+    Args:
+        mesh: checked.
+        quality: its figures.
+        what_to_do: words on how to make a better one.
+        policy: what is good.
+
+    Returns:
+        Warnings; none of a good mesh.
+
+    Raises:
+        MeshError: one line, if an element is all but flat.
+    """
+    least = quality.scaled_jacobian_min
+    if least < policy.refused:
+        raise MeshError(
+            f"mesh: least scaled Jacobian {least:.2g}; allowed: from {policy.refused:g} on; "
+            f"{what_to_do}"
+        )
+    found = []
+    if least < policy.poor:
+        poor = int((scaled_jacobians(mesh) < policy.poor).sum())
+        found.append(
+            f"{poor} of {quality.cells} elements have a scaled Jacobian below {policy.poor:g}, "
+            f"{least:.2g} at least: steps near them may fail; {what_to_do}"
+        )
+    share = one_through(mesh)
+    if share > policy.through:
+        found.append(
+            f"one element through the wall at {share:.0%} of the cavity's walls: enough for "
+            f"quadratic elements, but linear ones (P1) are too stiff there; {what_to_do}"
+        )
+    return tuple(found)
+
+
+def one_through(mesh: SolidMesh) -> float:
+    """Share of the facets of cavities whose element reaches through to the outside.
+
+    Args:
+        mesh: checked.
+
+    Returns:
+        The share, between 0 and 1.
+    """
+    inner = [mesh.facets[name] for name in groups.cavities(mesh.facets)]
+    outside = np.unique(mesh.facets[groups.SKIN])
+    rows = np.concatenate([match(facets, mesh.cells) for facets in inner])
+    behind = mesh.cells[rows // len(mesh.shape.faces)]
+    return float(np.isin(behind, outside).any(axis=1).mean())
+
+
 def check(mesh: SolidMesh) -> Quality:
     """Check a mesh and measure its quality.
 
@@ -80,14 +161,14 @@ def check(mesh: SolidMesh) -> Quality:
             f"of {(least <= 0).sum()} in all not positive; allowed: above 0"
         )
     _check_groups(mesh)
-    for name in groups.CAVITIES:
-        if name in mesh.facets:
-            _check_closed(mesh, name)
+    hollows = groups.cavities(mesh.facets)
+    for name in hollows:
+        _check_closed(mesh, name)
     _check_symmetry(mesh)
+    closing = closing_mm3(mesh)
     cavities = {
-        name: -enclosed_volume(mesh.points, mesh.facets[name])
-        for name in groups.CAVITIES
-        if name in mesh.facets
+        name: closing.get(name, 0.0) - enclosed_volume(mesh.points, mesh.facets[name])
+        for name in hollows
     }
     for name, volume in cavities.items():
         if volume <= 0:
@@ -125,7 +206,7 @@ def _check_groups(mesh: SolidMesh) -> None:
         if number:
             raise MeshError(
                 f"mesh: {number} facets {what}; "
-                f"allowed: exactly one of {', '.join(groups.SURFACE_TAGS)}"
+                f"allowed: exactly one of {', '.join(groups.SURFACE_TAGS)}, {groups.CAVITY}_2, …"
             )
     inward = len(grouped) - _common_rows(_canonical(grouped), _canonical(outer))
     if inward:
@@ -135,27 +216,74 @@ def _check_groups(mesh: SolidMesh) -> None:
 
 
 def _check_closed(mesh: SolidMesh, name: str) -> None:
-    """Check that each edge of a cavity borders on two facets or lies on a plane that closes it.
+    """Check that each edge of a cavity has two facets, or is at the clamp or in the symmetry plane.
 
-    Two planes close it: the symmetry plane, and the clamped plane z = 0 where a tube enters. The
-    opening there does not move, and the volume's integrand x · n is 0.
+    The integrand x · n of the volume is 0 on the symmetry plane. At the clamp, where a tube enters,
+    the rim of an opening does not move: the part of the volume that no facet encloses is constant.
     """
-    corners = mesh.shape.facet_corners
-    cavity, plane, clamp = (
-        mesh.facets.get(group, np.empty((0, corners), dtype=np.int64))[:, :corners]
-        for group in (name, groups.SYMMETRY, groups.CLAMP)
-    )
-    extent = float(np.ptp(mesh.points, axis=0).max())
-    clamp = clamp[(np.abs(mesh.points[clamp, 2]) <= ON_PLANE * extent).all(axis=1)]
-    edges = _directed_edges(cavity)
-    others = np.concatenate([_directed_edges(plane), _directed_edges(clamp)])
-    back = np.concatenate([edges, others])[:, ::-1]
-    open_edges = len(edges) - _common_rows(edges, back)
+    rim = _edges_of(mesh, name)[_open_edges(mesh, name)]
+    open_edges = len(rim) - _common_rows(rim, _edges_of(mesh, groups.CLAMP)[:, ::-1])
     if open_edges:
         raise MeshError(
             f"group {name}: not closed, {open_edges} edges with one facet; "
-            "allowed: two, or one on the symmetry plane or the clamped plane z = 0"
+            "allowed: two, or one on the symmetry plane or the clamp"
         )
+
+
+def closing_mm3(mesh: SolidMesh) -> dict[str, float]:
+    """Volume between the openings of a cavity and the origin, of the meshed part.
+
+    With this constant, the volume that a cavity's facets enclose with the origin is the cavity's.
+
+    Args:
+        mesh: checked (mm).
+
+    Returns:
+        The volume by cavity, of those with an opening at the clamp.
+    """
+    found = {}
+    corners = mesh.shape.facet_corners
+    for name in groups.cavities(mesh.facets):
+        open_edge = _open_edges(mesh, name)
+        if not open_edge.any():
+            continue
+        facets = mesh.facets[name]
+        rim = _directed_edges(facets[:, :corners])[open_edge]
+        a, b = mesh.points[rim[:, 0]], mesh.points[rim[:, 1]]
+        middle = (a + b) / 2
+        if mesh.order == 2:
+            middle = mesh.points[facets[:, corners:].ravel()[open_edge]]
+        nodes, local = np.unique(rim, return_inverse=True)
+        local = local.reshape(-1, 2)
+        graph = sp.coo_array((np.ones(len(local)), tuple(local.T)), 2 * (len(nodes),))
+        part = connected_components(graph, directed=False)[1]
+        count = np.bincount(part)
+        apex = np.stack([np.bincount(part, x) / count for x in mesh.points[nodes].T], axis=1)
+        if groups.SYMMETRY in mesh.facets:
+            apex[:, 1] = 0.0
+        top = apex[part[local[:, 0]]]
+        # fans from the rim's middle to edges, which may be parabolas; Simpson's rule is exact
+        fans = (
+            np.stack([a, -3 * a + 4 * middle - b, top], axis=1),
+            np.stack([middle, 4 * (b - a), top], axis=1),
+            np.stack([b, a - 4 * middle + 3 * b, top], axis=1),
+        )
+        found[name] = float(sum(np.linalg.det(fan).sum() for fan in fans) / 36)
+    return found
+
+
+def _open_edges(mesh: SolidMesh, name: str) -> np.ndarray:
+    """(k,) whether a directed edge of a cavity has one facet and is not in the symmetry plane."""
+    edges = _edges_of(mesh, name)
+    others = np.concatenate([edges, _edges_of(mesh, groups.SYMMETRY)])[:, ::-1]
+    return ~_among(edges, others)
+
+
+def _edges_of(mesh: SolidMesh, name: str) -> Ints:
+    """Directed edges of a group's facets, (k, 2)."""
+    corners = mesh.shape.facet_corners
+    facets = mesh.facets.get(name, np.empty((0, corners), dtype=np.int64))
+    return _directed_edges(facets[:, :corners])
 
 
 def _check_symmetry(mesh: SolidMesh) -> None:
@@ -176,9 +304,14 @@ def _canonical(facets: Ints) -> Ints:
 
 def _common_rows(rows: Ints, others: Ints) -> int:
     """Number of ``rows`` that are among ``others``."""
+    return int(_among(rows, others).sum())
+
+
+def _among(rows: Ints, others: Ints) -> np.ndarray:
+    """(k,) whether each of ``rows`` is among ``others``."""
     both = np.concatenate([rows, others])
     _, label = np.unique(both, axis=0, return_inverse=True)
-    return int(np.isin(label[: len(rows)], label[len(rows) :]).sum())
+    return np.isin(label[: len(rows)], label[len(rows) :])
 
 
 def _directed_edges(corners: Ints) -> Ints:

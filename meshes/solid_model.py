@@ -93,9 +93,9 @@ def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
     named |= _cavities(walls - outside)
     named[groups.SKIN] = sorted(outside - set(named[groups.CLAMP]) - set(named[groups.TIP]))
     gmsh.model.addPhysicalGroup(3, [volume], groups.SOLID_TAG, groups.SOLID)
-    for name, tag in groups.SURFACE_TAGS.items():
-        if named.get(name):
-            gmsh.model.addPhysicalGroup(2, named[name], tag, name)
+    for name in groups.surfaces(named):
+        if named[name]:
+            gmsh.model.addPhysicalGroup(2, named[name], groups.surface_tag(name), name)
 
 
 def _cavities(walls: set[int]) -> dict[str, list[int]]:
@@ -106,7 +106,7 @@ def _cavities(walls: set[int]) -> dict[str, list[int]]:
         walls = walls - joined
         found.append(sorted(joined))
     found.sort(key=lambda cavity: -min(gmsh.model.getBoundingBox(2, each)[0] for each in cavity))
-    return dict(zip(groups.CAVITIES, found, strict=False))
+    return dict(zip(groups.cavity_names(len(found)), found, strict=True))
 
 
 def _lies_in(surface: int, axis: int, value: float) -> bool:

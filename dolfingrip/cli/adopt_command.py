@@ -16,11 +16,11 @@ from dolfingrip.cli.console import Screen, check_writable, console
 from dolfingrip.cli.progress import EVERY_S
 from dolfingrip.cli.settings import AdoptSettings
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.rigs.first_step import adopt as make
 from dolfingrip.files.whole import write
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.meshes import files
+from dolfingrip.meshes import files, groups
 from dolfingrip.meshes.adoption.adopt import AdoptedPart
-from dolfingrip.meshes.adoption.adopt import adopt as make
 from dolfingrip.meshes.adoption.roles import Asked as Roles
 from dolfingrip.meshes.adoption.sizes import MeshRequest
 from dolfingrip.report import adopted as picture
@@ -100,7 +100,14 @@ def adopt(asked: AdoptSettings) -> None:
         if len(points) > 1:
             raise ConfigError(f"--{name}: given {len(points)} times; allowed: once")
         once[name] = points[0] if points else None
-    roles = Roles(asked.cavity, once["clamp"], once["tip"], once["back"], asked.whole)
+    roles = Roles(
+        cavities=[each for each in asked.cavity if not isinstance(each, Path)],
+        cavity_files=[each for each in asked.cavity if isinstance(each, Path)],
+        held=asked.clamp_region,
+        whole=asked.whole,
+        repair=asked.repair,
+        **once,
+    )
     check_writable(asked.out)
 
     screen = console()
@@ -122,6 +129,8 @@ def adopt(asked: AdoptSettings) -> None:
             screen.say(f"{name + ':':15} {said}")
         screen.say(f"{'walls:':15} {_walls(found)}")
         screen.say(f"{'mesh:':15} {found.quality.summary()}")
+        for said in found.warnings or ("good",):
+            screen.say(f"{'quality:':15} {said}")
         for suffix in (".png", ".msh", ".toml"):
             screen.say(f"wrote {asked.out / f'{NAME}{suffix}'}")
         screen.say(f"next: dolfingrip bend --config {asked.out / f'{NAME}.toml'}")
@@ -169,9 +178,9 @@ def _configuration(found: AdoptedPart, part: Path) -> str:
     ]
     if barrier < defaults.contact.barrier_mm:
         lines += ["", "[contact]  # a fourth of the narrowest gap", f"barrier_mm = {barrier:.3g}"]
-    cavities = [name for name in found.mesh.facets if name.startswith("cavity")]
+    cavities = groups.cavities(found.mesh.facets)
     if len(cavities) > 1:
-        for name in sorted(cavities):
+        for name in cavities:
             lines += ["", f"[cavity.{name}]  # its pressure by the experiment's",
                       "pressure_ratio = 1.0"]  # fmt: skip
     lines += ["", "# [material]  # default: NinjaFlex; see docs/materials.md"]

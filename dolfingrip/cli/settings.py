@@ -16,6 +16,11 @@ from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 
 Point = tuple[float, float, float]
+Box = tuple[float, float, float, float, float, float]
+
+_CAVITY_FILES: Final = (
+    ".step", ".stp", ".brep", ".iges", ".igs", ".stl", ".obj", ".ply", ".3mf", ".vtk",
+)  # fmt: skip
 
 SEARCH: Final = GraspSearch()
 
@@ -60,6 +65,31 @@ def _points(texts: Sequence[str], flag: str) -> tuple[Point, ...]:
         except ValueError:
             raise ConfigError(f"{flag} {text}: allowed: three numbers, as in 0,10,25.5") from None
         found.append((x, y, z))
+    return tuple(found)
+
+
+def _points_or_files(texts: Sequence[str], flag: str) -> tuple[Point | Path, ...]:
+    """Read points, or files that exist."""
+    return tuple(
+        Path(text) if Path(text).suffix.lower() in _CAVITY_FILES else _points([text], flag)[0]
+        for text in texts
+    )
+
+
+def _regions(texts: Sequence[str], flag: str) -> tuple[Box | str, ...]:
+    """Read boxes, each of six numbers that are joined by commas, or names."""
+    found: list[Box | str] = []
+    for text in texts:
+        if "," not in text:
+            found.append(text.lower())
+            continue
+        try:
+            a, b, c, d, e, f = map(float, text.split(","))
+        except ValueError:
+            raise ConfigError(
+                f"{flag} {text}: allowed: six numbers, as in 0,0,0,20,20,10, or a name"
+            ) from None
+        found.append((a, b, c, d, e, f))
     return tuple(found)
 
 
@@ -229,10 +259,20 @@ class AdoptSettings:
     options correct it. All coordinates are those of the file, in mm.
     """
 
-    part: Path = argument(MISSING, "STEP, IGES or BREP; STL, OBJ or PLY; or a mesh, as .msh.")
+    part: Path = argument(MISSING, "STEP, IGES or BREP; STL, 3MF, OBJ or PLY; or a mesh, as .msh.")
     out: Path = _out(Path("out/adopt"))
-    cavity: tuple[Point, ...] = option(
-        (), "Point in or on a cavity (mm); repeatable.", metavar="X,Y,Z", read=_points
+    cavity: tuple[Point | Path, ...] = option(
+        (),
+        "Point in or on a cavity (mm), or a file that it fills; repeatable.",
+        metavar="X,Y,Z|FILE",
+        read=_points_or_files,
+    )
+    clamp_region: tuple[Box | str, ...] = option(
+        (),
+        "Collar, plug or flange that is held: a box, by two corners (mm), or the name of a solid "
+        "or group; repeatable.",
+        metavar="X,Y,Z,X,Y,Z|NAME",
+        read=_regions,
     )
     clamp: tuple[Point, ...] = option(
         (), "Point on the plane face that is clamped (mm).", metavar="X,Y,Z", read=_points
@@ -244,6 +284,7 @@ class AdoptSettings:
         (), "Direction that the strain-limiting side faces.", metavar="X,Y,Z", read=_points
     )
     whole: bool = option(False, "Mesh both halves.")
+    repair: bool = option(False, "Close holes and crossings of triangles (needs pymeshfix).")
     size_mm: float | None = option(None, "Size of elements.", above=0, most=1000)
     order: int | None = option(None, "Order of elements.", metavar="1|2", least=1, most=2)
     cap_mm: float | None = option(

@@ -13,7 +13,7 @@ from dolfingrip.files import whole
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.morph import morphed
-from dolfingrip.meshes.quality import check
+from dolfingrip.meshes.quality import check, judge
 from dolfingrip.meshes.solid import SolidMesh, assemble, second_order
 from dolfingrip.report import printable
 
@@ -31,7 +31,10 @@ def mesh(asked: MeshSettings) -> None:
         with screen.status("meshing"):
             linear = undeformed.solid(resolved.changed(mesh={"order": 1}))
             written = _of_order(_order(resolved), linear)
-        screen.say(check(written).summary())
+        quality = check(written)
+        screen.say(quality.summary())
+        for said in judge(written, quality, "try another mesh.size_mm"):
+            screen.say(f"quality: {said}")
         for suffix in FORMATS:
             files.write(asked.out / f"finger{suffix}", written)
             screen.say(f"wrote {asked.out / f'finger{suffix}'}")

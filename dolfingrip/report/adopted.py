@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import cycle
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,15 +23,21 @@ COLOURS: Final = {
     groups.TIP: GREEN,
     groups.SKIN: "#D9D6CF",
     groups.SYMMETRY: "#F0E442",
-    **dict(
-        zip(
-            groups.CAVITIES,
-            (ORANGE, BLUE, PURPLE, "#E69F00", "#56B4E9", "#882255", "#44AA99", "#999933"),
-            strict=True,
-        )
-    ),
 }
-"""Colour of each group."""
+"""Colour of each group that is no cavity."""
+
+CAVITIES: Final = (
+    ORANGE, BLUE, PURPLE, "#E69F00", "#56B4E9", "#882255", "#44AA99", "#999933",
+)  # fmt: skip
+"""Colours of cavities, which come again where there are more."""
+
+
+def _colours(mesh: SolidMesh) -> dict[str, str]:
+    """Colour of each group of the mesh."""
+    hollows = groups.cavities(mesh.facets)
+    found = {**COLOURS, **dict(zip(hollows, cycle(CAVITIES), strict=False))}
+    return {name: colour for name, colour in found.items() if name in mesh.facets}
+
 
 WORDS: Final = {groups.CLAMP: "clamp (held)", groups.TIP: "tip (angle)", groups.SKIN: "skin",
                 groups.SYMMETRY: "symmetry plane"}  # fmt: skip
@@ -39,6 +47,9 @@ OUTSIDE, INSIDE, BACK = View(35.0, 14.0), View(0.0, 0.0), View(-145.0, -30.0)
 """Cameras: from the front, onto the cut y = 0, from the back and below."""
 
 HEIGHT_PX: Final = 1100
+
+LABEL_IN: Final = 1.5
+"""Width, in inches, that a picture's label needs."""
 
 
 def draw(mesh: SolidMesh, out: Path, title: str) -> Path:
@@ -59,17 +70,17 @@ def draw(mesh: SolidMesh, out: Path, title: str) -> Path:
     half = half.extract_cells(half["symmetry"] == 0)
     pictures = [_shot(whole, OUTSIDE), _shot(half, INSIDE), _shot(whole, BACK)]
     labels = ["from the front", "cut open in y = 0", "from the back, below"]
-    names = [name for name in COLOURS if name in mesh.facets]
-    return _save(pictures, labels, names, out, title)
+    return _save(pictures, labels, _colours(mesh), out, title)
 
 
 def _surface(mesh: SolidMesh) -> Any:
     """Triangles or quadrilaterals of all groups, each with its colour."""
     facets, colours, plane = [], [], []
+    colour_of = _colours(mesh)
     for name, found in mesh.facets.items():
         corners = found[:, : mesh.shape.facet_corners]
         facets.append(corners)
-        rgb = [int(COLOURS[name][i : i + 2], 16) for i in (1, 3, 5)]
+        rgb = [int(colour_of[name][i : i + 2], 16) for i in (1, 3, 5)]
         colours.append(np.tile(np.array(rgb, dtype=np.uint8), (len(corners), 1)))
         plane.append(np.full(len(corners), int(name == groups.SYMMETRY)))
     every = np.concatenate(facets)
@@ -102,8 +113,13 @@ def _shot(surface: Any, view: View) -> Image:
 
 
 def _save(
-    pictures: list[Image], labels: list[str], names: list[str], out: Path, title: str
+    pictures: list[Image], labels: list[str], colours: Mapping[str, str], out: Path, title: str
 ) -> Path:
+    lacks = [max(round(LABEL_IN * DPI) - picture.shape[1], 0) for picture in pictures]
+    pictures = [
+        np.pad(picture, ((0, 0), (lack // 2, lack - lack // 2), (0, 0)), constant_values=255)
+        for picture, lack in zip(pictures, lacks, strict=True)
+    ]
     widths = [picture.shape[1] / DPI for picture in pictures]
     height, gap, top, legend = HEIGHT_PX / DPI, 0.35, 0.75, 1.65
     size = (sum(widths) + gap * (len(pictures) + 1) + legend, height + top + 0.2)
@@ -113,9 +129,9 @@ def _save(
         place_pictures(figure, pictures, labels, (gap, 0.1), gap, below_top_in=0.5, fontsize=8)
         figure.text(gap / size[0], 1 - 0.12 / size[1], title, va="top", fontweight="bold")
         patches = [
-            Patch(facecolor=COLOURS[name], edgecolor=INK, lw=0.5,
+            Patch(facecolor=colour, edgecolor=INK, lw=0.5,
                   label=WORDS.get(name, name.replace("_", " ")))
-            for name in names if name != groups.SYMMETRY
+            for name, colour in colours.items() if name != groups.SYMMETRY
         ]  # fmt: skip
         figure.legend(handles=patches, loc="center right", fontsize=8)
         save(figure, out)

@@ -4,23 +4,39 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
 from dolfingrip.meshes import files, groups
 from dolfingrip.meshes.adoption.facets import in_frame
-from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
+from dolfingrip.meshes.adoption.formats import (
+    CAD,
+    MESHES,
+    SURFACES,
+    require_bearable,
+    triangles_of,
+)
+from dolfingrip.meshes.adoption.roles import Asked, Box, Roles, assign, said_of
 from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
 from dolfingrip.meshes.adoption.sound import place
-from dolfingrip.meshes.adoption.surface import Faces, segmented
+from dolfingrip.meshes.adoption.surface import Faces, consistent, segmented
+from dolfingrip.meshes.closed_surface import nearest
 from dolfingrip.meshes.measures import centroid, edge_lengths
-from dolfingrip.meshes.quality import Quality, check
-from dolfingrip.meshes.solid import MeshError, SolidMesh, boundary, faces, labels
+from dolfingrip.meshes.quality import Quality, check, judge
+from dolfingrip.meshes.solid import (
+    Floats,
+    Ints,
+    MeshError,
+    SolidMesh,
+    assemble,
+    boundary,
+    faces,
+    labels,
+    match,
+)
 
-CAD: Final = (".step", ".stp", ".brep", ".iges", ".igs")
-SURFACES: Final = (".stl", ".obj", ".ply")
-MESHES: Final = (".msh", ".inp", ".vtk", ".vtu")
+ANOTHER_SIZE = "try another --size-mm, or the STEP file in place of triangles"
+MESHED_ANEW = "mesh it anew where it comes from, or adopt its STEP or STL file"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +46,14 @@ class AdoptedPart:
     Attributes:
         mesh: in the finger's frame, with groups.
         quality: figures of the checked mesh.
+        warnings: what is not good about the mesh, in sentences.
         roles: what the part's faces were taken for.
         measured: walls, gaps and sizes.
     """
 
     mesh: SolidMesh
     quality: Quality
+    warnings: tuple[str, ...]
     roles: Roles
     measured: WallSizes
 
@@ -75,8 +93,17 @@ def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
     else:
         raise MeshError(f"{path}: unknown format; allowed: {', '.join((*CAD, *SURFACES, *MESHES))}")
     try:
+        for file in asked.cavity_files:
+            if not file.is_file():
+                raise MeshError(f"--cavity {file}: no such file")
+        if suffix in CAD:
+            require_bearable(path)
+        walls = [triangles_of(file, scale)[0] for file in asked.cavity_files]
+        asked = replace(asked, cavities=[*asked.cavities, *walls])
         mesh, roles, measured = make(path, asked, wanted, scale)
-        return AdoptedPart(mesh, check(mesh), roles, measured)
+        quality = check(mesh)
+        warnings = judge(mesh, quality, MESHED_ANEW if suffix in MESHES else ANOTHER_SIZE)
+        return AdoptedPart(mesh, quality, warnings, roles, measured)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
@@ -93,6 +120,9 @@ def adopt_mesh(
         raise MeshError("elements stay as they are; allowed: without --size-mm and --order")
     mesh = files.read(path, needed=())
     mesh = replace(mesh, points=mesh.points * scale)
+    held: np.ndarray = np.zeros(len(mesh.points), dtype=bool)
+    for region in asked.held:
+        mesh, held = _released(mesh, region, held)
     outer = faces(mesh.cells)[boundary(mesh.cells)]
     corners = mesh.shape.facet_corners
     split = [[0, 1, 2]] if corners == 3 else [[0, 1, 2], [0, 2, 3]]
@@ -101,11 +131,18 @@ def adopt_mesh(
     used, local = np.unique(triangles, return_inverse=True)
     surface = Faces(mesh.points[used], local.reshape(-1, 3).astype(np.int64), of)
     surface = replace(surface, face=segmented(surface.points, surface.triangles, surface.policy))
-    roles = assign(surface, replace(asked, whole=True), _known(mesh, outer, of))
+    known = _known(mesh, outer, of)
+    if asked.held:
+        known[groups.CLAMP] = np.asarray(np.isin(outer, np.flatnonzero(held)).all(axis=1))[of]
+    walls = [triangles_of(file, scale) for file in asked.cavity_files]
+    for name, each in zip(groups.cavity_names(len(walls)), walls, strict=True):
+        known[name] = _on_walls(surface, *each) & ~known.get(groups.CLAMP, np.zeros(len(of), bool))
+    roles = assign(surface, replace(asked, whole=True), known)
     if roles.caps:
         raise MeshError(
             f"an opening at {place(roles.caps[0].centre_mm)} is away from the clamp; allowed: "
-            "openings in the clamp's plane (--clamp), or a STEP file, whose openings are capped"
+            "openings at the clamp (--clamp, --clamp-region), or a STEP file, whose openings are "
+            "capped"
         )
     first = np.searchsorted(of, np.arange(len(outer)))
     names = roles.groups[first]
@@ -115,6 +152,55 @@ def adopt_mesh(
     size = float(np.median(edge_lengths(mesh)))
     found = replace(measured(roles, MeshRequest()), size_mm=size)
     return in_frame(replace(mesh, points=points, facets=facets), roles), roles, found
+
+
+def _released(mesh: SolidMesh, region: Box | str, held: np.ndarray) -> tuple[SolidMesh, np.ndarray]:
+    """The mesh without the elements that a region holds, and (n,) whether each node left is held.
+
+    Args:
+        mesh: without the elements of earlier regions.
+        region: a box, whose nodes are held, or a region of the mesh.
+        held: (n,) nodes that earlier regions hold.
+
+    Raises:
+        MeshError: one line, if it holds nothing or all.
+    """
+    if isinstance(region, str):
+        if region not in mesh.regions:
+            known = ", ".join(mesh.regions) or "X,Y,Z,X,Y,Z"
+            raise MeshError(f"--clamp-region {region}: no such region; allowed: {known}")
+        gone = np.zeros(len(mesh.cells), dtype=bool)
+        gone[mesh.regions[region]] = True
+        inside = np.isin(np.arange(len(mesh.points)), mesh.cells[gone])
+    else:
+        corners = np.array(region).reshape(2, 3)
+        near = 1e-6 * float(np.ptp(mesh.points, axis=0).max())
+        low, high = corners.min(axis=0) - near, corners.max(axis=0) + near
+        inside = ((mesh.points >= low) & (mesh.points <= high)).all(axis=1)
+        gone = inside[mesh.cells].all(axis=1)
+    if gone.all() or not inside.any():
+        raise MeshError(
+            f"--clamp-region {said_of(region)}: holds {'all' if gone.all() else 'nothing'} of the "
+            "mesh; allowed: a box, by two corners, around the nodes that are held"
+        )
+    new = np.cumsum(~gone) - 1
+    regions = {name: new[rows[~gone[rows]]] for name, rows in mesh.regions.items()}
+    cells = mesh.cells[~gone]
+    facets = {name: rows[match(rows, cells) >= 0] for name, rows in mesh.facets.items()}
+    kept = np.unique(cells)
+    return assemble(mesh.points, cells, facets, regions), (held | inside)[kept]
+
+
+def _on_walls(surface: Faces, points: Floats, triangles: Ints) -> np.ndarray:
+    """(m,) whether a triangle lies on the walls of a cavity, which has its own triangles."""
+    walls = consistent(points, triangles)
+    rows, away = nearest(points, walls, surface.middles)
+    a, b, c = (points[walls[rows, i]] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    # the outer side of a thin wall is as near, but faces the other way
+    facing = np.einsum("ij,ij->i", normal, surface.normals) < -surface.policy.rim
+    return facing & (away < surface.policy.rim * np.sqrt(surface.areas))
 
 
 def _known(mesh: SolidMesh, outer: np.ndarray, of: np.ndarray) -> dict[str, np.ndarray]:

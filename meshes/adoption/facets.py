@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 
 import gmsh
@@ -110,7 +111,7 @@ def _add_groups(roles: Roles) -> None:
     volumes = [tag for _, tag in gmsh.model.getEntities(3)]
     gmsh.model.addPhysicalGroup(3, volumes, groups.SOLID_TAG, groups.SOLID)
     outer = [tag for _, tag in gmsh.model.getBoundary([(3, v) for v in volumes], oriented=False)]
-    names: dict[str, list[int]] = {name: [] for name in groups.SURFACE_TAGS}
+    names: dict[str, list[int]] = defaultdict(list)
     near = roles.surface.near_mm
     # all faces at once: a part of triangles has thousands
     part = triangulated(outer)
@@ -131,16 +132,15 @@ def _add_groups(roles: Roles) -> None:
         if roles.tip_from_mm is not None and name == groups.TIP:
             name = groups.SKIN
         names[name].append(tag)
-    for name, tags in names.items():
-        if tags:
-            gmsh.model.addPhysicalGroup(2, tags, groups.SURFACE_TAGS[name], name)
+    for name in groups.surfaces(names):
+        gmsh.model.addPhysicalGroup(2, names[name], groups.surface_tag(name), name)
 
 
 def _of_cap(middle: Floats, roles: Roles) -> str:
     """Group of a cap's side: that of the face with the opening outside, the cavity's inside."""
     near = roles.surface.near_mm
     found: list[tuple[float, str]] = []
-    for hollow, name in zip(roles.cavities, groups.CAVITIES, strict=False):
+    for name, hollow in roles.named.items():
         for opening in hollow.openings:
             centre = roles.rotation @ (opening.centre_mm - roles.origin_mm)
             level = (middle - centre) @ (roles.rotation @ opening.normal)

@@ -56,8 +56,12 @@ class Hollow:
     openings: tuple[Opening, ...]
 
 
-def hollows(surface: Faces) -> tuple[list[Hollow], Ints]:
+def hollows(surface: Faces, held: int = -1) -> tuple[list[Hollow], Ints]:
     """The hollows of a solid, the largest first, and (m,) the shell of each triangle.
+
+    Args:
+        surface: closed.
+        held: number of the face that is known to be held, whose outlines are rims.
 
     Raises:
         MeshError: one line, if the surface encloses several solids.
@@ -69,20 +73,25 @@ def hollows(surface: Faces) -> tuple[list[Hollow], Ints]:
         raise MeshError(f"falls into {len(outer)} parts; allowed: one solid")
     inner = np.flatnonzero(volume <= 0)
     found = [closed_hollow(surface, np.flatnonzero(shell == i)) for i in inner]
-    found += _pockets(surface, shell == outer[0])
+    found += _pockets(surface, shell == outer[0], held)
     return sorted(found, key=lambda each: -each.volume_mm3), shell
 
 
-def _pockets(surface: Faces, outer: np.ndarray) -> list[Hollow]:
+def _pockets(surface: Faces, outer: np.ndarray, held: int) -> list[Hollow]:
     """Hollows of the outer shell: what is connected to its outside over rims alone."""
     at, _ = surface.pairs
-    rims = [line for line in _outlines_of(surface, outer) if _is_rim(surface, *line)]
+    rims = [
+        (line, longest)
+        for line, longest in _outlines_of(surface, outer)
+        if line.face == held or _is_rim(surface, line, longest)
+    ]
     cut = np.zeros(len(at), dtype=bool)
     for line, _ in rims:
         cut[line.edges] = True
     part = surface.components(~cut)
     outside = np.zeros(part.max() + 1, dtype=bool)
     outside[part[_extreme(surface, outer)]] = True
+    outside[part[surface.face == held]] = True
     # chambers of one cavity are joined by rims, too
     links = part[at[cut]]
     inner = links[~outside[links].any(axis=1)]

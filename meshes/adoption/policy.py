@@ -18,12 +18,18 @@ class FacePolicy:
         rim: length of an opening's rim on a curved face, by that of the face's longest edge.
         convex: share of a rim's length that must be a convex edge.
         directions: ways in which the outermost points are sought, which tell out from in.
+        faces: area vector of a clamp by its area, above which it faces one way.
         end_deg: angle between an end's face and the long axis's normal plane.
+        mouth: area of an opening by the smallest one's of the same hollow, from which it is no air
+            supply but a cup's mouth.
         supplied: weight of an end's face into which air can be led.
         alike_area: relative difference up to which two ends' faces are as large.
         tip_share: part of the length at the free end that is the tip where no face ends it.
-        same_side: distance of the cavity's centre from the solid's, by the width across, from which
-            it tells the side that bends outwards.
+        lines: lines along the part, across its widest side, along which its walls are read.
+        ends: share of the cavity's length at either end that these lines leave out.
+        bearing: power of a line's share in the solid that weights what the line bears.
+        same_side: lever of the pressure about the walls, by the width across, from which it tells
+            the side that bends outwards.
         snap_deg: angle within which that side is taken along an axis of the file or of inertia.
         even: distance of a mirror image, relative to the extent, up to which a part is symmetric.
         small: volume of a hollow, by the largest's, below which it is not taken for a cavity.
@@ -37,11 +43,16 @@ class FacePolicy:
     rim: float = 0.5
     convex: float = 0.9
     directions: int = 500
+    faces: float = 0.1
     end_deg: float = 25.0
+    mouth: float = 2.0
     supplied: float = 1.5
     alike_area: float = 1e-3
     tip_share: float = 0.05
-    same_side: float = 0.01
+    lines: int = 150
+    ends: float = 0.05
+    bearing: float = 100.0
+    same_side: float = 0.005
     snap_deg: float = 10.0
     even: float = 1e-3
     small: float = 0.02

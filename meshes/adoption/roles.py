@@ -6,19 +6,30 @@ strain is the lowest x, and what is symmetric is so in y = 0.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
+from dolfingrip.meshes.adoption.bearing import bearing_centre
 from dolfingrip.meshes.adoption.hollows import Hollow, Opening, closed_hollow, hollows
+from dolfingrip.meshes.adoption.policy import FacePolicy
 from dolfingrip.meshes.adoption.sound import place
 from dolfingrip.meshes.adoption.surface import Faces
 from dolfingrip.meshes.closed_surface import nearest
-from dolfingrip.meshes.groups import CAVITIES, CLAMP, SKIN, TIP
+from dolfingrip.meshes.groups import CLAMP, SKIN, TIP, cavity_names
+from dolfingrip.meshes.groups import cavities as cavities_of
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
 Point = tuple[float, float, float]
+Box = tuple[float, float, float, float, float, float]
+
+
+def said_of(region: Box | str) -> str:
+    """A held region as it is given."""
+    return region if isinstance(region, str) else ",".join(f"{value:g}" for value in region)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,18 +37,25 @@ class Asked:
     """Corrections by the user, in the file's coordinates (mm).
 
     Attributes:
-        cavities: points in or on the cavities, in their order; the largest hollow where empty, or
-            all closed ones.
+        cavities: of each cavity a point in or on it, (3,), or points all over its walls, (k, 3);
+            the largest hollow where empty, or all closed ones.
+        cavity_files: files with the walls of further cavities.
+        held: boxes (two corners), or names of solids or regions, whose content is held: it stays
+            where it is, and what borders on it is the clamp.
         clamp, tip: points on these faces.
         back: direction that the side that limits strain faces.
         whole: keep both halves of a symmetric part.
+        repair: close the holes of triangles.
     """
 
-    cavities: Sequence[Point] = ()
+    cavities: Sequence[Point | Floats] = ()
+    cavity_files: Sequence[Path] = ()
+    held: Sequence[Box | str] = ()
     clamp: Point | None = None
     tip: Point | None = None
     back: Point | None = None
     whole: bool = False
+    repair: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +87,11 @@ class Roles:
     said: dict[str, str] = field(default_factory=dict)
 
     @property
+    def named(self) -> dict[str, Hollow]:
+        """The cavities by name."""
+        return dict(zip(cavity_names(len(self.cavities)), self.cavities, strict=True))
+
+    @property
     def half(self) -> bool:
         """True if the half y ≥ 0 is meshed."""
         return self.even and not self.asked.whole
@@ -98,28 +121,41 @@ def assign(
     """
     said: dict[str, str] = {}
     known = known or {}
-    found, shell = hollows(surface)
-    cavities = _known_cavities(surface, known, said) or _cavities(surface, found, asked, said)
+    clamp = known.get(CLAMP)
+    held = -1
+    if clamp is not None:
+        held = int(surface.face.max()) + 1
+        surface = replace(surface, face=np.where(clamp, held, surface.face))
+    found, shell = hollows(surface, held)
+    cavities = _known_cavities(surface, known, said)
+    numbered = bool(cavities or asked.cavities)
+    cavities = cavities or _cavities(surface, found, asked, said)
     outer = shell == _outer_shell(surface, shell)
     inside = np.zeros(len(outer), dtype=bool)
     for hollow in cavities:
         inside[hollow.triangles] = True
-    clamp = known.get(CLAMP)
     if clamp is None:
         clamp = _clamp(surface, outer & ~inside, cavities, asked, said)
-    z = -_mean_normal(surface, clamp)
+    z = _axis(surface, clamp)
+    if not numbered:  # of those that are as large, the nearest to the clamp comes first
+        most = cavities[0].volume_mm3
+        cavities.sort(key=lambda one: (-round(one.volume_mm3 / most, 2), one.centre_mm @ z))
+    for name, hollow in zip(cavity_names(len(cavities)), cavities, strict=True):
+        said.setdefault(name, _of_hollow(hollow))
     x = _front(surface, cavities, z, asked, said)
     rotation = np.stack([x, np.cross(z, x), z])
     centre = _centroid(surface) if centre is None else centre
-    base = surface.middles[clamp].mean(axis=0)
+    base = np.average(surface.middles[clamp], axis=0, weights=surface.areas[clamp])
+    if not _is_plane(surface, clamp, z):  # the part is free from there on
+        base += z * ((surface.points[surface.triangles[clamp]] - base) @ z).max()
     turned = surface.points[np.unique(surface.triangles[outer])] @ rotation.T
     level = np.array([turned[:, 0].min(), (rotation @ centre)[1], (rotation @ base)[2]])
     # a plane that misses a part's own seam by rounding errors would cut off slivers
     origin = rotation.T @ np.round(level, 6)
     framed = surface.moved(rotation, origin)
-    groups = np.full(len(outer), SKIN, dtype="<U10")
+    groups = np.full(len(outer), SKIN, dtype="<U16")
     groups[clamp] = CLAMP
-    for name, hollow in zip(CAVITIES, cavities, strict=False):
+    for name, hollow in zip(cavity_names(len(cavities)), cavities, strict=True):
         groups[hollow.triangles] = name
     start = None
     if TIP in known:
@@ -128,11 +164,14 @@ def assign(
         tip, start = _tip(framed, groups == SKIN, asked, rotation, origin, said)
         groups[tip] = TIP
     said |= {name: "group of the file" for name in (CLAMP, TIP) if name in known}
+    if asked.held:
+        area = surface.areas[clamp].sum()
+        said[CLAMP] = f"{area:.4g} mm² where what --clamp-region holds ends, at {place(base)}"
     caps = [
         opening
         for hollow in cavities
         for opening in hollow.openings
-        if abs((opening.centre_mm - base) @ z) > surface.near_mm
+        if not np.isin(opening.rim, surface.triangles[clamp]).all()
     ]
     for opening in caps:
         across = 2 * np.sqrt(opening.area_mm2 / np.pi)
@@ -140,8 +179,11 @@ def assign(
             f"closes {len(caps)} opening{'s' if len(caps) > 1 else ''} away from the clamp, one of "
             f"{across:.3g} mm at {place(opening.centre_mm)}"
         )
-    even = _even(framed, groups)
-    said["symmetry"] = _of_symmetry(even, asked)
+    off_mm = _off_mm(framed, groups)
+    near_mm = framed.policy.even * framed.extent
+    even = off_mm <= near_mm
+    said = {name: said[name] for name in cavity_names(len(cavities))} | said
+    said["symmetry"] = f"{_of_symmetry(even, asked)}; {_compared(off_mm, near_mm)}"
     return Roles(asked, framed, groups, rotation, origin, cavities, caps, even, start, said)
 
 
@@ -159,9 +201,29 @@ def _centroid(surface: Faces) -> Floats:
     return np.asarray(0.75 * surface.middles.T @ surface.volumes / surface.volumes.sum())
 
 
-def _mean_normal(surface: Faces, rows: np.ndarray) -> Floats:
-    vector = surface.vectors[rows].sum(axis=0)
-    return np.asarray(vector / np.linalg.norm(vector))
+def _axis(surface: Faces, clamp: np.ndarray) -> Floats:
+    """(3,) the direction z from the clamp into the part."""
+    vector = -surface.vectors[clamp].sum(axis=0)
+    if np.linalg.norm(vector) < surface.policy.faces * surface.areas[clamp].sum():
+        # it faces all ways, such as a collar's outside
+        centre = _centroid(surface)
+        spread = (surface.middles - centre) * np.sqrt(surface.areas)[:, None]
+        along = np.linalg.svd(spread, full_matrices=False)[2][0]
+        vector = along * np.sign((centre - surface.middles[clamp].mean(axis=0)) @ along)
+    z = vector / np.linalg.norm(vector)
+    return z if _is_plane(surface, clamp, z) else snapped(z)
+
+
+def _is_plane(surface: Faces, clamp: np.ndarray, z: Floats) -> bool:
+    level = surface.points[surface.triangles[clamp]] @ z
+    return bool(np.ptp(level) <= 2 * surface.near_mm)
+
+
+def _compared(off_mm: float, near_mm: float) -> str:
+    """How far a part is from its mirror image, beside what is allowed."""
+    if not np.isfinite(off_mm):
+        return "its cavities are not one another's mirror images"
+    return f"{off_mm:.2g} mm from its mirror image, where up to {near_mm:.2g} mm counts as one"
 
 
 def _cavities(
@@ -174,7 +236,7 @@ def _cavities(
             "with a hollow"
         )
     if asked.cavities:
-        chosen = [_nearest(surface, found, np.asarray(point)) for point in asked.cavities]
+        chosen = [_nearest(surface, found, np.atleast_2d(point)) for point in asked.cavities]
         if len({id(hollow) for hollow in chosen}) < len(chosen):
             raise MeshError("--cavity: two points at one hollow; allowed: one point for each")
     else:
@@ -182,21 +244,22 @@ def _cavities(
         closed = [h for h in large if not h.openings]
         alike = [h for h in large if h.volume_mm3 > surface.policy.alike * large[0].volume_mm3]
         chosen = closed or alike
-    if len(chosen) > len(CAVITIES):
-        raise MeshError(f"{len(chosen)} cavities; allowed: up to {len(CAVITIES)}")
-    for name, hollow in zip(CAVITIES, chosen, strict=False):
-        kind = "closed"
-        if hollow.openings:
-            ways = " and ".join(place(o.centre_mm) for o in hollow.openings)
-            kind = f"with an opening at {ways}"
-        said[name] = f"{hollow.volume_mm3:.4g} mm³ around {place(hollow.centre_mm)}, {kind}"
     rest = [h for h in found if all(h is not c for c in chosen)]
     if rest:
         said["other hollows"] = (
             f"{len(rest)}, the largest of {rest[0].volume_mm3:.3g} mm³ around "
-            f"{place(rest[0].centre_mm)}: skin (--cavity: a cavity)"
+            f"{place(rest[0].centre_mm)}: skin (--cavity: a cavity); the smallest cavity has "
+            f"{min(h.volume_mm3 for h in chosen) / rest[0].volume_mm3:.2g} times as much"
         )
     return chosen
+
+
+def _of_hollow(hollow: Hollow) -> str:
+    """A hollow in words."""
+    kind = "closed"
+    if hollow.openings:
+        kind = "with an opening at " + " and ".join(place(o.centre_mm) for o in hollow.openings)
+    return f"{hollow.volume_mm3:.4g} mm³ around {place(hollow.centre_mm)}, {kind}"
 
 
 def _known_cavities(
@@ -204,17 +267,16 @@ def _known_cavities(
 ) -> list[Hollow]:
     """The cavities that the file has groups of."""
     found = []
-    for name in CAVITIES:
-        if name in known:
-            found.append(closed_hollow(surface, np.flatnonzero(known[name])))
-            said[name] = "group of the file"
+    for name in cavities_of(known):
+        found.append(closed_hollow(surface, np.flatnonzero(known[name])))
+        said[name] = "group of the file"
     return found
 
 
-def _nearest(surface: Faces, found: list[Hollow], point: Floats) -> Hollow:
-    """The hollow that a point is in or on."""
+def _nearest(surface: Faces, found: list[Hollow], points: Floats) -> Hollow:
+    """The hollow that a point is in or on, or that has most of some points on its walls."""
     distance = [
-        float(np.linalg.norm(surface.middles[hollow.triangles] - point, axis=1).min())
+        float(nearest(surface.points, surface.triangles[hollow.triangles], points)[1].mean())
         for hollow in found
     ]
     return found[int(np.argmin(distance))]
@@ -231,25 +293,28 @@ def _clamp(
             raise MeshError(
                 f"--clamp {place(np.asarray(asked.clamp))}: a curved face; allowed: a plane one"
             )
-        chosen = surface.face[row]
+        chosen, margin = surface.face[row], "as asked"
     else:
-        chosen = _largest_end(surface, free, cavities)
+        chosen, margin = _largest_end(surface, free, cavities)
     normal = surface.face_vectors[chosen] / np.linalg.norm(surface.face_vectors[chosen])
     level = surface.middles[surface.face == chosen].mean(axis=0) @ normal
     flat = surface.plane[surface.face] & (surface.normals @ normal > np.cos(np.radians(1.0)))
     found = np.asarray(free & flat & (np.abs(surface.middles @ normal - level) <= near))
     area = surface.areas[found].sum()
     at = np.average(surface.middles[found], axis=0, weights=surface.areas[found])
-    said["clamp"] = f"plane face of {area:.4g} mm² at {place(at)}"
+    said["clamp"] = f"plane face of {area:.4g} mm² at {place(at)}, {margin}"
     if (surface.points[surface.triangles[free]] @ normal).max() > level + near:
         said["clamp"] += ", not at an end"
     return found
 
 
-def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> int:
+def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> tuple[int, str]:
     """The plane face with all of the part on one side, across the long axis, and largest.
 
     Of two that are as large, it is the one that is nearer to the file's origin.
+
+    Returns:
+        Its number, and how clear the choice is.
     """
     near = surface.near_mm
     length = np.linalg.norm(surface.face_vectors, axis=1)
@@ -258,7 +323,14 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> in
     middle = np.average(surface.middles, axis=0, weights=surface.areas)
     spread = (surface.middles - middle) * np.sqrt(surface.areas)[:, None]
     along = np.linalg.svd(spread, full_matrices=False)[2][0]
-    best: dict[bool, tuple[float, float, int]] = {}
+    supplies: list[Opening] = []
+    mouths: list[Opening] = []
+    for hollow in cavities:
+        least = min((opening.area_mm2 for opening in hollow.openings), default=0.0)
+        for opening in hollow.openings:
+            wide = opening.area_mm2 > surface.policy.mouth * least
+            (mouths if wide else supplies).append(opening)
+    ends: dict[bool, list[tuple[float, float, int]]] = defaultdict(list)
     for face in faces:
         normal = surface.face_vectors[face] / length[face]
         own = surface.middles[surface.face == face]
@@ -266,23 +338,27 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> in
         if (points @ normal).max() > level + near:
             continue
         area = length[face]
-        ways = [o for hollow in cavities for o in hollow.openings]
-        into = [o for o in ways if abs(o.centre_mm @ normal - level) <= near]
+        into = [o for o in supplies if abs(o.centre_mm @ normal - level) <= near]
+        if not into and any(abs(o.centre_mm @ normal - level) <= near for o in mouths):
+            continue
         if into:
             area = surface.policy.supplied * (area + sum(opening.area_mm2 for opening in into))
         end = bool(abs(normal @ along) > np.cos(np.radians(surface.policy.end_deg)))
         away = float(np.linalg.norm(own.mean(axis=0)))
-        most, its, _ = best.get(end, (0.0, 0.0, 0))
-        if area > (1 + surface.policy.alike_area) * most or (
-            area > (1 - surface.policy.alike_area) * most and away < its
-        ):
-            best[end] = (area, away, int(face))
-    if not best:
+        ends[end].append((area, away, int(face)))
+    if not ends:
         raise MeshError(
             "no plane face at an end to clamp; allowed: such a face, or --clamp with a point on "
             "another"
         )
-    return best.get(True, best.get(False, (0.0, 0.0, 0)))[2]
+    found = sorted(ends.get(True, ends[False]), reverse=True)
+    alike = [one for one in found if one[0] > (1 - surface.policy.alike_area) * found[0][0]]
+    if len(alike) > 1:
+        face = min(alike, key=lambda one: one[1])[2]
+        return face, "nearer to the file's origin than one as large (--clamp: another)"
+    if len(found) == 1:
+        return found[0][2], "the only one at an end"
+    return found[0][2], f"{found[0][0] / found[1][0]:.3g} times as likely as the next, by its area"
 
 
 def _nearest_triangle(surface: Faces, among: np.ndarray, point: Floats) -> int:
@@ -306,19 +382,31 @@ def _front(
         if np.linalg.norm(given) < 1e-3 * np.linalg.norm(asked.back):
             raise MeshError(f"--back {asked.back}: along the finger; allowed: a direction across")
         x = given / np.linalg.norm(given)
-        said["back"] = f"faces {_direction(-x)}, as asked"
+        said["back"] = f"faces {direction_said(-x)}, as asked"
         return np.asarray(x)
+    rows = np.concatenate([hollow.triangles for hollow in cavities])
+    level = surface.middles[rows] @ z
+    along = np.stack([own[0], np.cross(z, own[0]), z])
+    bearing = bearing_centre(surface, (level.min(), level.max()), along)
     volume = sum(hollow.volume_mm3 for hollow in cavities)
     hollow = sum(h.volume_mm3 * h.centre_mm for h in cavities) / volume
-    away = across @ (hollow - centre)
-    width = np.ptp(surface.points @ own.T, axis=0).min()
-    if np.linalg.norm(away) < surface.policy.same_side * width:
+    away = across @ (hollow - (centre if bearing is None else bearing))
+    width = float(np.ptp(surface.points @ own.T, axis=0).min())
+    least = surface.policy.same_side * width
+    told = (
+        f"the pressure's lever about the walls that run through is {np.linalg.norm(away):.2g} mm, "
+        f"where {least:.2g} mm tell a side"
+    )
+    aside = across @ (cavities[0].centre_mm - centre)
+    if np.linalg.norm(away) < least < np.linalg.norm(aside):
+        away, told = aside, f"opposite to the first cavity, as {told}"
+    if np.linalg.norm(away) < least:
         # the axes of the file come first, and another one must be clearly better
         narrow = [float(np.ptp(surface.points @ a)) for a in axes]
         x = axes[next(i for i, mm in enumerate(narrow) if mm < 1.05 * min(narrow))]
         said["back"] = (
-            f"faces {_direction(-x)}, by its shape: the cavity lies in the middle, so it does not "
-            "bend by itself (--back: another direction)"
+            f"faces {direction_said(-x)}, by its shape: it does not bend by itself, as {told} "
+            "(--back: another direction)"
         )
         return np.asarray(x)
     x = away / np.linalg.norm(away)
@@ -327,14 +415,34 @@ def _front(
         if nearest @ x > np.cos(np.radians(surface.policy.snap_deg)):
             x = across @ nearest
             break
-    said["back"] = (
-        f"faces {_direction(-x)}: the cavity lies {np.linalg.norm(away):.3g} mm to the other side "
-        "(--back: another direction)"
-    )
+    said["back"] = f"faces {direction_said(-x)}: {told} (--back: another direction)"
     return np.asarray(x / np.linalg.norm(x))
 
 
-def _direction(vector: Floats) -> str:
+def snapped(vector: Floats) -> Floats:
+    """The file's axis that is nearest to a unit vector, if it is near enough, else the vector.
+
+    Args:
+        vector: (3,) in the file's coordinates.
+
+    Returns:
+        (3,) unit vector.
+    """
+    axis = int(np.abs(vector).argmax())
+    if abs(vector[axis]) < np.cos(np.radians(FacePolicy().snap_deg)):
+        return vector
+    return np.asarray(np.sign(vector[axis]) * np.eye(3)[axis])
+
+
+def direction_said(vector: Floats) -> str:
+    """A direction in words.
+
+    Args:
+        vector: (3,) unit vector in the file's coordinates.
+
+    Returns:
+        The axis of the file that it is along, or its coordinates.
+    """
     for i, letter in enumerate("xyz"):
         if abs(vector[i]) > 1 - 1e-6:
             return f"{'+' if vector[i] > 0 else '−'}{letter} of the file"
@@ -373,8 +481,8 @@ def _tip(
     return late, (1 - share) * length
 
 
-def _even(framed: Faces, groups: np.ndarray) -> bool:
-    """Return whether the part and its groups are their own mirror images in y = 0."""
+def _off_mm(framed: Faces, groups: np.ndarray) -> float:
+    """Distance of a part from its mirror image in y = 0; infinite if a group is another one's."""
     from dolfingrip.meshes.closed_surface import ClosedSurface
 
     used = np.unique(framed.triangles)
@@ -383,12 +491,10 @@ def _even(framed: Faces, groups: np.ndarray) -> bool:
     image = framed.points[chosen] * [1.0, -1.0, 1.0]
     near = framed.policy.even * framed.extent
     away = ClosedSurface(framed.points, framed.triangles).distances_mm(image)
-    if np.abs(away).max() > near:
-        return False
-    for name in np.intersect1d(groups, CAVITIES):
+    for name in (CLAMP, *cavities_of(np.unique(groups))):
         mine = groups == name
         image = framed.middles[mine] * [1.0, -1.0, 1.0]
         _, off = nearest(framed.points, framed.triangles[mine], image)
         if framed.areas[mine][off < near].sum() < 0.9 * framed.areas[mine].sum():
-            return False
-    return True
+            return float("inf")
+    return float(np.abs(away).max())

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,8 +13,9 @@ from scipy.spatial.transform import Rotation
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.adoption.capping import capped
 from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward, triangulated
+from dolfingrip.meshes.adoption.formats import CAD
 from dolfingrip.meshes.adoption.hollows import Opening
-from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
+from dolfingrip.meshes.adoption.roles import Asked, Box, Roles, assign, said_of
 from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
 from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
 from dolfingrip.meshes.adoption.stl import meshed_triangles
@@ -40,28 +39,11 @@ def adopt_step(
     Raises:
         MeshError: one line, without the file's name.
     """
-    _require_bearable(path)
     try:
         return _adopted(path, asked, wanted, scale)
     except HalfError:
         mesh, roles, found = _adopted(path, replace(asked, whole=True), wanted, scale)
         return mesh, roles.as_whole("its half cannot be meshed; the whole is computed"), found
-
-
-def _require_bearable(path: Path) -> None:
-    """Raise if OpenCASCADE dies of a file, which a process of its own finds out."""
-    tried = (
-        "import gmsh, sys; gmsh.initialize(interruptible=False); "
-        "gmsh.option.setNumber('Geometry.OCCImportLabels', 1); "
-        "gmsh.model.occ.importShapes(sys.argv[1], highestDimOnly=True)"
-    )
-    ended = subprocess.run(
-        [sys.executable, "-c", tried, str(path)], stdin=subprocess.DEVNULL, capture_output=True,
-        check=False,
-    )  # fmt: skip
-    if ended.returncode < 0:  # any error of Gmsh's comes again here, with its sentence
-        name = signal.Signals(-ended.returncode).name
-        raise MeshError(f"damaged: OpenCASCADE ends by {name} when it reads it")
 
 
 class HalfError(MeshError):
@@ -75,11 +57,19 @@ def _adopted(
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
         solids = _imported(path, scale)
+        for file in asked.cavity_files:
+            if file.suffix.lower() in CAD:
+                solids = _hollowed(solids, file, scale)
+        solids, interface = _released(solids, asked.held)
         drawn, tags = _faces(solids)
         surface = united(drawn)
         united_to = np.zeros(len(tags), dtype=np.int64)
         united_to[drawn.face] = surface.face
-        roles = assign(surface, asked, centre=_centre(solids))
+        known = {}
+        if asked.held:
+            at = np.array([tag in interface for tag in tags])
+            known = {groups.CLAMP: at[drawn.face]}
+        roles = assign(surface, asked, known, _centre(solids))
         found = measured(roles, wanted)
         if len(solids) == 1 and not all(opening.flat for opening in roles.caps):
             closed = capped(roles, found.cap_mm)
@@ -138,11 +128,75 @@ def _imported(path: Path, scale: float) -> dict[int, str]:
     return result
 
 
+def _hollowed(solids: dict[int, str], file: Path, scale: float) -> dict[int, str]:
+    """The solids without what the solids of a file fill.
+
+    Raises:
+        MeshError: one line, if nothing is left or a solid falls into parts.
+    """
+    before = set(gmsh.model.occ.getEntities(3))
+    gmsh.model.occ.importShapes(str(file), highestDimOnly=True)
+    tools = [pair for pair in gmsh.model.occ.getEntities(3) if pair not in before]
+    if not tools:
+        raise MeshError(f"--cavity {file}: no solid; allowed: a solid that fills the cavity")
+    if scale != 1.0:
+        gmsh.model.occ.dilate(tools, 0, 0, 0, scale, scale, scale)
+    left = {}
+    for tag, name in solids.items():
+        made, _ = gmsh.model.occ.cut([(3, tag)], tools, removeTool=False)
+        if len(made) != 1:
+            raise MeshError(f"--cavity {file}: leaves {len(made)} parts; allowed: one solid")
+        left[made[0][1]] = name
+    gmsh.model.occ.remove(tools, recursive=True)
+    gmsh.model.occ.synchronize()
+    return left
+
+
+def _released(solids: dict[int, str], held: Sequence[Box | str]) -> tuple[dict[int, str], set[int]]:
+    """The solids without what is held, and the faces at which they are held.
+
+    Raises:
+        MeshError: one line, if nothing is held, or everything.
+    """
+    interface: set[int] = set()
+    for region in held:
+        if isinstance(region, str):
+            gone = [(3, tag) for tag, name in solids.items() if name == region]
+            if not gone:
+                known = ", ".join(filter(None, solids.values())) or "X,Y,Z,X,Y,Z"
+                raise MeshError(f"--clamp-region {region}: no such solid; allowed: {known}")
+            solids = {tag: name for tag, name in solids.items() if name != region}
+        else:
+            low, high = np.minimum(region[:3], region[3:]), np.maximum(region[:3], region[3:])
+            box = [(3, gmsh.model.occ.addBox(*low, *(high - low)))]
+            every = [(3, tag) for tag in solids]
+            _, parts = gmsh.model.occ.fragment(every, box)
+            inside = set(parts[-1])
+            of = {p: solids[t] for (_, t), mine in zip(every, parts, strict=False) for p in mine}
+            gone = [pair for pair in of if pair in inside]
+            solids = {pair[1]: name for pair, name in of.items() if pair not in inside}
+            gmsh.model.occ.remove([pair for pair in inside if pair not in of], recursive=True)
+        gmsh.model.occ.synchronize()
+        if not solids or not gone:
+            raise MeshError(
+                f"--clamp-region {said_of(region)}: holds {'all' if gone else 'nothing'} of "
+                "the part; allowed: a box, by two corners, around the piece that is held"
+            )
+        faces, others = (
+            {tag for _, tag in gmsh.model.getBoundary(of_them, combined=False, oriented=False)}
+            for of_them in (gone, [(3, tag) for tag in solids])
+        )
+        interface |= faces & others
+        gmsh.model.occ.remove(gone, recursive=True)
+        gmsh.model.occ.synchronize()
+    return solids, interface
+
+
 def _name(given: str, number: int, taken: dict[int, str]) -> str:
     """A region's name: lower case, no other signs than letters, digits and _."""
     plain = "".join(c if c.isalnum() else "_" for c in given.lower()).strip("_")
-    reserved = {groups.SOLID, *groups.SURFACE_TAGS, *taken.values(), "solid", ""}
-    return f"part_{number}" if plain in reserved else plain
+    surface = groups.surface_tag(plain) is not None
+    return f"part_{number}" if surface or plain in {groups.SOLID, *taken.values(), ""} else plain
 
 
 def _faces(solids: dict[int, str]) -> tuple[Faces, list[int]]:

@@ -61,6 +61,8 @@ class Additions:
 
 AIR_SCALE_MPA = 0.01
 """Pressure of trapped air that weighs as much as a displacement of 1 mm."""
+LEAST_MM3 = 1e-6
+"""Volume of openings below which they lie in the plane z = 0, where they take no part."""
 
 Adds = Callable[[Site], Additions]
 """Returns what an experiment adds, from the fields, constants and contacts of the finger."""
@@ -133,7 +135,12 @@ class FingerModel:
         site = self.site
         degree = 3 * site.u.function_space.ufl_element().degree
         exactly = site.domain.surface(*cavities, quadrature_degree=degree)
-        return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly
+        density = cavity_pressure.volume_density(site.u, site.domain.mesh)
+        closing = sum(site.domain.closing_mm3.get(name, 0.0) for name in cavities)
+        if abs(closing) > LEAST_MM3:
+            whole = sum(site.area_mm2(name) for name in cavities)
+            density += site.fixed(closing * site.domain.copies / whole)
+        return density * exactly
 
     def control_volume(self) -> None:
         """Replace the model by one of the same state whose control is the cavity's volume."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
@@ -120,7 +119,7 @@ def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport |
     """
     if not site.motions:
         return None
-    if _opens_at_clamp(site):
+    if site.domain.closing_mm3:
         raise ConfigError(
             "extensions: a clamp that moves; allowed: with a cavity that is closed at the clamp, "
             "as with cast.tube = false"
@@ -129,18 +128,3 @@ def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport |
         site.u.function_space, 2, site.domain.facets("clamp"), remote=True
     )
     return MovingSupport(site.u, supports, nodes, site.motions)
-
-
-def _opens_at_clamp(site: Site) -> bool:
-    """Return whether a tube leads out of the cavity through the clamped plane.
-
-    The opening's area along z is the part that is missing in a closed surface of the cavity.
-    """
-    normal = ufl.FacetNormal(site.domain.mesh)
-    lacking = (
-        site.fixed(1.0)
-        * normal[2]
-        * site.domain.surface(*site.domain.cavities, quadrature_degree=1)
-    )
-    area = site.domain.mesh.comm.allreduce(fem.assemble_scalar(fem.form(lacking)))
-    return abs(area) > 1e-6 * site.area_mm2("clamp")

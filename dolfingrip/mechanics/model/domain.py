@@ -16,7 +16,8 @@ from dolfingrip.mechanics.model.compatibility import cells_and_local_facets
 from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.mechanics.model.sheet import local_facets
 from dolfingrip.meshes.cells import BY_NODES, CellShape
-from dolfingrip.meshes.groups import CAVITIES, SYMMETRY
+from dolfingrip.meshes.groups import SYMMETRY, cavities
+from dolfingrip.meshes.quality import closing_mm3
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
 from dolfingrip.sections.errors import ConfigError
 
@@ -34,6 +35,8 @@ class Domain:
         placement: places of the solid's copies in the world; None if the solid is not copied.
         sheets: this rank's cells with a face on a surface that carries an energy, by the surface's
             name and the local facet.
+        closing_mm3: of each cavity with an opening at the clamp, the constant that its volume
+            differs by from what its facets enclose with the origin.
     """
 
     mesh: mesh.Mesh
@@ -42,6 +45,7 @@ class Domain:
     parts: dict[str, np.ndarray] = field(default_factory=dict)
     placement: Placement | None = None
     sheets: dict[str, dict[int, np.ndarray]] = field(default_factory=dict)
+    closing_mm3: dict[str, float] = field(default_factory=dict)
     _integration: list[tuple[int, np.ndarray]] = field(init=False, repr=False)
     _cells: list[tuple[int, np.ndarray]] | None = field(init=False, repr=False)
 
@@ -64,7 +68,7 @@ class Domain:
     @property
     def cavities(self) -> tuple[str, ...]:
         """Names of the regions that are cavities; one of most fingers."""
-        return tuple(name for name in CAVITIES if name in self.regions)
+        return cavities(self.regions)
 
     def facets(self, *names: str) -> np.ndarray:
         """Local indices of the facets in the named regions."""
@@ -184,8 +188,11 @@ def distribute(
     if comm.rank == 0:
         assert solid is not None
         solid = _straight(solid)
-        facts = (solid.cells.shape[1], tuple(solid.facets), len(solid.cells), tuple(parts))
-    nodes, names, number, part_names = comm.bcast(facts)
+        facts = (
+            solid.cells.shape[1], tuple(solid.facets), len(solid.cells), tuple(parts),
+            closing_mm3(solid),
+        )  # fmt: skip
+    nodes, names, number, part_names, closing = comm.bcast(facts)
     if number < comm.size:
         raise ConfigError(f"mesh: {number} elements on {comm.size} ranks; allowed: as many or more")
     shape = BY_NODES[nodes]
@@ -213,11 +220,11 @@ def distribute(
     behind = _behind(domain, shape, comm.bcast(dict(sheets or {})))
     half = SYMMETRY in names
     if not part_names:
-        return Domain(domain, regions, half, sheets=behind)
+        return Domain(domain, regions, half, sheets=behind, closing_mm3=closing)
     domain.topology.create_connectivity(3, 3)
     rows, tags = cells[np.concatenate(inside)], _tags(len(rows) for rows in inside)
     found = _found(domain, 3, rows, tags, part_names)
-    return Domain(domain, regions, half, found, sheets=behind)
+    return Domain(domain, regions, half, found, sheets=behind, closing_mm3=closing)
 
 
 def _behind(

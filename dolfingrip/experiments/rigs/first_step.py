@@ -1,0 +1,147 @@
+"""Which way an adopted part bends at first: one linear step of pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.domain import Domain, distribute
+from dolfingrip.mechanics.model.supports import at_rest
+from dolfingrip.meshes.adoption import adopt as adoption
+from dolfingrip.meshes.adoption.adopt import AdoptedPart
+from dolfingrip.meshes.adoption.roles import Asked, direction_said, snapped
+from dolfingrip.meshes.adoption.sizes import MeshRequest
+from dolfingrip.meshes.solid import Floats, SolidMesh, assemble
+
+POISSON: Final = 0.3
+"""Ratio of the step's material: linear elements of a rubber would not bend."""
+
+
+@dataclass(frozen=True, slots=True)
+class FirstStepPolicy:
+    """Bounds that decide on a first step.
+
+    Attributes:
+        bends: way of the tip across the part, by the largest displacement, from which it bends.
+        towards_deg: angle between this way and the back, up to which the back fits.
+    """
+
+    bends: float = 0.05
+    towards_deg: float = 45.0
+
+
+def adopt(
+    path: Path,
+    asked: Asked,
+    wanted: MeshRequest,
+    scale: float = 1.0,
+    policy: FirstStepPolicy = FirstStepPolicy(),
+) -> AdoptedPart:
+    """Adopt a part, and let one step of pressure say which way it bends.
+
+    Where that is not towards the back, the back is put there, unless the back was asked for.
+
+    Args:
+        path: CAD file, triangles or mesh.
+        asked: corrections of what is taken for what.
+        wanted: size and order of elements.
+        scale: mm for each unit of length of the file.
+        policy: what the step tells.
+
+    Returns:
+        The part.
+
+    Raises:
+        MeshError: one line that says what is wrong with the part, and where.
+    """
+    part = adoption.adopt(path, asked, wanted, scale)
+    share, way = _bends(part)
+    if share < policy.bends:
+        part.roles.said["bends"] = (
+            f"not by itself: one step of pressure moves the tip across by {share:.2g} of the "
+            "largest displacement; a film, a material or another [cavity] pressure bends it"
+        )
+        return part
+    # the back faces −x, and a part bends towards its back
+    fits = -way[0] >= np.cos(np.radians(policy.towards_deg))
+    told = f"one step of pressure moves the tip across by {share:.2g} of the largest displacement"
+    towards = part.roles.rotation.T @ way
+    if fits:
+        part.roles.said["bends"] = f"towards the back: {told}"
+        return part
+    back = snapped(towards)
+    if asked.back is not None:
+        part.roles.said["bends"] = (
+            f"towards {direction_said(back)}, away from the back that was asked for: {told}; its "
+            "angle is negative without a film on the back"
+        )
+        return part
+    guessed = part.roles.said["back"]
+    part = adoption.adopt(path, replace(asked, back=(back[0], back[1], back[2])), wanted, scale)
+    part.roles.said["back"] = (
+        f"faces {direction_said(back)}, corrected by the first step of pressure; the walls "
+        f"had told otherwise: {guessed}"
+    )
+    part.roles.said["bends"] = f"towards the corrected back: {told}"
+    return part
+
+
+def _bends(part: AdoptedPart) -> tuple[float, Floats]:
+    """The tip's way across by the largest displacement, and (3,) its direction in the frame."""
+    found = _displaced(distribute(MPI.COMM_SELF, _corners(part.mesh)))
+    across = np.array([found.tip[0], 0.0 if part.roles.half else found.tip[1], 0.0])
+    size = float(np.linalg.norm(across))
+    return size / found.largest, across / max(size, 1e-300)
+
+
+def _corners(mesh: SolidMesh) -> SolidMesh:
+    if mesh.order == 1:
+        return mesh
+    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets)
+
+
+@dataclass(frozen=True, slots=True)
+class _Displacement:
+    """Mean displacement of the tip, and the largest one, of any unit."""
+
+    tip: Floats
+    largest: float
+
+
+def _displaced(domain: Domain) -> _Displacement:
+    """The displacement of a linear elastic solid of one modulus with pressure in its cavities."""
+    space = fem.functionspace(domain.mesh, ("Lagrange", 1, (3,)))
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    strain = ufl.sym(ufl.grad(u))
+    stress = 2 * strain + 2 * POISSON / (1 - 2 * POISSON) * ufl.tr(strain) * ufl.Identity(3)
+    inside = domain.surface(*domain.cavities, quadrature_degree=1)
+    load = -ufl.inner(ufl.FacetNormal(domain.mesh), v) * inside
+    held = {0: ["clamp"], 1: ["clamp", *(["symmetry"] if domain.half else [])], 2: ["clamp"]}
+    supports = at_rest(space, domain, held)
+    stiffness = fem.form(
+        ufl.inner(stress, ufl.grad(v)) * domain.volume(quadrature_degree=2),
+        jit_options=jit.options(),
+    )
+    matrix = fem_petsc.assemble_matrix(stiffness, bcs=supports)
+    matrix.assemble()
+    right = fem_petsc.assemble_vector(fem.form(load, jit_options=jit.options()))
+    fem_petsc.set_bc(right, supports)
+    ksp = PETSc.KSP().create(domain.mesh.comm)
+    ksp.setOperators(matrix)
+    ksp.setType("preonly")
+    ksp.getPC().setType("cholesky")
+    ksp.getPC().setFactorSolverType("mumps")
+    found = right.duplicate()
+    ksp.solve(right, found)
+    moved = found.array.reshape(-1, 3)
+    tip = fem.locate_dofs_topological(space, 2, domain.facets("tip"))
+    return _Displacement(moved[tip].mean(axis=0), float(np.linalg.norm(moved, axis=1).max()))

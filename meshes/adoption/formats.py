@@ -1,0 +1,152 @@
+"""Formats of files, and the triangles that they hold."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree
+
+import numpy as np
+
+from dolfingrip.meshes.solid import Floats, Ints, MeshError
+
+CAD: Final = (".step", ".stp", ".brep", ".iges", ".igs")
+SURFACES: Final = (".stl", ".obj", ".ply", ".3mf")
+MESHES: Final = (".msh", ".inp", ".vtk", ".vtu")
+
+MERGED: Final = 1e-6
+"""Distance, relative to the extent, up to which corners of triangles are one point."""
+
+TURN: Final = 24
+"""Triangles around a full turn of a curved face of CAD."""
+
+_UNITS_MM: Final = {
+    "micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8,
+    "meter": 1000.0,
+}  # fmt: skip
+_CORE: Final = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+
+
+def triangles_of(path: Path, scale: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in mm and triangles (m, 3) of a file, where equal points are one.
+
+    Args:
+        path: STL, OBJ, PLY, 3MF, a CAD file, or a mesh of triangles.
+        scale: mm for each unit of length of the file.
+
+    Raises:
+        MeshError: one line, if there are none.
+    """
+    import pyvista as pv
+
+    readers: dict[str, Callable[[Path], Any]] = {".3mf": _of_3mf}
+    readers |= dict.fromkeys(CAD, _of_cad)
+    try:
+        raw = readers.get(path.suffix.lower(), pv.read)(path)
+    except MeshError:
+        raise
+    except Exception as error:  # any error of the parser on a broken file
+        raise MeshError(f"not readable: {error}; allowed: triangles") from None
+    if not isinstance(raw, pv.PolyData):
+        raw = raw.extract_surface() if isinstance(raw, pv.UnstructuredGrid) else pv.PolyData()
+    if not raw.n_cells:
+        raise MeshError("no triangles; allowed: a closed surface of triangles")
+    merged = raw.triangulate().clean(
+        tolerance=MERGED, lines_to_points=False, polys_to_lines=False, strips_to_polys=False
+    )
+    triangles = np.asarray(merged.regular_faces, dtype=np.int64)
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    return np.asarray(merged.points, dtype=float) * scale, triangles
+
+
+def require_bearable(path: Path) -> None:
+    """Raise if OpenCASCADE dies of a file, which a process of its own finds out.
+
+    Args:
+        path: a CAD file.
+
+    Raises:
+        MeshError: one line with the signal.
+    """
+    tried = (
+        "import gmsh, sys; gmsh.initialize(interruptible=False); "
+        "gmsh.option.setNumber('Geometry.OCCImportLabels', 1); "
+        "gmsh.model.occ.importShapes(sys.argv[1], highestDimOnly=True)"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", tried, str(path)], stdin=subprocess.DEVNULL, capture_output=True,
+        check=False,
+    )  # fmt: skip
+    if ended.returncode < 0:  # any error of Gmsh's comes again here, with its sentence
+        name = signal.Signals(-ended.returncode).name
+        raise MeshError(f"damaged: OpenCASCADE ends by {name} when it reads it")
+
+
+def _of_cad(path: Path) -> object:
+    """Triangles on the faces of a CAD file, in mm."""
+    import gmsh
+    import pyvista as pv
+
+    from dolfingrip.meshes.gmsh_model import session
+
+    require_bearable(path)
+    with session(f"{path}"):
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", TURN)
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.generate(2)
+        tags, points, _ = gmsh.model.mesh.getNodes()
+        order = np.argsort(tags)
+        corners = gmsh.model.mesh.getElementsByType(2)[1]
+        rows = order[np.searchsorted(tags, corners, sorter=order)]
+        return pv.PolyData.from_regular_faces(points.reshape(-1, 3), rows.reshape(-1, 3))
+
+
+def _of_3mf(path: Path) -> object:
+    """All objects that a 3MF file builds, placed, in mm.
+
+    Source: 3MF Core Specification 1.3, chapters 3 and 4.
+    """
+    import pyvista as pv
+
+    with zipfile.ZipFile(path) as packed:
+        name = next(each for each in packed.namelist() if each.lower().endswith(".model"))
+        root = ElementTree.fromstring(packed.read(name))
+    unit = _UNITS_MM[root.get("unit", "millimeter")]
+    objects = {each.get("id"): each for each in root.iter(f"{_CORE}object")}
+    found = pv.PolyData()
+
+    def add(number: str | None, turn: Floats, moved: Floats) -> None:
+        nonlocal found
+        model = objects[number]
+        for mesh in model.iter(f"{_CORE}mesh"):
+            corners = [[float(v.get(k, "")) for k in "xyz"] for v in mesh.iter(f"{_CORE}vertex")]
+            rows = [
+                [int(t.get(k, "")) for k in ("v1", "v2", "v3")]
+                for t in mesh.iter(f"{_CORE}triangle")
+            ]
+            points = (np.array(corners) @ turn + moved) * unit
+            found = found + pv.PolyData.from_regular_faces(points, np.array(rows))
+        for part in model.iter(f"{_CORE}component"):
+            its_turn, its_move = _transform(part)
+            add(part.get("objectid"), its_turn @ turn, its_move @ turn + moved)
+
+    for item in root.iter(f"{_CORE}item"):
+        add(item.get("objectid"), *_transform(item))
+    return found
+
+
+def _transform(element: ElementTree.Element) -> tuple[Floats, Floats]:
+    """(3, 3) and (3,) that rows of points are turned and then moved by."""
+    numbers = element.get("transform")
+    if numbers is None:
+        return np.eye(3), np.zeros(3)
+    found = np.array(numbers.split(), dtype=float).reshape(4, 3)
+    return found[:3], found[3]
