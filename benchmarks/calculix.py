@@ -8,10 +8,9 @@ import numpy as np
 
 from benchmarks.tip import mean_displacement
 from dolfingrip.config import KPA, Config
-from dolfingrip.meshes.abaqus import ELEMENT_TYPES
-from dolfingrip.meshes.cells import to_vtk
+from dolfingrip.meshes.abaqus import deck
 from dolfingrip.meshes.groups import CAVITY, CLAMP, SOLID, SYMMETRY, TIP
-from dolfingrip.meshes.solid import SolidMesh, match
+from dolfingrip.meshes.solid import SolidMesh
 
 
 def write_deck(
@@ -33,18 +32,8 @@ def write_deck(
         residual: largest residual force over the average force; 5e-3 is CalculiX' default.
     """
     bulk = config.material.lmbda_MPa + 2 / 3 * config.material.mu_MPa
-    kind = ELEMENT_TYPES[mesh.cells.shape[1]]
     lines = [
-        "*NODE, NSET=all",
-        # CalculiX reads at most 20 characters of a number
-        *(f"{i}, {x:.12e}, {y:.12e}, {z:.12e}" for i, (x, y, z) in enumerate(mesh.points, 1)),
-        f"*ELEMENT, TYPE={kind}, ELSET={SOLID}",
-        *(element_line([i, *nodes]) for i, nodes in enumerate(to_vtk(mesh.cells) + 1, 1)),
-    ]
-    for group in (name for name in (CLAMP, SYMMETRY, TIP) if name in mesh.facets):
-        lines.append(f"*NSET, NSET={group}")
-        lines += [f"{node + 1}," for node in np.unique(mesh.facets[group])]
-    lines += [
+        deck(mesh).rstrip("\n"),
         "*MATERIAL, NAME=rubber",
         "*HYPERELASTIC, NEO HOOKE",
         f"{config.material.mu_MPa / 2:.12g}, {2 / bulk:.12g}",
@@ -58,24 +47,10 @@ def write_deck(
     lines += ["*STEP, NLGEOM, INC=1000", "*CONTROLS, PARAMETERS=FIELD"]
     # largest residual, and largest correction over the largest increment (0.01 by default)
     lines.append(f"{residual:g}, {min(0.01, 100 * residual):g}")
-    lines += ["*STATIC", increments, "*DLOAD"]
-    pressure = config.experiment.max_pressure_kPa * KPA
-    for element, face in zip(*loaded_faces(mesh), strict=True):
-        lines.append(f"{element}, P{face}, {pressure:.12g}")
+    lines += ["*STATIC", increments]
+    lines += ["*DSLOAD", f"{CAVITY}, P, {config.experiment.max_pressure_kPa * KPA:.12g}"]
     lines += [f"*NODE PRINT, NSET={TIP}, FREQUENCY=1", "U", "*END STEP"]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def element_line(numbers: list[int]) -> str:
-    """An element's number and nodes, at most 16 to a line."""
-    words = [str(number) for number in numbers]
-    return ",\n".join(", ".join(words[i : i + 16]) for i in range(0, len(words), 16))
-
-
-def loaded_faces(mesh: SolidMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers, from 1, of the elements on the cavity and of their faces there."""
-    element, face = np.divmod(match(mesh.facets[CAVITY], mesh.cells), len(mesh.shape.faces))
-    return element + 1, face + 1
 
 
 def read_tip(path: Path, mesh: SolidMesh) -> tuple[float, np.ndarray]:

@@ -86,65 +86,36 @@ def run(spec: dict[str, Any], *, pinned: bool = True) -> dict[str, Any]:
     }
 
 
-class Calculix:
-    """``ccx``: in the environment, or served from outside it by ``scripts/benchmark``.
+def run_calculix(command: str, deck: Path) -> dict[str, Any]:
+    """Run a deck by CalculiX, pinned to the idlest core.
+
+    CalculiX' exit code says little; its output says how far it got.
 
     Args:
-        command: CalculiX' executable in the environment, "" where there is none.
-        served: folder with the pipes ``requests`` and ``replies`` of one outside, or None.
+        command: CalculiX' executable.
+        deck: that is run.
+
+    Returns:
+        Times as of :func:`run`.
     """
-
-    def __init__(self, command: str, served: Path | None) -> None:
-        self._command = shutil.which(command) if command else None
-        self._served = served
-
-    def __bool__(self) -> bool:
-        return self._command is not None or self._served is not None
-
-    def run(self, deck: Path) -> dict[str, Any]:
-        """Run a deck, pinned to the idlest core; times as of :func:`run`.
-
-        CalculiX' exit code says little; its output says how far it got.
-
-        Raises:
-            JobError: where CalculiX cannot be run.
-        """
-        before, core = os.getloadavg()[0], idlest_core()
-        if self._served is not None:
-            took, processor = self._ask(core, deck)
-        else:
-            took, processor = self._here(core, deck)
-        return {
-            "process_s": took,
-            "run_s": took,
-            "processor_s": processor,
-            "load": [before, os.getloadavg()[0]],
-        }
-
-    def _ask(self, core: int, deck: Path) -> tuple[float, float]:
-        assert self._served is not None
-        with (self._served / "requests").open("w", encoding="utf-8") as requests:
-            requests.write(f"{core} {deck.resolve().with_suffix('')}\n")
-        with (self._served / "replies").open(encoding="utf-8") as replies:
-            words = replies.readline().split()
-        if len(words) != 3:
-            raise JobError(f"ccx {deck}: {' '.join(words)}; see {deck.with_suffix('.log')}")
-        wall, user, system = (float(word) for word in words)
-        return wall, user + system
-
-    def _here(self, core: int, deck: Path) -> tuple[float, float]:
-        pin = ["taskset", "-c", str(core)] if shutil.which("taskset") else []
-        start, used = time.perf_counter(), os.times()
-        with deck.with_suffix(".log").open("w", encoding="utf-8") as log:
-            subprocess.run(
-                [*pin, str(self._command), deck.stem],
-                cwd=deck.parent,
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
-                stdout=log,
-                stderr=log,
-                check=False,
-            )
-        now = os.times()
-        processor = now.children_user - used.children_user
-        processor += now.children_system - used.children_system
-        return time.perf_counter() - start, processor
+    before, core = os.getloadavg()[0], idlest_core()
+    pin = ["taskset", "-c", str(core)] if shutil.which("taskset") else []
+    start, used = time.perf_counter(), os.times()
+    with deck.with_suffix(".log").open("w", encoding="utf-8") as log:
+        subprocess.run(
+            [*pin, command, deck.stem],
+            cwd=deck.parent,
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
+            stdout=log,
+            stderr=log,
+            check=False,
+        )
+    took, now = time.perf_counter() - start, os.times()
+    processor = now.children_user - used.children_user
+    processor += now.children_system - used.children_system
+    return {
+        "process_s": took,
+        "run_s": took,
+        "processor_s": processor,
+        "load": [before, os.getloadavg()[0]],
+    }
