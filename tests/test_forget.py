@@ -60,10 +60,10 @@ def made(cache: Path, folder: Path) -> Path:
     return environment
 
 
-def forget(folder: Path, cache: Path) -> str:
+def forget(folder: Path, cache: Path, how: str = "--forget") -> str:
     """What the script says."""
     done = subprocess.run(
-        [folder / "scripts" / "run", "--forget"],
+        [folder / "scripts" / "run", how],
         env={**os.environ, "DOLFINGRIP_CACHE": str(cache)}, capture_output=True, text=True,
         check=False,
     )  # fmt: skip
@@ -100,3 +100,48 @@ def test_other_files_and_what_is_being_made_stay(cache: Path, tmp_path: Path) ->
     assert "is being made" in said
     assert part.exists()
     assert (cache / "fenics").exists()
+
+
+def test_a_list_says_the_same_and_removes_nothing(cache: Path, tmp_path: Path) -> None:
+    here, former = checkout(tmp_path / "here"), checkout(tmp_path / "former", "of before")
+    environments = [made(cache, each) for each in (here, former)]
+    shutil.rmtree(former)
+    said = forget(here, cache, "--list")
+    assert f"  {environments[1]}: no checkout uses it" in said
+    assert " unused " in said
+    assert "--forget would free " in said
+    assert all(each.exists() for each in environments)
+    (line,) = (line for line in said.splitlines() if " unused " in line)
+    assert line.replace(" unused   ", " removed  ") in forget(here, cache).splitlines()
+    assert [each.exists() for each in environments] == [True, False]
+
+
+def test_a_link_that_is_of_no_checkout_any_more(cache: Path, tmp_path: Path) -> None:
+    """It has no note of its checkout, as where it was interrupted."""
+    here = checkout(tmp_path / "here")
+    link = linked(cache, here)
+    (link / "ready").unlink()
+    assert f"  {link}: no checkout uses it" in forget(here, cache)
+    assert not link.exists()
+
+
+def test_forms_that_no_run_has_used_for_long(cache: Path, tmp_path: Path) -> None:
+    here = checkout(tmp_path / "here")
+    forms = made(cache, here) / "xdg" / "fenics" / "key"
+    old, used = forms / "form_old", forms / "form_used"
+    for each in (old, used):
+        each.mkdir(parents=True)
+    os.utime(old, (0.0, 0.0))
+    said = forget(here, cache)
+    assert "1 forms that no run has used for 60 days" in said
+    assert [old.exists(), used.exists()] == [False, True]
+
+
+def test_a_form_that_is_loaded_counts_as_used(tmp_path: Path) -> None:
+    from dolfingrip.mechanics.model.compilation import compiled
+
+    folder = tmp_path / "form"
+    folder.mkdir()
+    os.utime(folder, (0.0, 0.0))
+    assert compiled(folder, lambda place: place, "a form") == folder
+    assert folder.stat().st_mtime > 1e9

@@ -37,6 +37,7 @@ def doctor(_settings: DoctorSettings) -> None:
         ("OpenGL", _opengl()),
         ("factors", _factors()),
         ("caches", _cache()),
+        *(("", line) for line in _environments()),
         ("threads", _threads()),
         *((f"[{extra}]", _there(names)) for extra, names in extras().items() if extra not in APART),
     ]
@@ -109,6 +110,16 @@ def _cache() -> str:
         f"{present}: forms of {_megabytes(present):.0f} MB; "
         f"{of_others:.0f} MB beside it are of other processors or of former versions"
     )
+
+
+def _environments() -> list[str]:
+    """Lines of ``scripts/run --list``; none outside its environment."""
+    checkout = os.environ.get("DOLFINGRIP_CHECKOUT")
+    if checkout is None:
+        return []
+    command = [f"{checkout}/scripts/run", "--list"]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    return [line.removeprefix("dolfingrip: ") for line in told.stderr.splitlines()]
 
 
 def _megabytes(folder: Path) -> float:

@@ -111,6 +111,8 @@ def compiled[T](
     # a folder may have lost files, by a power cut or by hand: then nothing can be loaded from it
     with suppress(Exception):
         if folder.exists():
+            with suppress(OSError):
+                os.utime(folder)  # scripts/run --forget removes what has not been used for long
             return get(folder)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
