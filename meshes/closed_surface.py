@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from vtkmodules.vtkCommonCore import mutable
-from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
@@ -163,6 +161,8 @@ def level_set(
 
 def locator(points: Floats, triangles: Ints) -> Any:
     """VTK's search tree of triangles."""
+    from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+
     found: Any = vtkStaticCellLocator()  # its hints lack the references that it fills
     found.SetDataSet(ClosedSurface(points, triangles).polydata())
     found.BuildLocator()
@@ -171,6 +171,8 @@ def locator(points: Floats, triangles: Ints) -> Any:
 
 def nearest(points: Floats, triangles: Ints, at: Floats) -> tuple[Ints, Floats]:
     """(k,) rows of the triangles that are nearest to (k, 3) points, and (k,) distances (mm)."""
+    from vtkmodules.vtkCommonCore import mutable
+
     tree = locator(points, triangles)
     close = np.zeros(3)
     cell: Any

@@ -21,8 +21,14 @@ ORDER = tuple(each.name for each in cli.COMMANDS)
 
 
 def test_version(capfd: pytest.CaptureFixture[str]) -> None:
+    from dolfinx import __version__
+
     assert run_command("--version") == 0
-    assert capfd.readouterr() == (f"dolfingrip {dolfingrip.__version__}\n", "")
+    said, errors = capfd.readouterr()
+    first, second = said.splitlines()
+    assert (first, errors) == (f"dolfingrip {dolfingrip.__version__}", "")
+    assert second.startswith(f"DOLFINx {__version__}")
+    assert second.endswith("; dolfingrip doctor says more")
 
 
 def test_subcommands_are_listed_in_the_order_of_use(capfd: pytest.CaptureFixture[str]) -> None:
@@ -101,10 +107,27 @@ def test_a_command_is_its_settings_and_a_function_of_them(name: str) -> None:
         assert issubclass(each.settings, get_type_hints(function)[parameter])
 
 
-def test_the_list_of_commands_needs_no_solver() -> None:
-    """Settings are read without NumPy, MPI and UFL; what a command calls is loaded with it."""
-    code = "import sys, dolfingrip.cli.app; print(*sys.modules)"
-    loaded = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout.split()
-    assert {"numpy", "mpi4py", "ufl", "dolfinx", "rich"} & set(loaded) == set()
+HEAVY = {
+    "mpi4py", "numpy", "ufl", "basix", "ffcx", "dolfinx", "petsc4py", "torch", "vtkmodules",
+    "pyvista", "matplotlib", "gmsh", "pandas", "scipy", "distributed",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("code", "needed"),
+    [
+        ("import dolfingrip", set()),
+        ("from dolfingrip.cli.app import main; sys.argv[1:] = ['--help']; main()", set()),
+        (  # what meshes, draws, tabulates and distributes is imported when it is used
+            "from dolfingrip.cli import experiment_commands",
+            {"mpi4py", "numpy", "ufl", "basix", "ffcx", "dolfinx", "petsc4py", "scipy"},
+        ),
+    ],
+    ids=["package", "help", "experiments"],
+)
+def test_what_is_imported(code: str, needed: set[str]) -> None:
+    ask = "import atexit, sys; atexit.register(lambda: print('loaded', *sys.modules))\n"
+    ended = subprocess.run([sys.executable, "-c", ask + code], capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    loaded = ended.stdout.split("loaded ")[1].split()
+    assert HEAVY & set(loaded) == needed

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
-from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 import typer
 
-import dolfingrip
 from dolfingrip.cli import edge
 from dolfingrip.cli.installation import extras, how_to_install
 from dolfingrip.cli.settings import DoctorSettings
@@ -74,6 +75,59 @@ def test_without_dolfinx_a_command_says_two_lines_that_install_one(command: str)
     first, *lines = ended.stderr.splitlines()
     assert first == "dolfingrip: DOLFINx is missing; install it by one of these two lines:"
     assert [line.split()[:2] for line in lines] == [["pip", "install"], ["conda", "install"]]
+
+
+EXTRAS = [name for names in MODULES.values() for name in names]
+IMPORTED = """
+import sys
+sys.modules.update(dict.fromkeys({missing!r}))
+from dolfingrip.cli.app import COMMANDS
+for each in (below for one in COMMANDS for below in (one, *one.below)):
+    try:
+        each.function()
+    except ModuleNotFoundError as error:
+        print(each.name, error.name)
+"""
+
+
+def test_the_explorer_alone_needs_an_extra_to_begin() -> None:
+    """What an extra brings is imported where it is used."""
+    code = IMPORTED.format(missing=EXTRAS)
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert re.fullmatch(r"explore (starlette|uvicorn)\S*\n", ended.stdout)
+
+
+@pytest.mark.parametrize(
+    ("command", "missing", "extra"),
+    [
+        (["reproduce", "{root}/examples/paper_study.toml"], "torch", "surrogate"),
+        (
+            ["doe", "--parameter", "finger.wall_mm=1:2:2", "--workers", "2"],
+            "distributed",
+            "cluster",
+        ),
+        (["explore", "nowhere"], "uvicorn", "explore"),
+    ],
+)
+def test_a_command_that_needs_an_extra_says_the_line_that_installs_it(
+    command: list[str], missing: str, extra: str, tmp_path: Path
+) -> None:
+    words = [word.format(root=ROOT) for word in command]
+    ended = without([missing], *words, "--out", str(tmp_path / "out"))
+    assert ended.returncode == 1
+    (said,) = ended.stderr.splitlines()
+    assert f"{missing} is missing; install it by: pip install " in said
+    assert said.endswith(f"(dolfingrip's extra {extra})")
+
+
+def test_a_grasp_without_pyav_has_all_but_the_film(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    from dolfingrip.report import gripper
+
+    monkeypatch.setitem(sys.modules, "av", None)
+    assert gripper.write_film(tmp_path / "grasp.mp4", []) == []
+    assert "pip install av" in caplog.text
 
 
 def test_without_dolfinx_the_help_and_the_doctor_work() -> None:
@@ -143,13 +197,59 @@ def test_conda_s_files_list_all_dependencies(file: str, with_extras: list[str]) 
     assert "fenics-dolfinx" in listed
 
 
-def test_one_version_everywhere() -> None:
+def test_files_that_repeat_the_version_have_that_of_the_changelog() -> None:
+    """The installed version comes from git's last tag; a release is one of the changelog's."""
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     recipe = (ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8")
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    version = dolfingrip.__version__
-    assert metadata.version("dolfingrip") == version
-    assert f'  version: "{version}"' in recipe.splitlines()
-    assert re.findall(r"^version: (.*)$", citation, re.M) == [version]
+    released = re.findall(r"^## \[(\d\S*)\]", changelog, re.M) or ["0.1.0"]  # the first to come
+    assert f'  version: "{released[0]}"' in recipe.splitlines()
+    assert re.findall(r"^version: (.*)$", citation, re.M) == [released[0]]
+
+
+def _built(source: Path, out: Path) -> str:
+    """Version of a wheel that is built of a folder."""
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*command, "--wheel-dir", out, source], check=True, capture_output=True)
+    (wheel,) = out.glob("*.whl")
+    return wheel.name.split("-")[1]
+
+
+@pytest.mark.skipif(find_spec("setuptools_scm") is None, reason="setuptools-scm builds it")
+def test_the_version_comes_from_the_tag(tmp_path: Path) -> None:
+    """Builds a small package by the settings of this one: without git, without a tag, with one."""
+    source = tmp_path / "source"
+    (source / "dolfingrip").mkdir(parents=True)
+    (source / "dolfingrip/__init__.py").touch()
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    fallback = settings["tool"]["setuptools_scm"]["fallback_version"]
+    lines = [
+        "[build-system]",
+        f"requires = {json.dumps(settings['build-system']['requires'])}",
+        'build-backend = "setuptools.build_meta"',
+        "[project]",
+        'name = "dolfingrip"',
+        'dynamic = ["version"]',
+        "[tool.setuptools_scm]",
+        f'fallback_version = "{fallback}"',
+    ]
+    (source / "pyproject.toml").write_text("\n".join(lines), encoding="utf-8")
+    shutil.copy(ROOT / ".git_archival.txt", source)
+
+    def git(*arguments: str) -> None:
+        who = ("-c", "user.name=nobody", "-c", "user.email=nobody@example.org")
+        subprocess.run(["git", *who, *arguments], cwd=source, check=True, capture_output=True)
+
+    assert _built(source, tmp_path / "no git") == "0+unknown"
+    git("init", "--quiet")
+    (source / ".gitignore").write_text("build/\n*.egg-info/\n", encoding="utf-8")
+    git("add", ".")
+    git("commit", "--quiet", "--message", "first")
+    assert re.fullmatch(r"0\.1\.dev1\+g[0-9a-f]+", _built(source, tmp_path / "no tag"))
+    git("tag", "v0.2.0")
+    assert _built(source, tmp_path / "tag") == "0.2.0"
+    git("commit", "--quiet", "--allow-empty", "--message", "second")
+    assert re.fullmatch(r"0\.2\.1\.dev1\+g[0-9a-f]+", _built(source, tmp_path / "after"))
 
 
 @pytest.mark.skipif(not (ROOT / "dolfingrip").is_dir(), reason="no checkout")

@@ -5,10 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
 import numpy.typing as npt
 
 Style = Literal["line", "dash", "dots", "points", "bar"]
@@ -123,3 +124,17 @@ class Chart:
         """The chart in words."""
         shown = f"{self.title}: {self.y.label} over {self.x.label}"
         return self.alt or f"{shown}. The table below has the numbers."
+
+
+def runs(mask: Any) -> Iterator[slice]:
+    """Find consecutive True values.
+
+    Args:
+        mask: shape (n,).
+
+    Yields:
+        The slice of each group of them.
+    """
+    steps = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    for first, last in zip(steps[::2], steps[1::2], strict=True):
+        yield slice(int(first), int(last))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from dolfingrip.charts.chart import Axis, Chart, Mark, Series
+from dolfingrip.charts.chart import Axis, Chart, Mark, Series, runs
 from dolfingrip.charts.theme import (
     BLUE,
     GREEN,
@@ -223,20 +223,6 @@ def _draw_series(axes: Axes, series: Series, colour: str) -> None:
                 x[first : rows.stop], y[first : rows.stop], label=None if number else label,
                 markevery=slice(rows.start - first, None), **own,
             )  # fmt: skip
-
-
-def runs(mask: Any) -> Iterator[slice]:
-    """Find consecutive True values.
-
-    Args:
-        mask: shape (n,).
-
-    Yields:
-        The slice of each group of them.
-    """
-    steps = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
-    for first, last in zip(steps[::2], steps[1::2], strict=True):
-        yield slice(int(first), int(last))
 
 
 def _draw_bars(axes: Axes, series: Series, bars: Sequence[Series], colour: str, look: Look) -> None:

@@ -11,6 +11,7 @@ import typer
 from dolfingrip import __version__
 from dolfingrip.cli import edge, settings
 from dolfingrip.cli.command import NOTHING, Group, Listed, Subcommand
+from dolfingrip.cli.installation import solver
 from dolfingrip.experiments.index import EXPERIMENTS
 
 INSTEAD = {"coupon": {"fit": "fit_command:fit_coupons"}}
@@ -77,7 +78,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 def _print_version(wanted: bool) -> None:
     """Print the version and exit if ``--version`` is given."""
     if wanted:
-        sys.stdout.write(f"dolfingrip {__version__}\n")
+        sys.stdout.write(f"dolfingrip {__version__}\n{solver()}; dolfingrip doctor says more\n")
         raise typer.Exit
 
 

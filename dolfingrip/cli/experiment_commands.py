@@ -168,11 +168,11 @@ def _pictures(
         with console.status("plotting and rendering"):
             columns = result.columns()
             from dolfingrip.charts import picture
-            from dolfingrip.report.drawers import DRAWERS
+            from dolfingrip.report.drawers import drawer
 
             curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
-            if experiment.pictures in DRAWERS:
-                return [curve_file, *DRAWERS[experiment.pictures].draw(out, result.config, columns)]
+            if (own := drawer(experiment.pictures)) is not None:
+                return [curve_file, *own.draw(out, result.config, columns)]
             reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
             if not reached:
                 return [curve_file]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from importlib import metadata
+from importlib.util import find_spec
 
 DOLFINX = """DOLFINx is missing; install it by one of these two lines:
     pip install dolfinx-solver-real               (Linux on x86-64)
@@ -47,3 +49,37 @@ def how_to_install(module: str) -> str:
             what = f" (dolfingrip's extra {extra})" if extra else ""
             return f"{module} is missing; install it by: pip install {line}{what}"
     return ""
+
+
+def solver() -> str:
+    """Say in one line which DOLFINx is there, without importing it."""
+    for name in ("fenics-dolfinx", "dolfinx-solver-real"):  # Debian's, conda's and Spack's; PyPI's
+        with suppress(metadata.PackageNotFoundError):
+            return f"DOLFINx {metadata.version(name)}"
+    return "DOLFINx" if find_spec("dolfinx") else "DOLFINx is missing"
+
+
+def missing(module: str) -> str:
+    """Say how to install a package, where it is not installed.
+
+    Args:
+        module: name of the package.
+
+    Returns:
+        As :func:`how_to_install`; "" where the package is there.
+    """
+    return "" if find_spec(module) else how_to_install(module)
+
+
+def need(module: str) -> None:
+    """Refuse long work that would miss a package at its end.
+
+    Args:
+        module: name of the package.
+
+    Raises:
+        ModuleNotFoundError: the package is not installed; :mod:`dolfingrip.cli.edge` says how to
+            install it.
+    """
+    if missing(module):
+        raise ModuleNotFoundError(name=module)

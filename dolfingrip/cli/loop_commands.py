@@ -17,6 +17,7 @@ from dolfingrip import config as configuration
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
 from dolfingrip.cli.console import check_writable, console, one_process
 from dolfingrip.cli.experiment_commands import exit_early, run_demo
+from dolfingrip.cli.installation import missing, need
 from dolfingrip.cli.report_command import write_report
 from dolfingrip.cli.settings import (
     DemoSettings,
@@ -42,6 +43,7 @@ from dolfingrip.sections import tables
 def reproduce(asked: ReproduceSettings) -> None:
     """Run doe, train, optimise and study as a file says, and compare with published designs."""
     one_process("--workers, without mpirun")
+    need("torch")  # of the step after the campaign, which takes hours
     study = study_file.read(asked.file)
     limited, improved = study.front.objectives()
     names = (limited.title, improved.title)
@@ -211,6 +213,8 @@ def demo(asked: DemoSettings) -> None:
     results = run_demo(resolved, asked.out, screen)
     if asked.loop and MPI.COMM_WORLD.size > 1:
         screen.print("no design loop under mpirun: it starts processes of its own")
+    elif asked.loop and (line := missing("torch")):
+        screen.say(f"no design loop: {line}")
     elif asked.loop:
         run_small_loop(resolved, asked.out / "loop")
 

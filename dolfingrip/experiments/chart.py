@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME, Channel
-from dolfingrip.charts.chart import Axis, Chart, Mark, Series, Style
-from dolfingrip.charts.picture import runs
+from dolfingrip.charts.chart import Axis, Chart, Mark, Series, Style, runs
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.files.columns import Columns, branches, numbers, required, select_rows
 from dolfingrip.files.run import TurningPoint

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import importlib
 from types import ModuleType
 from typing import Final
 
-from dolfingrip.report import gripper
-
-DRAWERS: Final[Mapping[str, ModuleType]] = {"gripper": gripper}
+DRAWERS: Final = {"gripper": "dolfingrip.report.gripper"}
 """Files with ``draw`` and ``strip``, by the ``pictures`` of an experiment."""
+
+
+def drawer(pictures: str) -> ModuleType | None:
+    """Import the file that draws a result, with the libraries that it draws by.
+
+    Args:
+        pictures: of the experiment.
+
+    Returns:
+        The file; None where shapes of one finger are drawn.
+    """
+    return importlib.import_module(DRAWERS[pictures]) if pictures in DRAWERS else None

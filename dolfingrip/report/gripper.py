@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,6 +30,8 @@ from dolfingrip.mechanics.model.placement import Placement, to_world
 from dolfingrip.report.fields import list_steps, read_steps
 from dolfingrip.report.scene import Image, View, aim, segments_of, shot, stage, surface_of
 from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
+
+_LOG = logging.getLogger(__name__)
 
 FOOD = "#E0B060"
 """Colour of the food, sausage or potato."""
@@ -88,7 +92,8 @@ class Moment:
 def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     """Write ``grasp.png`` with the stages side by side; ``grasp.gif`` and ``.mp4`` with all rows.
 
-    ``grasp.pvd`` has the fingers where they stand, the food and the table, for ParaView.
+    ``grasp.pvd`` has the fingers where they stand, the food and the table, for ParaView. Without
+    PyAV there is no ``.mp4``, and a warning says so.
 
     Args:
         out: folder of a run, with its ``fields.pvd``.
@@ -101,7 +106,7 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     pictures = zip(_images(skin, body, moments), moments, strict=True)
     images = [labelled(picture, moment.label) for picture, moment in pictures]
     strip = np.concatenate([images[i] for i in stages(list(result["branch"]))], axis=1)
-    still, moving, film = (out / f"grasp.{suffix}" for suffix in ("png", "gif", "mp4"))
+    still, moving = out / "grasp.png", out / "grasp.gif"
     with whole.stream(still) as content:
         Pillow.fromarray(strip).save(content, "PNG")
     frames = [Pillow.fromarray(image).resize(_halved(image)) for image in images]
@@ -115,8 +120,7 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
             loop=0,
             optimize=True,
         )
-    write_film(film, images)
-    return [still, moving, film]
+    return [still, moving, *write_film(out / "grasp.mp4", images)]
 
 
 def label(time_s: float, pressure_kPa: float, branch: str) -> str:
@@ -220,8 +224,15 @@ def stages(branches: Sequence[str]) -> list[int]:
     return list(dict.fromkeys([0, last.get("approach", closed // 2), closed, len(branches) - 1]))
 
 
-def write_film(path: Path, images: Sequence[Image]) -> None:
-    """Write an MP4 in H.264 of pictures of one size, each shown for ``VIEW.frame_ms``."""
+def write_film(path: Path, images: Sequence[Image]) -> list[Path]:
+    """Write an MP4 in H.264 of pictures of one size, each shown for ``VIEW.frame_ms``.
+
+    Returns:
+        The file; none where PyAV is missing, and a warning says so.
+    """
+    if find_spec("av") is None:
+        _LOG.warning("no %s: pip install av (dolfingrip's extra video)", path)
+        return []
     import av
 
     height, width = (2 * (length // 2) for length in images[0].shape[:2])  # even, as H.264 needs
@@ -232,6 +243,7 @@ def write_film(path: Path, images: Sequence[Image]) -> None:
             cut = np.ascontiguousarray(image[:height, :width])
             container.mux(stream.encode(av.VideoFrame.from_ndarray(cut, format="rgb24")))
         container.mux(stream.encode())
+    return [path]
 
 
 def _halved(image: Image) -> tuple[int, int]:

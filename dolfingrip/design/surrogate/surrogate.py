@@ -15,20 +15,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import torch
 
 from dolfingrip.files import whole
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.sections.errors import ConfigError
 
+if TYPE_CHECKING:
+    import torch
+
 Matrix = npt.NDArray[np.float64]
 Vector = npt.NDArray[np.float64]
 
-ACTIVATIONS = {"tanh": torch.nn.Tanh, "silu": torch.nn.SiLU}
+ACTIVATIONS = {"tanh": "Tanh", "silu": "SiLU"}
 WEIGHTS = "surrogate.pt"
 
 
@@ -69,10 +72,12 @@ def network(layers: Sequence[int], activation: str) -> torch.nn.Sequential:
     Double, because an optimiser compares designs that differ by less than single precision
     resolves.
     """
-    parts: list[torch.nn.Module] = []
+    from torch import nn
+
+    parts: list[nn.Module] = []
     for wide, narrow in itertools.pairwise(layers):
-        parts += [torch.nn.Linear(wide, narrow), ACTIVATIONS[activation]()]
-    return torch.nn.Sequential(*parts[:-1]).double()  # the last layer is linear
+        parts += [nn.Linear(wide, narrow), getattr(nn, ACTIVATIONS[activation])()]
+    return nn.Sequential(*parts[:-1]).double()  # the last layer is linear
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,8 @@ class Surrogate:
         Warns:
             OutsideRange: naming the input, its value and the range.
         """
+        import torch
+
         if warn:
             self._warn(inputs)
         with torch.no_grad():
@@ -154,6 +161,8 @@ class Surrogate:
         Raises:
             WriteError: one line; both files are then as before.
         """
+        import torch
+
         stream = io.BytesIO()
         torch.save(self.net.state_dict(), stream)
         weights = stream.getvalue()
@@ -189,6 +198,8 @@ def load(folder: Path) -> Surrogate:
     Raises:
         ConfigError: one line, where a file is missing, not of this kind, or not of the other.
     """
+    import torch
+
     try:
         facts = SurrogateFile.read(folder)
         weights = (folder / WEIGHTS).read_bytes()

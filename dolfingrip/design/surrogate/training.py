@@ -6,11 +6,10 @@ import platform
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import metadata
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-import torch
 
 import dolfingrip
 from dolfingrip.design.surrogate.surrogate import Matrix, Surrogate, network
@@ -18,7 +17,11 @@ from dolfingrip.design.surrogate.table import Table
 from dolfingrip.files.surrogate import OutputError, SurrogateFile
 from dolfingrip.sections.errors import ConfigError
 
+if TYPE_CHECKING:
+    import torch
+
 Progress = Callable[[int], None]
+type Pair = tuple[torch.Tensor, torch.Tensor]
 
 
 @dataclass(frozen=True)
@@ -108,6 +111,8 @@ def train(
     Raises:
         ConfigError: too few designs.
     """
+    import torch
+
     if len(table) < policy.fewest_designs:
         raise ConfigError(
             f"{len(table)} computed designs; allowed: at least {policy.fewest_designs}"
@@ -141,9 +146,6 @@ def train(
     return Training(surrogate, epoch.astype(int), training_mse, test_mse, test)
 
 
-Pair = tuple[torch.Tensor, torch.Tensor]
-
-
 def _fit(
     net: torch.nn.Module,
     known: Pair,
@@ -153,6 +155,8 @@ def _fit(
     progress: Progress | None,
 ) -> list[tuple[int, float, float]]:
     """Train in place; epoch, training MSE and test MSE every so many epochs."""
+    import torch
+
     adam = torch.optim.Adam(net.parameters(), lr=settings.rate)
     decay = torch.optim.lr_scheduler.CosineAnnealingLR(
         adam, settings.epochs, eta_min=settings.rate / 1000
@@ -210,7 +214,7 @@ def _judged(
             "versions": {
                 "dolfingrip": dolfingrip.__version__,
                 "python": platform.python_version(),
-                "torch": torch.__version__,
+                "torch": metadata.version("torch"),
                 "numpy": metadata.version("numpy"),
             },
         }

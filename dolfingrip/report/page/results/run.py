@@ -16,7 +16,7 @@ from dolfingrip.charts.chart import Chart
 from dolfingrip.experiments.chart import DrawnResult, chart, panels
 from dolfingrip.files.run import RunFile
 from dolfingrip.report import render
-from dolfingrip.report.drawers import DRAWERS
+from dolfingrip.report.drawers import drawer
 from dolfingrip.report.page import finger, key_numbers, runs, trust
 from dolfingrip.report.page.content import Page
 from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
@@ -95,8 +95,8 @@ def _scene(
 
 def _stills(run: runs.Run, scene: Scene) -> list[tuple[str, bytes]]:
     """Pictures of the run in place of the 3D view."""
-    if run.experiment.pictures in DRAWERS:
-        image = DRAWERS[run.experiment.pictures].strip(run.folder, run.result.config, run.result)
+    if (own := drawer(run.experiment.pictures)) is not None:
+        image = own.strip(run.folder, run.result.config, run.result)
         return [(scene.alt, _png(image, STILL_PX))]
     pressures = run.column("pressure_kPa")
     if pressures is None or run.experiment.control.name != "pressure_kPa":
