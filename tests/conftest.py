@@ -11,13 +11,15 @@ import os
 import shlex
 import subprocess
 import sysconfig
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 import dolfingrip  # noqa: F401  # before DOLFINx, whose wheel needs MPI loaded first
+from dolfingrip.cli.installation import how_to_install
 
 # in a fourth of level 3's time; subprocesses inherit it, and it stands before any import of the
 # package, which reads it then
@@ -81,6 +83,35 @@ def pytest_configure(config: pytest.Config) -> None:
     """Prepare what workers inherit."""
     if not hasattr(config, "workerinput"):
         os.environ.setdefault("CFLAGS", _compiled_header())
+
+
+def _brought_by_an_extra(error: ModuleNotFoundError) -> str:
+    """Say what is not here, of what the package's extras bring; "" for what has to be here."""
+    name = error.name or ""
+    if " extra " not in how_to_install(name) or find_spec(name.partition(".")[0]):
+        return ""
+    return f"{name} is not here; an extra of the package brings it"
+
+
+def _skipping() -> Generator[None]:
+    try:
+        return (yield)
+    except ModuleNotFoundError as error:
+        if reason := _brought_by_an_extra(error):
+            pytest.skip(reason)
+        raise
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Generator[None]:
+    """Skip a test whose fixture needs an extra that is not installed, as torch of a pip user's."""
+    return _skipping()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Generator[None]:
+    """Skip a test that needs an extra which is not installed."""
+    return _skipping()
 
 
 def pytest_collection_finish() -> None:

@@ -98,8 +98,6 @@ def test_a_file_in_the_way_of_results_is_named(
     folder: Path,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
-    if command == "demo":
-        pytest.importorskip("torch", reason="the extra surrogate brings it")
     assert run_command(command, "--out", out) == 2
     said = f"dolfingrip: --out {out}: {folder / 'mesh.txt'} is a file; allowed: a folder\n"
     assert capfd.readouterr() == ("", said)

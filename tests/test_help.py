@@ -14,7 +14,6 @@ from support.command import run_command
 
 import dolfingrip
 from dolfingrip.cli import app as cli
-from dolfingrip.cli.installation import how_to_install
 
 COMMAND = typer.main.get_command(cli.app)
 ORDER = tuple(each.name for each in cli.COMMANDS)
@@ -97,12 +96,7 @@ def test_every_option_says_what_it_takes(name: str, capfd: pytest.CaptureFixture
 def test_a_command_is_its_settings_and_a_function_of_them(name: str) -> None:
     (found,) = (each for each in cli.COMMANDS if each.name == name)
     for each in (found, *found.below):
-        try:
-            function = each.function()
-        except ModuleNotFoundError as missing:  # the command says how to install it
-            if not how_to_install(missing.name or ""):
-                raise
-            pytest.skip(f"{missing.name} is not here; an extra of the package brings it")
+        function = each.function()
         (parameter,) = get_type_hints(function).keys() - {"return"}
         assert issubclass(each.settings, get_type_hints(function)[parameter])
 

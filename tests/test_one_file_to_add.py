@@ -21,6 +21,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 MADE_UP = Path(__file__).parent / "additions"
 
+pytestmark = pytest.mark.skipif(not (ROOT / "dolfingrip").is_dir(), reason="no checkout to copy")
+
 
 class Addition(NamedTuple):
     """A file and the line that names it.

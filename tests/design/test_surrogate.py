@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 from support import stand_in
 
 from dolfingrip.config import ConfigError
@@ -18,6 +17,8 @@ from dolfingrip.design.surrogate import surrogate, table
 from dolfingrip.design.surrogate.surrogate import OutsideRange, load
 from dolfingrip.design.surrogate.training import Training, TrainingSettings, split, train
 from dolfingrip.files.surrogate import SurrogateFile
+
+torch = pytest.importorskip("torch", reason="the extra surrogate brings it")
 
 INPUTS, OUTPUTS = ("morph.xi1", "morph.xi2"), ("cog_offset_mm", "force_N")
 BRIEF = TrainingSettings(epochs=20)

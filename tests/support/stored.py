@@ -3,7 +3,8 @@
 ``stored.json`` was written at commit 14eda85; the stone's part later, when the test had taken
 another shape, and the height of food in a gripper, when it was a new column. Where a change of the
 model is meant to change figures, ``DOLFINGRIP_STORE=1 scripts/run pytest -n 0 tests/mpi`` writes
-them anew, on one rank.
+them anew, on one rank. Tetrahedra differ between versions of Gmsh; what was found on those of
+another version than Debian's, on PyPI's stack, stands beside it.
 """
 
 from __future__ import annotations
@@ -14,9 +15,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import gmsh
 import numpy as np
 from mpi4py import MPI
 
+MESHER = ".".join(gmsh.__version__.split(".")[:2])
+DEBIAN_S = "4.13"
 FILE = Path(__file__).with_suffix(".json")
 WRITES = "DOLFINGRIP_STORE" in os.environ
 
@@ -39,9 +43,11 @@ def compare(
         rtol, atol: relative and absolute differences allowed.
         by_scale: ``rtol`` is a part of the reading's largest value, not of each value.
     """
+    of_mesher = name if MESHER == DEBIAN_S else f"{name}, meshed by Gmsh {MESHER}"
     if WRITES:
-        _write(name, found)
-    stored = json.loads(FILE.read_text(encoding="utf-8"))[name]
+        _write(of_mesher, found)
+    every = json.loads(FILE.read_text(encoding="utf-8"))
+    stored = every.get(of_mesher) or every[name]
     assert sorted(stored) == sorted(found)
     for reading, values in found.items():
         expected = np.array(stored[reading], dtype=float)  # null is not a number

@@ -123,7 +123,7 @@ def _table(file: Path) -> pd.DataFrame:
         if len(found) != 1:
             has = f"columns {' and '.join(found)}" if found else "missing column"
             raise ConfigError(f"--fit {file}: {has}; allowed: one of {', '.join(columns)}")
-        if not np.issubdtype(table[found[0]].dtype, np.number):
+        if not pd.api.types.is_numeric_dtype(table[found[0]]):
             raise ConfigError(f"--fit {file}: column {found[0]}: allowed: numbers")
         used += found
     return table.dropna(subset=used)
