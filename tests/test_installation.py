@@ -138,6 +138,13 @@ def test_without_dolfinx_the_help_and_the_doctor_work() -> None:
     assert (ended.returncode, ended.stderr) == (1, "")
 
 
+@pytest.fixture
+def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The doctor looks at no environment: that of this machine takes seconds to measure."""
+    monkeypatch.setenv("DOLFINGRIP_CACHE", str(tmp_path))
+
+
+@pytest.mark.usefixtures("empty_cache")
 def test_the_doctor_says_what_is_there(capfd: pytest.CaptureFixture[str]) -> None:
     from dolfinx import __version__
 
@@ -149,9 +156,11 @@ def test_the_doctor_says_what_is_there(capfd: pytest.CaptureFixture[str]) -> Non
     assert said["factors"].startswith(("CHOLMOD, ", "MUMPS; "))
     assert Path(said["Python.h"]).is_file()
     assert said["threads"].startswith("1 ")
+    assert said.get("scripts/run", "--forget would free 0 MB") == "--forget would free 0 MB"
     assert {f"[{extra}]" for extra in MODULES} <= set(said)
 
 
+@pytest.mark.usefixtures("empty_cache")
 def test_a_missing_compiler_is_told(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
