@@ -105,13 +105,13 @@ def _skipping() -> Generator[None]:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup() -> Generator[None]:
     """Skip a test whose fixture needs an extra that is not installed, as torch of a pip user's."""
-    return _skipping()
+    return (yield from _skipping())
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call() -> Generator[None]:
     """Skip a test that needs an extra which is not installed."""
-    return _skipping()
+    return (yield from _skipping())
 
 
 def pytest_collection_finish() -> None:
