@@ -243,20 +243,29 @@ def test_the_version_comes_from_the_tag(tmp_path: Path) -> None:
         f'fallback_version = "{fallback}"',
     ]
     (source / "pyproject.toml").write_text("\n".join(lines), encoding="utf-8")
-    shutil.copy(ROOT / ".git_archival.txt", source)
+    for name in (".git_archival.txt", ".gitattributes"):
+        shutil.copy(ROOT / name, source)
 
     def git(*arguments: str) -> None:
         who = ("-c", "user.name=nobody", "-c", "user.email=nobody@example.org")
         subprocess.run(["git", *who, *arguments], cwd=source, check=True, capture_output=True)
 
-    assert _built(source, tmp_path / "no git") == "0+unknown"
+    def archived(name: str) -> Path:
+        folder = tmp_path / name
+        git("archive", "--format=zip", f"--output={folder}.zip", "HEAD")
+        shutil.unpack_archive(f"{folder}.zip", folder)
+        return folder
+
+    assert _built(source, tmp_path / "no git") == "0.0"
     git("init", "--quiet")
     (source / ".gitignore").write_text("build/\n*.egg-info/\n", encoding="utf-8")
     git("add", ".")
     git("commit", "--quiet", "--message", "first")
     assert re.fullmatch(r"0\.1\.dev1\+g[0-9a-f]+", _built(source, tmp_path / "no tag"))
+    assert _built(archived("untagged"), tmp_path / "archive") == "0.0"
     git("tag", "v0.2.0")
     assert _built(source, tmp_path / "tag") == "0.2.0"
+    assert _built(archived("tagged"), tmp_path / "archive of the tag") == "0.2.0"
     git("commit", "--quiet", "--allow-empty", "--message", "second")
     assert re.fullmatch(r"0\.2\.1\.dev1\+g[0-9a-f]+", _built(source, tmp_path / "after"))
 
