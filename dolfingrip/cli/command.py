@@ -7,6 +7,7 @@ imported when it is called, so ``--help`` needs no solver.
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import types
@@ -301,7 +302,11 @@ class Subcommand:
         """
         others = (work for name, work in self.instead.items() if getattr(asked, name, None))
         module, name = next(others, self.work).split(":")
-        return getattr(importlib.import_module(f"{__package__}.{module}"), name)
+        gc.disable()  # modules stay: searches for cycles among them take an eighth of the imports
+        try:
+            return getattr(importlib.import_module(f"{__package__}.{module}"), name)
+        finally:
+            gc.enable()
 
     def built(self) -> Any:
         """Return the command with its options."""
