@@ -7,7 +7,6 @@ imported when it is called, so ``--help`` needs no solver.
 
 from __future__ import annotations
 
-import gc
 import importlib
 import os
 import types
@@ -302,11 +301,7 @@ class Subcommand:
         """
         others = (work for name, work in self.instead.items() if getattr(asked, name, None))
         module, name = next(others, self.work).split(":")
-        gc.disable()  # modules stay: searches for cycles among them take an eighth of the imports
-        try:
-            return getattr(importlib.import_module(f"{__package__}.{module}"), name)
-        finally:
-            gc.enable()
+        return getattr(importlib.import_module(f"{__package__}.{module}"), name)
 
     def built(self) -> Any:
         """Return the command with its options."""
