@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import dolfinx
 import pytest
 from support.small import short
 
@@ -89,7 +90,7 @@ def test_a_design_s_numbers_are_the_experiment_s() -> None:
     assert {*outcome.gradients["force_N"]} == {"morph.xi1", "morph.xi2"}
     assert outcome.iterations is not None
     assert outcome.iterations > 4
-    assert outcome.versions["dolfinx"].startswith("0.9")
+    assert outcome.versions["dolfinx"] == dolfinx.__version__
 
 
 def test_derivatives_that_are_asked_for() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from support import analytic, stand_in
+from support.command import run_command
 from support.disks import Disk, MemoryDisk
 from support.example import EXAMPLES
 from typer.testing import CliRunner
@@ -217,7 +218,7 @@ def _full(file: Path, disk: Disk) -> Callable[..., None]:
 def test_report(table: Path, disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
     trained = tmp_path / "surrogate"
     asked = ["train", str(table), *NAMES, "--out", str(trained), "--epochs", "20"]
-    assert CliRunner().invoke(cli.app, asked).exit_code == 0
+    assert run_command(*asked) == 0
     (disk.folder / "r.html").write_bytes(b"another page")
     refuse("report", trained, "--out", disk.folder / "r.html", names="r.html", left=4096)
 
