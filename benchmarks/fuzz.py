@@ -8,7 +8,7 @@ Each mutation has a seed of its own, which is printed where one ends badly; `--s
 ========== ===================================================================================
 accepted   the input is still a good one
 refused    one line, by an error that the commands turn into exit code 2
-traceback  any other error, or a message of several lines
+traceback  any other error, a message of several lines, or more than 8 GiB of memory
 hang       more than 20 s of processor
 files      refused, and yet a file was written
 dead       the process ended
@@ -26,6 +26,7 @@ import multiprocessing
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import sys
@@ -45,6 +46,8 @@ from dolfingrip.files.whole import WriteError
 from dolfingrip.sections.tables import assignments
 
 HANG_S: Final = 20
+MEMORY_BYTES: Final = 8 << 30
+"""Address space that a reader may take; what takes more ends in a traceback."""
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"
 FINGER: Final = {
     "mesh.size_mm": 8.0, "mesh.edge_size_mm": 8.0, "finger.length_mm": 38.0, "finger.bellows": 2,
@@ -401,6 +404,7 @@ def once(reader: Reader, seed: int) -> tuple[str, bool | None, str]:
 def _serve(reader: Reader, seeds: list[int], pipe: Any) -> None:
     """Read one seed after another in a process of its own, which may die."""
     logging.disable(logging.CRITICAL)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     quiet = os.open(os.devnull, os.O_WRONLY)
     os.dup2(quiet, 1)
     os.dup2(quiet, 2)

@@ -3,7 +3,8 @@
 ``scripts/plant-faults`` runs it. ``planted_faults.toml`` lists the faults: a file, a text that it
 holds once, what stands in its place, and the test files that should fail then.
 ``planted_faults.csv`` keeps the outcomes; its column ``at_first`` says whether the tests of the
-first run of a fault caught it.
+first run of a fault caught it. ``mutants.toml`` is another such list, which ``mutants.py`` drew; a
+mutant that no test can tell from the code has a key ``equivalent`` that says why, and is not run.
 """
 
 from __future__ import annotations
@@ -24,8 +25,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-LIST = HERE / "planted_faults.toml"
-OUTCOMES = HERE / "planted_faults.csv"
+LISTS = ("planted_faults", "mutants")
 COLUMNS = ("fault", "file", "what", "at_first", "now", "by")
 TEMPORARY = "dolfingrip-planted-"
 LONGEST_s = 900
@@ -46,6 +46,7 @@ class Fault:
         what: the fault in a few words.
         tests: files, folders or node ids below ``tests/``.
         only: pytest's ``-k``, "" for all.
+        equivalent: why the code does the same with it; "" where it is a fault.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Fault:
     what: str
     tests: tuple[str, ...]
     only: str = ""
+    equivalent: str = ""
 
     def amiss(self) -> str:
         """Why it cannot be planted in the checkout, "" where it can."""
@@ -69,9 +71,9 @@ class Fault:
         return source.replace(self.text, self.fault)
 
 
-def listed() -> list[Fault]:
-    """All faults."""
-    with LIST.open("rb") as file:
+def listed(name: str) -> list[Fault]:
+    """All faults of a list."""
+    with (HERE / f"{name}.toml").open("rb") as file:
         tables = tomllib.load(file)
     return [
         Fault(name=name, **{**table, "tests": tuple(table["tests"])})
@@ -120,7 +122,7 @@ def tested(copy: Path, fault: Fault) -> tuple[bool, str]:
     return ended.returncode == FAILED, failed[0].removeprefix("tests/") if failed else ""
 
 
-def read(file: Path = OUTCOMES) -> dict[str, dict[str, str]]:
+def read(file: Path) -> dict[str, dict[str, str]]:
     """Outcomes so far, by the fault's name."""
     if not file.exists():
         return {}
@@ -128,7 +130,7 @@ def read(file: Path = OUTCOMES) -> dict[str, dict[str, str]]:
         return {row["fault"]: row for row in csv.DictReader(text)}
 
 
-def write(rows: dict[str, dict[str, str]], file: Path = OUTCOMES) -> None:
+def write(rows: dict[str, dict[str, str]], file: Path) -> None:
     """Write outcomes."""
     with file.open("w", encoding="utf-8", newline="") as text:
         table = csv.DictWriter(text, COLUMNS, lineterminator="\n")
@@ -140,18 +142,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Plant the faults; 1 where one is not caught."""
     parser = argparse.ArgumentParser(prog="scripts/plant-faults", description=__doc__)
     parser.add_argument("names", nargs="*", help="of the faults; default: all")
+    parser.add_argument("--list", choices=LISTS, default=LISTS[0], help="of faults")
     parser.add_argument("--missed", action="store_true", help="those alone that were not caught")
     parser.add_argument("--check", action="store_true", help="only whether each can be planted")
     parser.add_argument("--without", action="store_true", help="run their tests without the fault")
     asked = parser.parse_args(arguments)
-    every, rows = listed(), read()
+    every, outcomes = listed(asked.list), HERE / f"{asked.list}.csv"
+    rows = read(outcomes)
     if unknown := set(asked.names) - {fault.name for fault in every}:
         parser.error(f"no such fault: {', '.join(sorted(unknown))}")
     chosen = [
         fault
         for fault in every
         if (not asked.names or fault.name in asked.names)
-        and not (asked.missed and rows.get(fault.name, {}).get("now") == "caught")
+        and not (asked.missed and rows.get(fault.name, {}).get("now") in ("caught", "equivalent"))
     ]
     if astray := [said for fault in chosen if (said := fault.amiss())]:
         print("\n".join(astray), file=sys.stderr)
@@ -165,13 +169,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file = copy / fault.file
             source = file.read_text(encoding="utf-8")
             start = time.monotonic()
-            if not asked.without:
-                file.write_text(fault.planted(source), encoding="utf-8")
-            try:
-                caught, by = tested(copy, fault)
-            finally:
-                file.write_text(source, encoding="utf-8")
-            outcome = "caught" if caught else "not caught"
+            if fault.equivalent and not asked.without:
+                caught, by, outcome = True, fault.equivalent, "equivalent"
+            else:
+                if not asked.without:
+                    file.write_text(fault.planted(source), encoding="utf-8")
+                try:
+                    caught, by = tested(copy, fault)
+                finally:
+                    file.write_text(source, encoding="utf-8")
+                outcome = "caught" if caught else "not caught"
             took = f"{time.monotonic() - start:.0f} s"
             print(f"{number}/{len(chosen)} {fault.name}: {outcome}, {took} {by}", flush=True)
             if asked.without:
@@ -183,11 +190,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 "fault": fault.name, "file": fault.file, "what": fault.what, "at_first": first,
                 "now": outcome, "by": by,
             }  # fmt: skip
-            write({fault.name: rows[fault.name] for fault in every if fault.name in rows})
+            write({fault.name: rows[fault.name] for fault in every if fault.name in rows}, outcomes)
     if not asked.without:
-        kept = read()
+        kept = read(outcomes)
         counts = [sum(row[key] == "caught" for row in kept.values()) for key in ("at_first", "now")]
-        print(f"of {len(kept)} faults {counts[0]} were caught at first, {counts[1]} are caught now")
+        same = sum(row["now"] == "equivalent" for row in kept.values())
+        print(
+            f"of {len(kept)} faults {counts[0]} were caught at first, {counts[1]} are caught now, "
+            f"{same} are equivalent"
+        )
     return int(missed > 0)
 
 

@@ -19,7 +19,7 @@ from dolfingrip.cli.installation import how_to_install
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.whole import FULL, WriteError, failed, write
 from dolfingrip.jobs.interrupts import interrupt_behind
-from dolfingrip.sections.errors import ConfigError, MachineError
+from dolfingrip.sections.errors import ConfigError, MachineError, printable
 from dolfingrip.sections.private import cache_folder
 
 INTERRUPTED = 130
@@ -200,15 +200,6 @@ def _say(line: str, stream: TextIO) -> None:
     if line:
         stream.write(f"dolfingrip: {printable(line)}\n")
         stream.flush()
-
-
-def printable(text: str) -> str:
-    """Return a text in one line, without characters that would control a terminal.
-
-    Args:
-        text: of a message, which may quote what a user gave.
-    """
-    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
 
 
 def _end(code: int, world: Any) -> NoReturn:

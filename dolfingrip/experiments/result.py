@@ -18,6 +18,7 @@ from dolfingrip.files.columns import Columns, read_csv
 from dolfingrip.files.result_file import reading
 from dolfingrip.files.run import RunFile
 from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.sections.errors import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,9 +71,9 @@ class Result(Readings):
                 for entries in zip(*table.values(), strict=True)
             ]
             for name in table:
-                texts = {isinstance(row[name], str) for row in rows if name in row}
-                if len(texts) > 1 and name not in WORDS:
-                    raise ValueError(f"column {name} has numbers and texts")
+                texts = [row[name] for row in rows if isinstance(row.get(name), str)]
+                if texts and name not in WORDS:
+                    raise ValueError(f"column {name} has a text: {shown(texts[0])}")
         return cls(
             experiment.name,
             configuration.from_dict(facts.config),

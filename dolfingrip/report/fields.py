@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,7 @@ FACE_MIDDLES: Final = (24, 25, 22, 21, 23, 20)
 """Nodes in the middles of a Lagrange hexahedron's faces, in the order of ``HEXAHEDRON.faces``."""
 
 Floats = npt.NDArray[np.float64]
+_MANY_COMPONENTS: Final = re.compile(rb'NumberOfComponents="(?![1-9]")[^"]{0,9}')
 
 GHOST = 1
 """VTK's flag of a cell or point that another piece owns."""
@@ -120,14 +122,14 @@ def read_grid(file: Path) -> Any:
     """One step as a pyvista grid.
 
     Raises:
-        ValueError: One line where the file is missing.
+        ValueError: One line where the file is missing or damaged.
     """
     try:
-        there = file.is_file()
-    except OSError as error:  # such as a name that is too long
+        content = file.read_bytes()
+    except OSError as error:
         raise ValueError(f"{file}: {error.strerror}") from None
-    if not there:
-        raise ValueError(f"{file}: no such file")
+    if many := _MANY_COMPONENTS.search(content):  # VTK takes memory for as many as there are told
+        raise ValueError(f"{file}: damaged: {many[0].decode(errors='replace')}")
     found = pv.read(file)
     if not found.n_cells or not np.isfinite(found.points).all():
         raise ValueError(f"{file}: damaged: no elements, or points that are no numbers")

@@ -20,11 +20,27 @@ LONGEST = 60
 
 
 class ConfigError(ValueError):
-    """One line about bad input, with the key, the value and the allowed range."""
+    """One line about bad input, with the key, the value and the allowed range.
+
+    Args:
+        message: the line; what it quotes of the input may have line breaks, which are spelled.
+    """
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(printable(message))
 
 
 class MachineError(RuntimeError):
     """One line about what the machine could not do now, which says nothing about the model."""
+
+
+def printable(text: str) -> str:
+    """Return a text in one line, without characters that would control a terminal.
+
+    Args:
+        text: of a message, which may quote what a user gave.
+    """
+    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
 
 
 def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:

@@ -200,6 +200,8 @@ def text_of(file: Path, option: str) -> str:
         raise ConfigError(f"{option} {file}: {error.strerror}") from None
     except UnicodeDecodeError as error:
         raise ConfigError(f"{option} {file}: not text: {error}") from None
+    except ValueError as error:  # a name that no file can have
+        raise ConfigError(f"{option} {file}: no file: {error}") from None
 
 
 SEPARATORS: Final = {";": "semicolons", "\t": "tabs"}

@@ -15,11 +15,12 @@ from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import campaign, plan
 from dolfingrip.diagnosis.data import rig as rigs
-from dolfingrip.explore import rig, server, space
+from dolfingrip.explore import describe, rig, server, space
 from dolfingrip.explore.library import Library, weights
 from dolfingrip.explore.wanted import Wanted
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.report.page import sources
+from dolfingrip.report.page import gripper, sources
+from dolfingrip.report.page.scene import Scene
 from dolfingrip.sections.tables import assignments
 
 
@@ -118,3 +119,23 @@ def test_the_experiment_that_is_solved_is_shown_first() -> None:
     text, _ = server.rendered(space.of_results([], None, {}, ()), "blocked_force")
     assert re.findall(r'data-view="(\w+)" aria-pressed="true"', text) == ["blocked_force"]
     assert ">finger.wall_mm</label>" in text  # the key tells the unit
+
+
+def test_triangles_of_mirrored_fingers_are_wound_outwards(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each half of a finger has the same volume, seen from a point of its plane of symmetry."""
+    monkeypatch.setattr(Scene, "packed", lambda scene: scene)
+    nothing = space.of_results([], {}, None, {}, ())
+    wanted = Wanted("grasp", {}, short())
+    scene = describe.described(nothing, Library(nothing), wanted, tmp_path)["scenes"][0]
+    halves = [part for part in scene.parts if part.name in gripper.NAMES]
+    assert len(halves) == 6
+    for own, mirrored in zip(halves[::2], halves[1::2], strict=True):
+        middle = (own.skin.points[0] + mirrored.skin.points[0]) / 2
+        volumes = [
+            np.linalg.det(part.skin.points[part.skin.triangles] - middle).sum() / 6
+            for part in (own, mirrored)
+        ]
+        assert volumes[0] > 100  # mm³
+        assert volumes[1] == pytest.approx(volumes[0], rel=1e-6)

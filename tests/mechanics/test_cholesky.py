@@ -11,6 +11,7 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.newton import cholmod
 from dolfingrip.mechanics.newton.cholesky import Cholesky
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
+from dolfingrip.mechanics.newton.policy import CholeskyPolicy
 
 pytestmark = pytest.mark.skipif(not cholmod.available(), reason="needs CHOLMOD")
 
@@ -81,3 +82,38 @@ def test_any_matrix_is_solved_for_and_only_definite_ones_have_no_negative_pivots
         which.assemble()
         inverse.set_up(which)
         assert_solves(inverse, which, dense, negative, rng)
+
+
+def test_indefinite_matrices_in_a_row_are_left_to_ldlt(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a grasp: ever fewer tries of Cholesky, yet a definite matrix is found again."""
+    tries = 0
+    factorise = cholmod.CholmodFactors.factorise
+
+    def counted(factors: cholmod.CholmodFactors) -> bool:
+        nonlocal tries
+        tries += 1
+        return factorise(factors)
+
+    monkeypatch.setattr(cholmod.CholmodFactors, "factorise", counted)
+    inverse = Cholesky(
+        MPI.COMM_SELF, lambda: Factorisation("test_left_", MPI.COMM_SELF), np.float64
+    )
+    definite = chain(2)
+    matrix, dense = tangent(definite), definite - 2 * np.eye(len(definite)) * definite.max()
+    matrix.setDiagonal(PETSc.Vec().createWithArray(np.diag(dense), comm=MPI.COMM_SELF))
+    matrix.assemble()
+    tried = []
+    for _ in range(8):
+        before = tries
+        inverse.set_up(matrix)
+        assert inverse.negative > 0
+        tried.append(tries > before)
+    # a first one says nothing; then as many are left out as were refused in a row
+    assert tried == [True, True, False, True, False, False, False, True]
+    matrix.setDiagonal(PETSc.Vec().createWithArray(np.diag(definite), comm=MPI.COMM_SELF))
+    matrix.assemble()
+    for _ in range(CholeskyPolicy().most_skipped + 1):
+        inverse.set_up(matrix)
+    assert inverse.negative == 0
+    rng = np.random.default_rng(SEED)
+    assert_solves(inverse, matrix, definite, 0, rng)

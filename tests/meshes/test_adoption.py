@@ -172,3 +172,22 @@ def test_surfaces_that_enclose_no_solid(
     with pytest.raises(MeshError) as error:
         adopt(file, Asked(), MeshRequest())
     assert f"{file}: {said}" in str(error.value)
+
+
+def test_the_side_of_the_cavity_is_told_by_the_centroid_wherever_the_part_lies(
+    tmp_path: Path,
+) -> None:
+    """A bar with a box inside that lies 1 mm off its axis, far from the file's origin.
+
+    The cavity's centre is V / (V − v) times as far from the solid's centroid as from the bar's.
+    """
+    file, occ = tmp_path / "bar.step", gmsh.model.occ
+    with session("bar"):
+        body = occ.addBox(200, -150, 90, 14, 14, 50)
+        hollow = occ.addBox(204, -147, 94, 8, 8, 42)
+        occ.cut([(3, body)], [(3, hollow)])
+        occ.synchronize()
+        gmsh.write(str(file))
+    found = adopt(file, Asked(), MeshRequest())
+    away = 14 * 14 * 50 / (14 * 14 * 50 - 8 * 8 * 42)
+    assert f": the cavity lies {away:.3g} mm to the other side" in found.roles.said["back"]

@@ -1,0 +1,309 @@
+"""Random legal fingers of every kind: how they end, and whether ranks and threads agree.
+
+    scripts/run python -m benchmarks.legal_fingers [--number 40] [--seed 0] [--only NUMBER…]
+                                                   [--folder out/legal_fingers] [--out FILE.csv]
+
+Each finger is drawn until the configuration allows it: kind of geometry with its dimensions, cells
+and element, law of the material and of its regions, films, pressures, weight, experiment. The
+meshes are coarse. Each is simulated in four ways: on one rank with one thread and with four, and on
+two and three ranks. Answers are kept in the folder, so a call resumes one that was killed.
+
+The table has a row for each finger: how it ended in each way, the smallest det F at the integration
+points over all steps, and the largest difference of a reading between the ways, as a part of the
+largest value of its column. A finger is well if it came to its end or its failure has a class, if
+det F is above 0, and if, where no way met a failure, the difference is at most 1e-8.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from itertools import count
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from support.this_process import ThisProcess
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.simulate import simulate
+from dolfingrip.files import table
+from dolfingrip.meshes.solid import MeshError
+from dolfingrip.report import printable
+from dolfingrip.report.page import elements, finger
+from dolfingrip.sections.geometry.index import NAMES
+
+WAYS: Final = ((1, 1), (1, 4), (2, 1), (3, 1))
+"""Ranks and threads; the first is the reference."""
+
+ALLOWED: Final = 1e-8
+ENTRIES: Final = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm", "force_N",
+                  "cavity_volume_mm3", "stiffness_x_N_per_mm")  # fmt: skip
+"""Readings that are compared, where the experiment has them."""
+
+Changes = dict[str, Any]
+
+
+def _range(rng: random.Random, low: float, high: float) -> float:
+    return round(rng.uniform(low, high), 3)
+
+
+def _bellows(rng: random.Random) -> Changes:
+    bellows, gap = rng.randint(1, 3), _range(rng, 1.5, 3.0)
+    block, tip = _range(rng, 4.0, 10.0), _range(rng, 3.0, 6.0)
+    return {
+        "finger.bellows": bellows, "finger.gap_mm": gap, "finger.base_block_mm": block,
+        "finger.tip_mm": tip, "finger.width_mm": _range(rng, 12.0, 24.0),
+        "finger.length_mm": round(block + tip + bellows * (gap + _range(rng, 6.0, 10.0)), 3),
+        "finger.depth_mm": _range(rng, 12.0, 20.0), "finger.wall_mm": _range(rng, 1.0, 2.4),
+        "finger.base_layer_mm": _range(rng, 2.0, 4.5), "finger.channel_mm": _range(rng, 2.0, 4.0),
+    }  # fmt: skip
+
+
+def _cast(rng: random.Random) -> Changes:
+    height, width = _range(rng, 5.0, 12.0), _range(rng, 5.0, 12.0)
+    return {
+        "cast.chambers": rng.randint(1, 3), "cast.chamber_height_mm": height,
+        "cast.chamber_width_mm": width, "cast.chamber_length_mm": _range(rng, 2.0, 6.0),
+        "cast.wall_mm": _range(rng, 2.0, 6.0), "cast.tunnel_height_mm": _range(rng, 1.5, height),
+        "cast.tunnel_width_mm": _range(rng, 1.5, width), "cast.film_mm": _range(rng, 0.3, 2.0),
+        "cast.tube": rng.random() < 0.5, "cast.cup_mm": rng.choice((0.0, 5.0)),
+    }  # fmt: skip
+
+
+def _pneunet(rng: random.Random) -> Changes:
+    width, height = _range(rng, 12.0, 22.0), _range(rng, 6.0, 12.0)
+    return {
+        "pneunet.chambers": rng.randint(1, 3), "pneunet.chamber_length_mm": _range(rng, 3.0, 7.0),
+        "pneunet.width_mm": width, "pneunet.chamber_width_mm": _range(rng, 0.6, 0.85) * width,
+        "pneunet.chamber_height_mm": height, "pneunet.wall_mm": _range(rng, 1.0, 2.5),
+        "pneunet.roof_mm": _range(rng, 1.0, 3.0), "pneunet.gap_mm": _range(rng, 0.8, 2.0),
+        "pneunet.tunnel_height_mm": _range(rng, 1.0, 3.0), "pneunet.base_mm": _range(rng, 1.0, 3.0),
+        "pneunet.paper_mm": _range(rng, 0.1, 0.5), "pneunet.cover_mm": rng.choice((0.0, 1.0)),
+        "pneunet.tip_mm": rng.choice((0.0, 2.0)), "pneunet.tube": rng.random() < 0.5,
+    }  # fmt: skip
+
+
+def _round_bellows(rng: random.Random) -> Changes:
+    gap, wall = _range(rng, 1.5, 3.0), _range(rng, 0.8, 1.5)
+    return {
+        "round_bellows.convolutions": rng.randint(1, 2), "round_bellows.gap_mm": gap,
+        "round_bellows.crown_radius_mm": _range(rng, 7.0, 12.0), "round_bellows.wall_mm": wall,
+        "round_bellows.neck_radius_mm": _range(rng, 2.5, 5.0),
+        "round_bellows.pitch_mm": round(gap + 2 * wall + _range(rng, 1.5, 4.0), 3),
+        "round_bellows.block_mm": _range(rng, 2.0, 5.0),
+        "cavity.cavity_2.pressure_ratio": rng.choice((0.0, 0.5, 1.0, -0.2)),
+    }  # fmt: skip
+
+
+DIMENSIONS: Final[Mapping[str, Callable[[random.Random], Changes]]] = {
+    "bellows": _bellows, "cast": _cast, "pneunet": _pneunet, "round_bellows": _round_bellows,
+    "adopted": lambda rng: {**_bellows(rng), "finger.wall_mm": _range(rng, 1.8, 2.6)},
+}  # fmt: skip
+"""What draws the dimensions of each kind; an adopted part is the STEP file of a bellows finger."""
+
+
+def _law(rng: random.Random, mu_MPa: float) -> Changes:
+    """A law of this initial shear modulus, whose energy grows with each invariant."""
+    law = rng.choice(("neo-hooke", "ogden", "polynomial"))
+    found: Changes = {"law": law, "nu": _range(rng, 0.4, 0.495)}
+    if law == "neo-hooke":
+        return {**found, "mu_MPa": mu_MPa}
+    if law == "ogden":
+        alpha = rng.choice(([2.0], [1.6, 4.2], [3.0, -2.0], [1.2, -1.5, 5.0]))
+        shares = [1.0, 0.1, 0.02][: len(alpha)]
+        return {**found, "ogden_mu_MPa": [round(mu_MPa * each, 6) for each in shares],
+                "ogden_alpha": alpha}  # fmt: skip
+    second = rng.choice((0.0, 0.2))
+    return {**found, "C10_MPa": mu_MPa / 2 * (1 - second), "C01_MPa": mu_MPa / 2 * second,
+            "C20_MPa": mu_MPa * rng.choice((0.0, 0.02)),
+            "C30_MPa": mu_MPa * rng.choice((0.0, 0.002))}  # fmt: skip
+
+
+def _film(rng: random.Random, kind: str) -> Changes:
+    """A film, or another material of a region, or neither."""
+    stiffness = _range(rng, 0.5, 60.0)
+    choices: list[Changes] = [{}, {"film.sheet.Et_N_per_mm": stiffness}]
+    fibres = rng.choice(([0.0], [90.0], [30.0, -30.0]))
+    choices.append({
+        "film.cloth.Et_N_per_mm": _range(rng, 0.0, 2.0),
+        "film.cloth.fibre_Et_N_per_mm": [stiffness] * len(fibres),
+        "film.cloth.fibre_deg": fibres, "film.cloth.compression": rng.choice((0.0, 0.1, 1.0)),
+    })  # fmt: skip
+    region = {"cast": "film", "pneunet": "paper"}.get(kind)
+    if region:
+        other = "body" if kind == "cast" else "base"
+        choices += [
+            {"film.layer.model": "layer", "film.layer.region": region,
+             "film.layer.Et_N_per_mm": stiffness},
+            {"film.between.between": [region, other], "film.between.Et_N_per_mm": stiffness},
+            {f"material.{region}": _law(rng, _range(rng, 1.0, 30.0))},
+        ]  # fmt: skip
+    return rng.choice(choices)
+
+
+def drawn(number: int, seed: int, folder: Path) -> tuple[str, Config]:
+    """Draw a legal finger.
+
+    Args:
+        number: of the finger, which sets its kind.
+        seed: of all fingers.
+        folder: for the files of adopted parts.
+
+    Returns:
+        Name of the experiment, and the configuration.
+    """
+    kind = NAMES[number % len(NAMES)]
+    for attempt in count():
+        rng = random.Random(f"{seed} {number} {attempt}")
+        tetrahedra = kind == "round_bellows" or (kind == "bellows" and rng.random() < 0.5)
+        elements = ("P2", "P2-P1", "P1") if tetrahedra or kind == "adopted" else ("S2",)
+        mu_MPa = round(10 ** rng.uniform(-1.5, 0.8), 4)
+        highest = round(1e3 * mu_MPa * 10 ** rng.uniform(-2.3, -0.9), 3)
+        size = 5.0 if tetrahedra else 8.0
+        experiment = rng.choice(("bending", "bending", "blocked_force", "push"))
+        dimensions = DIMENSIONS[kind](rng)
+        changes: Changes = {
+            "solver.element": rng.choice(elements), "solver.rtol": 1e-12, "solver.atol_N": 1e-11,
+            "mesh.size_mm": size, "mesh.edge_size_mm": size, "plate.contact_length_mm": 5.0,
+            "material": _law(rng, mu_MPa), **_film(rng, kind), "finger.kind": kind,
+            "experiment.max_pressure_kPa": highest, "experiment.step_kPa": highest / 2,
+            "experiment.unload": rng.random() < 0.3,
+            "gravity.acceleration_m_s2": rng.choice((0.0, 9.81)),
+            "gravity.direction": rng.choice(([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [-0.6, 0.0, 0.8])),
+        }  # fmt: skip
+        try:
+            if kind == "adopted":
+                part = configuration.load(None, {**dimensions, "mesh.half": False})
+                return experiment, _adopted(part, changes, folder / f"adopted{number}")
+            return experiment, configuration.load(None, {**changes, **dimensions})
+        except MeshError:
+            raise
+        except ConfigError:
+            continue
+    raise AssertionError
+
+
+def _adopted(part: Config, changes: Changes, folder: Path) -> Config:
+    """The part of a STEP file as a finger."""
+    if not (folder / "adopted.toml").exists():
+        printable.write(part, folder / "part.step")
+        command = [sys.executable, "-m", "dolfingrip", "adopt", folder / "part.step", "--out",
+                   folder, "--size-mm", "4"]  # fmt: skip
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    of_dimensions = ("finger.kind", "mesh.size_mm", "mesh.edge_size_mm")
+    own = {key: value for key, value in changes.items() if key not in of_dimensions}
+    return configuration.load(folder / "adopted.toml", own)
+
+
+def requests(asked: argparse.Namespace, ranks: int) -> list[Request]:
+    """The request for each finger; the fields are written on one rank."""
+    found = []
+    for number in asked.only or range(asked.number):
+        experiment, config = drawn(number, asked.seed, asked.folder)
+        fields = asked.folder / "fields" / str(number) if ranks == 1 else None
+        found.append(Request.of(experiment, config, fields=fields, ranks=ranks))
+    return found
+
+
+def answers(asked: argparse.Namespace, ranks: int, threads: int) -> list[Answer]:
+    """Answers of one way, which are kept."""
+    folder = asked.folder / f"ranks{ranks}-threads{threads}"
+
+    def tell(*state: Any) -> None:
+        sys.stdout.write(f"{folder.name}: {state}\n")
+        sys.stdout.flush()
+
+    return simulate(requests(asked, ranks), folder, ThisProcess(), tell)
+
+
+def least_det_F(folder: Path) -> float:
+    """The smallest det F of a run at the integration points, over all steps."""
+    steps = finger.read(folder / "fields.pvd", sys.maxsize)
+    return min(float(elements.volume_ratios(steps.mesh, u).min()) for u in steps.displacements)
+
+
+def apart(found: Sequence[Answer]) -> float:
+    """The largest difference of a reading from the first answer's, by its column's largest value.
+
+    Infinite where one has other readings.
+    """
+    worst = 0.0
+    for name in ENTRIES:
+        every = [each.columns.get(name) for each in found]
+        first = every[0]
+        if first is None or not np.isfinite(first).any():
+            continue
+        for other in every[1:]:
+            if other is None or other.shape != first.shape:
+                return float("inf")
+            scale = float(np.nanmax(np.abs(first)))
+            if scale:
+                worst = max(worst, float(np.nanmax(np.abs(other - first))) / scale)
+    return worst
+
+
+def row(asked: argparse.Namespace, request: Request, found: Sequence[Answer]) -> dict[str, Any]:
+    """A row of the table."""
+    config, first = request.config, found[0]
+    ended = [each.failure_class or "completed" for each in found]
+    limits = any(each != "completed" for each in ended)
+    assert request.fields is not None
+    least = least_det_F(request.fields) if first.columns else float("nan")
+    difference = apart(found)
+    well = first.columns == {} or least > 0
+    return {
+        "finger": int(request.fields.name),
+        "kind": config.finger.kind,
+        "element": config.solver.element,
+        "law": config.material.law,
+        "films": " ".join([*config.film.all, *config.material.own]) or "none",
+        "experiment": request.experiment.name,
+        "max_pressure_kPa": config.experiment.max_pressure_kPa,
+        **{f"ended_{r}_ranks_{t}_threads": e for (r, t), e in zip(WAYS, ended, strict=True)},
+        "least_det_F": f"{least:.4g}",
+        "apart": "" if limits else f"{difference:.1e}",
+        "well": well and (limits or difference <= ALLOWED),
+    }
+
+
+def main() -> None:
+    """Draw the fingers, simulate them in all ways, and write the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.legal_fingers")
+    parser.add_argument("--number", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="*", type=int, default=[])
+    parser.add_argument("--folder", type=Path, default=Path("out/legal_fingers"))
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--way", nargs=2, type=int, help="compute this way alone: ranks threads")
+    asked = parser.parse_args()
+    asked.folder = asked.folder.resolve()
+    if asked.way:
+        answers(asked, *asked.way)
+        return
+    sys.stdout.write(f"seed {asked.seed}\n")
+    sys.stdout.flush()
+    for ranks, threads in WAYS:
+        command = [sys.executable, "-m", "benchmarks.legal_fingers", *sys.argv[1:], "--way",
+                   str(ranks), str(threads)]  # fmt: skip
+        subprocess.run(command, check=True, env={**os.environ, "OMP_NUM_THREADS": str(threads)})
+    every = [answers(asked, *way) for way in WAYS]
+    rows = [
+        row(asked, request, found)
+        for request, *found in zip(requests(asked, 1), *every, strict=True)
+    ]
+    for each in rows:
+        sys.stdout.write(f"{each}\n")
+    if asked.out is not None:
+        table.write(asked.out, rows)
+    raise SystemExit(0 if all(each["well"] for each in rows) else 1)
+
+
+if __name__ == "__main__":
+    main()
