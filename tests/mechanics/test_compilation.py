@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import logging
 import os
 import signal
@@ -171,3 +173,26 @@ def test_a_failed_compile_is_the_machines(
 
     use(monkeypatch, compiling.environment(tmp_path))
     assert compute(job).status == "done"
+
+
+@pytest.mark.parametrize("locks", [True, False])
+def test_what_another_process_has_begun_stays_on_a_disk_without_locks(
+    locks: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who holds the lock knows that a part of a form is of nobody who lives."""
+
+    def refused(*arguments: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    if not locks:
+        monkeypatch.setattr(fcntl, "flock", refused)
+    folder, begun = tmp_path / "form", tmp_path / "form.0123abcd.part"
+    begun.mkdir()
+
+    def get(place: Path) -> str:
+        (place / "code").touch()
+        return "loaded"
+
+    assert compiled(folder, get, "a form") == "loaded"
+    assert (folder / "code").exists()
+    assert begun.exists() is not locks
