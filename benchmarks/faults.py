@@ -111,14 +111,17 @@ def ranks(asked: argparse.Namespace, folder: Path) -> Row:
     """Kill a rank of most runs, at most two of one simulation in a row."""
     rng = random.Random(asked.seed)
     row = 0
+    finger = config.load(None, dict(FINGER))
+    began_s = time.monotonic()
+    simulate([Request.of("bending", finger, ranks=2)], folder / "timed", ThisProcess())
+    lasts_s = time.monotonic() - began_s
 
     def chosen(before: int) -> float | None:
         nonlocal row
         row = 0 if row == 2 or rng.random() < 0.2 else row + 1
-        return rng.uniform(0.0, 3.0) if row else None
+        return rng.uniform(0.0, lasts_s) if row else None
 
     killed, lost, designs = 0, 0, 0
-    finger = config.load(None, dict(FINGER))
     while killed < asked.ranks:
         designs += 1
         one = config.changed(finger, {"material.mu_MPa": 2.0 + 0.1 * designs})

@@ -6,7 +6,7 @@ import errno
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli import app as cli
+from dolfingrip.cli.app import COMMANDS
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.surrogate.surrogate import load
 from dolfingrip.design.surrogate.training import TrainingSettings, train
@@ -118,9 +119,11 @@ def test_export(name: str, disk: Disk, refuse: Refuse) -> None:
     refuse("export", disk.folder / name, *OPTIONS, names=name, left=4096 * (name[-1] != "l"))
 
 
-def test_the_record_of_a_run(disk: Disk, refuse: Refuse) -> None:
+@pytest.mark.parametrize("command", ["bend", "force", "cycle", "push", "coupon", "grasp"])
+def test_the_record_of_a_run(command: str, disk: Disk, refuse: Refuse) -> None:
     (disk.folder / "run.json").write_text("{}", encoding="utf-8")
-    refuse("bend", "--out", disk.folder, *OPTIONS, names="run.json")
+    own = ("--set", "gripper.preset=coarse") if command == "grasp" else OPTIONS
+    refuse(command, "--out", disk.folder, *own, names="run.json")
 
 
 def test_the_fields_of_a_run(disk: Disk, refuse: Refuse) -> None:
@@ -244,8 +247,11 @@ def test_adopt(tmp_path: Path, disk: Disk, refuse: Refuse) -> None:
     refuse("adopt", part, "--out", disk.folder, names="adopted.msh", left=8192)
 
 
-def test_pickup(disk: Disk, refuse: Refuse) -> None:
-    asked = ("pickup", "--friction", "0.38", "--preset", "coarse", "--out", disk.folder)
+@pytest.mark.parametrize(
+    "command", [("pickup", "--friction", "0.38"), ("friction", "--pickup-pressure", "60")]
+)
+def test_pickup(command: tuple[str, ...], disk: Disk, refuse: Refuse) -> None:
+    asked = (*command, "--preset", "coarse", "--out", disk.folder)
     refuse(*asked, names="simulations/campaign.sqlite", changed=True)
 
 
@@ -288,3 +294,13 @@ def test_plan_experiment(disk: Disk, refuse: Refuse) -> None:
 def test_coupon(disk: Disk, refuse: Refuse) -> None:
     asked = ("coupon", "--fit", COUPON, "--law", "neo-hooke", "--out", disk.folder)
     refuse(*asked, names="material.toml")
+
+
+def test_every_command_that_writes_is_here() -> None:
+    every = [each for command in COMMANDS for each in (command, *command.below)]
+    writes = [
+        each.name for each in every if {"out", "file"} & {key.name for key in fields(each.settings)}
+    ]
+    assert {"bend", "grasp", "export", "diagnose", "doe", "friction"} <= set(writes)
+    source = Path(__file__).read_text(encoding="utf-8")
+    assert not [name for name in writes if f'"{name}"' not in source]

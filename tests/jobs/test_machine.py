@@ -98,17 +98,34 @@ def test_what_is_of_the_machine() -> None:
     assert not of_machine(ZeroDivisionError())
 
 
-def test_a_rank_that_died(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By an mpirun that ends as one does whose rank was killed."""
+@pytest.mark.parametrize(
+    ("said", "code", "failure"),
+    [
+        (
+            "prterun noticed that process rank 1 with PID 7 on vm exited on\nsignal 9 (Killed).",
+            137,
+            "rank 1 was ended by signal 9 (SIGKILL); mostly for want of",
+        ),
+        (
+            "----\nMPI_ABORT was invoked\nno more slots\n----",
+            3,
+            "mpirun ended with 3: no more slots",
+        ),
+        ("", 3, "mpirun ended with 3: nothing said"),
+    ],
+)
+def test_ranks_that_end_without_an_answer(
+    said: str, code: int, failure: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By an mpirun that ends as one does whose rank was killed, or that cannot start."""
     script = tmp_path / "mpirun"
-    said = "prterun noticed that process rank 1 with PID 7 on node vm exited on\nsignal 9 (Killed)."
-    script.write_text(f"#!/bin/sh\necho '{said}' >&2\nexit 137\n")
+    script.write_text(f"#!/bin/sh\ncat >&2 <<END\n{said}\nEND\nexit {code}\n")
     script.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
     answer = compute(requested(Request.of("bending", short(), ranks=2)))
     assert (answer.status, answer.failure_class) == ("broken", MACHINE)
     assert answer.failure is not None
-    assert answer.failure.startswith("rank 1 was ended by signal 9 (SIGKILL); mostly for want of")
+    assert answer.failure.startswith(failure)
 
 
 # -- workers that do not close -------------------------------------------------------------------
