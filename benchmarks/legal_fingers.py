@@ -5,8 +5,9 @@
 
 Each finger is drawn until the configuration allows it: kind of geometry with its dimensions, cells
 and element, law of the material and of its regions, films, pressures, weight, experiment. The
-meshes are coarse. Each is simulated in four ways: on one rank with one thread and with four, and on
-two and three ranks. Answers are kept in the folder, so a call resumes one that was killed.
+meshes are coarse, and forms are compiled as for tests. Each finger is simulated in four ways: on
+one rank with one thread and with four, and on two and three ranks. Answers are kept in the folder,
+so a call resumes one that was killed.
 
 The table has a row for each finger: how it ended in each way, the smallest det F at the integration
 points over all steps, and the largest difference of a reading between the ways, as a part of the
@@ -17,25 +18,27 @@ det F is above 0, and if, where no way met a failure, the difference is at most 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import random
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from support.this_process import ThisProcess
+from mpi4py import MPI
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.request import Answer, Request
-from dolfingrip.experiments.simulate import simulate
-from dolfingrip.files import table
-from dolfingrip.jobs.run import Standing
-from dolfingrip.meshes.solid import MeshError
+from dolfingrip.experiments.simulate import MORE_RANKS_THAN_CORES, compute
+from dolfingrip.files import table, whole
+from dolfingrip.jobs.job import REFUSED
 from dolfingrip.report import printable
 from dolfingrip.report.page import elements, finger
 from dolfingrip.sections.geometry.index import NAMES
@@ -182,8 +185,6 @@ def drawn(number: int, seed: int, folder: Path) -> tuple[str, Config]:
                 part = configuration.load(None, {**dimensions, "mesh.half": False})
                 return experiment, _adopted(part, changes, folder / f"adopted{number}")
             return experiment, configuration.load(None, {**changes, **dimensions})
-        except MeshError:
-            raise
         except ConfigError:
             continue
     raise AssertionError
@@ -201,25 +202,38 @@ def _adopted(part: Config, changes: Changes, folder: Path) -> Config:
     return configuration.load(folder / "adopted.toml", own)
 
 
-def requests(asked: argparse.Namespace, ranks: int) -> list[Request]:
-    """The request for each finger; the fields are written on one rank."""
-    found = []
+def requests(asked: argparse.Namespace) -> dict[int, Request]:
+    """The request for each finger."""
+    found = {}
     for number in asked.only or range(asked.number):
         experiment, config = drawn(number, asked.seed, asked.folder)
-        fields = asked.folder / "fields" / str(number) if ranks == 1 else None
-        found.append(Request.of(experiment, config, fields=fields, ranks=ranks))
+        found[number] = Request.of(experiment, config)
     return found
 
 
-def answers(asked: argparse.Namespace, ranks: int, threads: int) -> list[Answer]:
-    """Answers of one way, which are kept."""
-    folder = asked.folder / f"ranks{ranks}-threads{threads}"
+def _answer(asked: argparse.Namespace, ranks: int, threads: int, number: int) -> Path:
+    return asked.folder / f"ranks{ranks}-threads{threads}" / f"{number}.json"
 
-    def tell(state: Standing) -> None:
-        sys.stdout.write(f"{folder.name}: {state.done} of {state.total}\n")
-        sys.stdout.flush()
 
-    return simulate(requests(asked, ranks), folder, ThisProcess(), tell)
+def answer_all(asked: argparse.Namespace, threads: int) -> None:
+    """Answer all requests on all ranks of an mpirun, those apart that are answered already."""
+    world = MPI.COMM_WORLD
+    for number, request in requests(asked).items():
+        file = _answer(asked, world.size, threads, number)
+        if world.bcast(file.exists()):
+            continue
+        began_s = time.monotonic()
+        if (world.size, threads) == WAYS[0]:
+            request = replace(request, fields=asked.folder / "fields" / str(number))
+        try:
+            answer = compute(request, world)
+        except ConfigError as error:
+            answer = Answer(failure_class=REFUSED, failure=str(error))
+        if world.rank == 0:
+            whole.write(file, json.dumps(answer.plain()))
+            took = f"{time.monotonic() - began_s:.0f} s"
+            sys.stdout.write(f"{file.parent.name}, finger {number}: {took}, {answer.failure}\n")
+            sys.stdout.flush()
 
 
 def least_det_F(folder: Path) -> float:
@@ -248,17 +262,17 @@ def apart(found: Sequence[Answer]) -> float:
     return worst
 
 
-def row(asked: argparse.Namespace, request: Request, found: Sequence[Answer]) -> dict[str, Any]:
+def row(
+    asked: argparse.Namespace, number: int, request: Request, found: Sequence[Answer]
+) -> dict[str, Any]:
     """A row of the table."""
-    config, first = request.config, found[0]
+    config = request.config
     ended = [each.failure_class or "completed" for each in found]
     limits = any(each != "completed" for each in ended)
-    assert request.fields is not None
-    least = least_det_F(request.fields) if first.columns else float("nan")
+    least = least_det_F(asked.folder / "fields" / str(number))
     difference = apart(found)
-    well = first.columns == {} or least > 0
     return {
-        "finger": int(request.fields.name),
+        "finger": number,
         "kind": config.finger.kind,
         "element": config.solver.element,
         "law": config.material.law,
@@ -268,7 +282,7 @@ def row(asked: argparse.Namespace, request: Request, found: Sequence[Answer]) ->
         **{f"ended_{r}_ranks_{t}_threads": e for (r, t), e in zip(WAYS, ended, strict=True)},
         "least_det_F": f"{least:.4g}",
         "apart": "" if limits else f"{difference:.1e}",
-        "well": well and (limits or difference <= ALLOWED),
+        "well": least > 0 and REFUSED not in ended and (limits or difference <= ALLOWED),
     }
 
 
@@ -280,24 +294,27 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", type=int, default=[])
     parser.add_argument("--folder", type=Path, default=Path("out/legal_fingers"))
     parser.add_argument("--out", type=Path)
-    parser.add_argument("--way", nargs=2, type=int, help="compute this way alone: ranks threads")
+    parser.add_argument("--threads", type=int, help="answer alone, on the ranks of an mpirun")
     asked = parser.parse_args()
     asked.folder = asked.folder.resolve()
-    if asked.way:
-        answers(asked, *asked.way)
+    if asked.threads:
+        answer_all(asked, asked.threads)
         return
     sys.stdout.write(f"seed {asked.seed}\n")
     sys.stdout.flush()
+    every = requests(asked)  # adopts parts before many ranks ask for them
     for ranks, threads in WAYS:
-        command = [sys.executable, "-m", "benchmarks.legal_fingers", *sys.argv[1:], "--way",
-                   str(ranks), str(threads)]  # fmt: skip
-        environment = {"OMP_NUM_THREADS": str(threads), "DOLFINGRIP_OPTIMISATION": "-O1"}
-        subprocess.run(command, check=True, env={**os.environ, **environment})
-    every = [answers(asked, *way) for way in WAYS]
-    rows = [
-        row(asked, request, found)
-        for request, *found in zip(requests(asked, 1), *every, strict=True)
-    ]
+        command = ["mpirun", "-n", str(ranks), sys.executable, "-m", "benchmarks.legal_fingers",
+                   *sys.argv[1:], "--threads", str(threads)]  # fmt: skip
+        environment = {"OMP_NUM_THREADS": str(threads), "DOLFINGRIP_OPTIMISATION": "1"}
+        subprocess.run(
+            command, check=True, env={**os.environ, **MORE_RANKS_THAN_CORES, **environment}
+        )
+    rows = []
+    for number, request in every.items():
+        files = [_answer(asked, *way, number) for way in WAYS]
+        found = [Answer.from_plain(json.loads(file.read_text("utf-8"))) for file in files]
+        rows.append(row(asked, number, request, found))
     for each in rows:
         sys.stdout.write(f"{each}\n")
     if asked.out is not None:

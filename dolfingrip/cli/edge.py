@@ -128,6 +128,7 @@ def run(command: Any) -> NoReturn:
     Args:
         command: of the command line.
     """
+    os.environ.setdefault("HOME", os.path.expanduser("~"))  # without it Open MPI ends the process
     with unbroken_output():
         world, errors = _world(), sys.stderr
         if rank():  # rank 0 alone prints errors that all ranks have

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -12,6 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from vtkmodules.vtkCommonCore import vtkObject
 
 from dolfingrip.files.columns import Columns, branches, read_csv, required
 from dolfingrip.meshes.cells import from_vtk
@@ -130,10 +132,22 @@ def read_grid(file: Path) -> Any:
         raise ValueError(f"{file}: {error.strerror}") from None
     if many := _MANY_COMPONENTS.search(content):  # VTK takes memory for as many as there are told
         raise ValueError(f"{file}: damaged: {many[0].decode(errors='replace')}")
-    found = pv.read(file)
+    with _silent():
+        found = pv.read(file)
     if not found.n_cells or not np.isfinite(found.points).all():
         raise ValueError(f"{file}: damaged: no elements, or points that are no numbers")
     return found
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """A context in which VTK, which only warns of damage, prints nothing of it."""
+    shown = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()
+    try:
+        yield
+    finally:
+        vtkObject.SetGlobalWarningDisplay(shown)
 
 
 def read_mesh(grid: Any) -> FieldMesh:

@@ -142,3 +142,16 @@ def test_an_output_of_ascii_spells_what_it_cannot_have() -> None:
     )  # fmt: skip
     assert (ended.returncode, ended.stderr) == (0, "")
     assert r"\u03be1" in ended.stdout
+
+
+def test_a_command_that_computes_needs_no_home(tmp_path: Path) -> None:
+    """As under cron: Open MPI would end the process in thirty lines."""
+    given = {key: value for key, value in os.environ.items() if key != "HOME"}
+    ended = subprocess.run(
+        [*COMMAND, "mesh", "--out", tmp_path / "out", "--set", "mesh.size_mm=8", "--set",
+         "mesh.edge_size_mm=8", "--set", "finger.length_mm=38", "--set", "finger.bellows=2"],
+        capture_output=True, text=True, check=False,
+        env={**given, "XDG_CACHE_HOME": str(tmp_path / "cache")},
+    )  # fmt: skip
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert (tmp_path / "out" / "finger.msh").exists()

@@ -113,3 +113,15 @@ def test_only_their_classes_take_result_files_apart() -> None:
         if "json.load" in file.read_text(encoding="utf-8")
     }
     assert found <= {"report/page/html.py", "explore/session.py", "explore/server.py"}
+
+
+def test_what_a_run_has_not_counted_yet_is_none_or_zero(tmp_path: Path) -> None:
+    """As ``run.json`` stands from the start of a run on, and after a kill."""
+    RunFile(experiment="bending").write(tmp_path)
+    facts = json.loads((tmp_path / "run.json").read_text("utf-8"))
+    assert facts["complete"] is False
+    assert facts["wall_s"] is None
+    assert facts["mesh"] == {"elements": 0, "dofs": 0, "half": False}
+    counts = {key: value for key, value in facts["newton"].items() if isinstance(value, int)}
+    assert counts == {"iterations": 0, "factorisations": 0, "load_steps": 0, "damped_steps": 0,
+                      "matrix_patterns": 1}  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -143,3 +145,39 @@ def _write_in_two_pieces(grid: pv.UnstructuredGrid, folder: Path) -> Path:
         encoding="utf-8",
     )
     return file
+
+
+@pytest.mark.parametrize(
+    ("suffix", "was", "put", "said"),
+    [
+        (".vtu", b"</VTKFile>", b"", "damaged: no elements, or points that are no numbers"),
+        (".vtu", b"<Points>", b"<Pts<\0", "damaged: no elements, or points that are no numbers"),
+        (
+            ".pvtu",
+            b'NumberOfComponents="3"',
+            b'NumberOfComponents="1000000"',
+            'damaged: NumberOfComponents="1000000',
+        ),
+    ],
+)
+def test_damaged_fields_are_one_line(
+    suffix: str,
+    was: bytes,
+    put: bytes,
+    said: str,
+    run: Path,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """VTK says nothing of it, and takes no memory for a million components."""
+    shutil.copytree(run, tmp_path / "run")
+    step = list_steps(tmp_path / "run" / "fields.pvd")[0]
+    file = step if suffix == ".pvtu" else next((tmp_path / "run").glob("*_000000.vtu"))
+    content = file.read_bytes()
+    assert was in content
+    file.write_bytes(content.replace(was, put))
+    with pytest.raises(ValueError, match=re.escape(said)):
+        read_grid(step)
+    assert "".join(capfd.readouterr()) == ""
+    assert not caplog.records

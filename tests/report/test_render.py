@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from dolfingrip.files.columns import read_csv
 from dolfingrip.report.render import Plate, draw
 
 Pixels = npt.NDArray[np.float64]
@@ -89,6 +90,15 @@ def test_unloading_and_given_columns(quadratic_run: Path, tmp_path: Path) -> Non
         ).save_each(tmp_path, branch)
     loading, unloading = (_read(tmp_path / f"{b}_100kPa.png") for b in ("loading", "unloading"))
     assert loading.shape != unloading.shape or (loading != unloading).any()
+
+
+def test_a_run_that_was_killed_between_fields_and_row(quadratic_run: Path) -> None:
+    """Its fields have a step more than its table has rows."""
+    table = read_csv(quadratic_run / "result.csv")
+    rows = {name: entries[:-1] for name, entries in table.items()}
+    whole, cut = (draw(quadratic_run / "fields.pvd", [50], result=each, height_in=1.0)
+                  for each in (table, rows))  # fmt: skip
+    np.testing.assert_array_equal(whole.images[0], cut.images[0])
 
 
 def test_bad_questions_are_answered_in_one_line(quadratic_run: Path, tmp_path: Path) -> None:

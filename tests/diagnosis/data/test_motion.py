@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.data.motion import motion
+from dolfingrip.diagnosis.data.motion import motion, smallest_change
 
 SEED = 4
 
@@ -63,3 +63,25 @@ def test_few_rows_of_a_restless_regulator_are_a_wait() -> None:
     found = motion(np.array([0.0, 49.6, 50.3, 99.6, 100.3, 99.7, 100.2]), time_s, 0.0)
     assert list(found.branch[[1, 2, 3]]) == ["loading", "hold", "loading"]
     assert "unloading" not in found.branch
+
+
+@pytest.mark.parametrize(
+    ("places", "legs"),
+    [
+        ([(20.0, 10.0), (40.0, 10.0), (60.0, 10.0)], "lhlhlh"),
+        ([(100.0, 20.0), (0.0, 0.0)], "lhu"),
+    ],
+)
+def test_dense_rows_show_a_noise_that_nobody_told(
+    places: list[tuple[float, float]], legs: str
+) -> None:
+    """The gauge's noise is 0.4 % of the largest pressure; at most 0.5 % is taken from the rows."""
+    print("seed", SEED)
+    time_s, value = led(*places, every_s=0.1)
+    sigma = 0.004 * value.max()
+    read = value + np.random.default_rng(SEED).normal(0, sigma, len(value))
+    found = motion(read, time_s, 0.0)
+    first = np.flatnonzero(np.diff(found.leg, prepend=-1))
+    assert "".join(found.branch[i][0] for i in first) == legs
+    assert smallest_change(read, 0.0) == pytest.approx(smallest_change(read, sigma), rel=0.3)
+    assert smallest_change(read, 0.0) > 1.05 * smallest_change(value, 0.0)
