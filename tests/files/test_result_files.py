@@ -9,7 +9,7 @@ import pytest
 
 from dolfingrip.files.campaign import CampaignFile
 from dolfingrip.files.design import DesignFile, DesignParameter
-from dolfingrip.files.diagnosis import DiagnosisFile
+from dolfingrip.files.diagnosis import DesignChange, DiagnosisFile, Downstream
 from dolfingrip.files.front import FrontFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.plan import PlanFile
@@ -125,3 +125,25 @@ def test_what_a_run_has_not_counted_yet_is_none_or_zero(tmp_path: Path) -> None:
     counts = {key: value for key, value in facts["newton"].items() if isinstance(value, int)}
     assert counts == {"iterations": 0, "factorisations": 0, "load_steps": 0, "damped_steps": 0,
                       "matrix_patterns": 1}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("after", "said"),
+    [
+        ((5.0, 4.0), "φ of the campaign's optimum 50.0% → 25.0%; it stays the best of the 2 that"),
+        ((4.0, 5.0), "φ of the campaign's optimum 50.0% → 0.0%; the best is now morph.xi1 = 0.2 "),
+        ((None, 5.0), "the campaign's optimum could not be computed with the extended model"),
+    ],
+)
+def test_the_fate_of_a_campaigns_optimum(after: tuple[float | None, float], said: str) -> None:
+    """φ is the force over the original finger's, which is 2 N before and 4 N after, less 1."""
+    designs = [
+        DesignChange(
+            inputs={"morph.xi1": 0.1 * (number + 1)}, cog_offset_mm=1.0,
+            force_before_N=3.0 - number, phi_before=0.5 - 0.5 * number,
+            force_after_N=force, phi_after=None if force is None else force / 4 - 1,
+        )
+        for number, force in enumerate(after)
+    ]  # fmt: skip
+    found = Downstream(original_before_N=2.0, original_after_N=4.0, designs=tuple(designs))
+    assert found.sentence.startswith(said)
