@@ -307,7 +307,7 @@ def _on_ranks(request: Request) -> Answer:
     if found.status == "broken":
         raise MachineError(found.failure)
     if found.failure_class == REFUSED:
-        raise ConfigError(found.failure)
+        raise ConfigError(found.failure or REFUSED)
     return of_row(asdict(found))
 
 
