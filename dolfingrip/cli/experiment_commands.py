@@ -203,7 +203,13 @@ def _plate(result: Result) -> Plate | None:
 
 def _print(experiment: Experiment, result: Result, out: Path, console: Screen) -> None:
     if result.rows:
-        console.print(tabulate((experiment.table, result.columns()), title=experiment.title))
+        check = result.facts.mesh_check
+        main = experiment.plot.curves[0].column
+        errors = {main: check.errors[main]} if check and main in check.errors else {}
+        shown = experiment.table, result.columns()
+        console.print(tabulate(shown, title=experiment.title, errors=errors))
+        if check is not None and check.why:
+            console.say(f"error of the mesh: cannot tell: {check.why}", style="yellow")
     _print_remarks(experiment, result, console)
     console.say(f"results: {out}")
 
@@ -268,7 +274,10 @@ def perform(asked: RunSettings) -> None:
     keys, kind = gradient_keys(asked.gradients, asked.parameters), experiment.with_options(given)
     if kind is not experiment:  # which has settings of its own
         poses = [(folder, experiment.settings(config)) for folder, config in poses]
-    requests = [Request.of(kind, config, keys, fields=folder) for folder, config in poses]
+    check = asked.mesh_check and kind.mesh_check
+    requests = [
+        Request.of(kind, config, keys, fields=folder, mesh_check=check) for folder, config in poses
+    ]
     screen = console()
     exit_early(*[run_experiment(request, asked, screen) for request in requests])
 

@@ -160,6 +160,7 @@ class RunSettings(ConfiguredSettings):
     )
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)
+    mesh_check: bool = option(True, "Estimate the error that is due to the mesh.")
     protocol: Path | None = _protocolfile(None)
     specimen: str | None = _specimen(None)
 
@@ -177,6 +178,7 @@ def of_experiment(experiment: Experiment) -> type[RunSettings]:
     absent = {
         "render": experiment.drawable, "colour_by": experiment.drawable,
         "gradients": experiment.gradients, "parameters": experiment.gradients,
+        "mesh_check": experiment.mesh_check,
         "protocol": experiment.protocol, "specimen": experiment.protocol,
     }  # fmt: skip
     return make_dataclass(

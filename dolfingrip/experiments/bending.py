@@ -16,6 +16,7 @@ class Bending(FingerExperiment):
     command: ClassVar = "bend"
     title: ClassVar = "Free bending"
     parts: ClassVar = ("finger",)
+    mesh_check: ClassVar = True
     table: ClassVar = (PRESSURE, *readings("finger"))
     plot: ClassVar = Plot(
         "Bending angle (°)",

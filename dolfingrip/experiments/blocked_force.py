@@ -19,6 +19,7 @@ class BlockedForce(FingerExperiment):
     command: ClassVar = "force"
     title: ClassVar = "Blocked force"
     parts: ClassVar = ("plate", "finger")
+    mesh_check: ClassVar = True
     table: ClassVar = (PRESSURE, *(BLOCKED if c is FORCE else c for c in readings("plate")))
     plot: ClassVar = Plot(BLOCKED.label, (Curve(FORCE.name, "simulation"),))
 

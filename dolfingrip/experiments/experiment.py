@@ -42,6 +42,7 @@ class Experiment(ABC):
         drawable: whether deformed shapes of the specimen can be drawn.
         measured: whether the format of measured data has it.
         gradients: whether its readings can be derived by parameters.
+        mesh_check: whether its command estimates the error of the mesh, unless told not to.
         pictures: file of ``report`` whose ``draw`` makes the pictures of its result; "finger" for
             the deformed shapes of one finger.
     """
@@ -59,6 +60,7 @@ class Experiment(ABC):
     drawable: ClassVar[bool] = True
     measured: ClassVar[bool] = True
     gradients: ClassVar[bool] = True
+    mesh_check: ClassVar[bool] = False
     pictures: ClassVar[str] = "finger"
 
     @classmethod

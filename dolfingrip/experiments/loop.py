@@ -12,6 +12,7 @@ from typing import Final
 from mpi4py import MPI
 
 from dolfingrip.config import Config
+from dolfingrip.experiments import mesh_error
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
 from dolfingrip.experiments.derivatives.sensitivities import Sensitivities
@@ -28,6 +29,7 @@ from dolfingrip.files.run import RunFailure
 from dolfingrip.mechanics.model.compilation import Tell, told_to
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 
@@ -56,6 +58,7 @@ def run(
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
     gradients: Sequence[str] | None = None,
+    mesh_check: bool = False,
     tell: Tell | None = None,
 ) -> Result:
     """Run an experiment.
@@ -69,6 +72,7 @@ def run(
         gradients: keys of parameters that all readings are derived by; (): all parameters; None:
             no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of both runs.
+        mesh_check: whether the error of the readings that is due to the mesh is estimated.
         tell: called with a line about what takes longer than two seconds: on every rank about each
             iteration of a load step; each second, from another thread of the rank that compiles a
             form, about that, and with an empty line once it is compiled.
@@ -81,7 +85,11 @@ def run(
         WriteError: on every rank, one line about a file that could not be written.
     """
     asked = Request.of(
-        experiment, config or Config(), gradients, fields=None if out is None else Path(out)
+        experiment,
+        config or Config(),
+        gradients,
+        fields=None if out is None else Path(out),
+        mesh_check=mesh_check,
     )
     return follow(asked, comm, progress, tell)
 
@@ -110,7 +118,9 @@ def follow(
     with told_to(tell):
         result = _once(request, comm, progress, tell)
         for choice in asked:
-            second = replace(request, config=choice.other, gradients=None, fields=None)
+            second = replace(
+                request, config=choice.other, gradients=None, fields=None, mesh_check=False
+            )
             other = _once(second, comm, progress, tell)
             assert not isinstance(other.failure, RunFailure)
             result.second_runs[choice.key] = other.failure
@@ -144,6 +154,8 @@ def _once(
         at = stops if request.at_highest else None
         with profile.phase("sensitivities"):
             derived = collectors(rig, config, request.gradients, at, request.columns)
+    kept: dict[int, tuple[float, State]] = {}
+    wanted = mesh_error.places(stops) if request.mesh_check else []
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
@@ -156,6 +168,9 @@ def _once(
                 recorder.append(row)
             for each in derived:
                 each.record(len(result.rows) - 1)
+            if len(result.rows) - 1 in wanted:
+                load = float(row[experiment.control.name])
+                kept[len(result.rows) - 1] = load, rig.newton.model.state()
             progress(row)
 
         observers = [each.forward for each in derived if isinstance(each, Sensitivities)]
@@ -166,8 +181,17 @@ def _once(
         result.sensitivities = SensitivityTable(row for each in derived for row in each.rows)
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
+        checked = None
+        if request.mesh_check:
+            if tell is not None:
+                tell("error of the mesh")
+            with profile.phase("mesh check"):
+                states = [kept[place] for place in wanted if place in kept]
+                checked = mesh_error.estimate(rig, config, states, result, wall_s)
         notes = experiment.notes(config)
-        result.facts = record.of_run(result, rig.newton, profile, wall_s, notes)
+        result.facts = record.of_run(result, rig.newton, profile, wall_s, notes).model_copy(
+            update={"mesh_check": checked}
+        )
         if recorder is not None:
             recorder.finish(result.facts, result.sensitivities)
     return result

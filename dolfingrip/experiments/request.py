@@ -75,6 +75,7 @@ class Request:
         fields: folder for the result with its fields; None: none is written. It is no part of the
             key.
         ranks: MPI processes. They are no part of the key.
+        mesh_check: whether the error of the mesh is estimated, too.
     """
 
     experiment: Indexed
@@ -86,6 +87,7 @@ class Request:
     made_for: Config | None = None
     fields: Path | None = None
     ranks: int = 1
+    mesh_check: bool = False
 
     @classmethod
     def of(
@@ -129,7 +131,9 @@ class Request:
             ConfigError: one line, where the mesh file cannot be read.
         """
         parts, made_for = self.experiment.parts, self.made_for
+        checked = {"mesh_check": True} if self.mesh_check else {}
         return {
+            **checked,
             "format": FORMAT,
             "experiment": self.experiment.name,
             "gradients": None if self.gradients is None else sorted(self.gradients),

@@ -99,6 +99,17 @@ class MeshCounts(Part):
     )
 
 
+class MeshCheck(Part):
+    """The error of readings that is due to the mesh: reading less that of an ever finer mesh."""
+
+    errors: dict[str, tuple[float, ...]] = Field(
+        {}, description="by column, one for each row, in the column's unit"
+    )
+    why: str = Field("", description="why they cannot be told; empty where they are")
+    at: tuple[float, ...] = Field((), description="loads at which the mesh was bisected")
+    wall_s: float = 0.0
+
+
 class SolverCounts(Part):
     """How often the solver did what."""
 
@@ -125,6 +136,7 @@ class RunFile(ResultFile):
     experiment: str
     complete: bool = Field(False, description="whether the path came to its end")
     mesh: MeshCounts = MeshCounts()
+    mesh_check: MeshCheck | None = Field(None, description="null: it was not made")
     newton: SolverCounts = SolverCounts()
     failure: RunFailure | None = None
     notes: tuple[str, ...] = Field((), description="doubts about the configuration")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -21,7 +22,11 @@ BRANCH = "Branch"
 Key = tuple[float, str, int]
 
 
-def tabulate(*results: tuple[Sequence[Channel], Columns], title: str | None = None) -> Table:
+def tabulate(
+    *results: tuple[Sequence[Channel], Columns],
+    title: str | None = None,
+    errors: Mapping[str, Sequence[float]] = MappingProxyType({}),
+) -> Table:
     """A table of one result, or of several results side by side.
 
     Args:
@@ -29,6 +34,7 @@ def tabulate(*results: tuple[Sequence[Channel], Columns], title: str | None = No
             results are joined by the first column shown; the others are left out if the result
             lacks them.
         title: set above the table.
+        errors: of the mesh, by column and row, which stand beside the readings.
 
     Returns:
         A table with one row for each value of the first column and each branch in any result,
@@ -49,9 +55,11 @@ def tabulate(*results: tuple[Sequence[Channel], Columns], title: str | None = No
             if values is None:
                 continue
             headings.append(column.heading)
-            for key, value in zip(keys, values, strict=True):
+            off = errors.get(column.name) or np.zeros(len(values))
+            for key, value, error in zip(keys, values, off, strict=True):
                 if np.isfinite(value):
-                    rows[key][column.heading] = f"{float(value):z{column.form}}"
+                    beside = f" (mesh: {error:+z{column.form}})" if error else ""
+                    rows[key][column.heading] = f"{float(value):z{column.form}}{beside}"
     if not headings:
         raise ValueError("results: no column to tabulate")
     with_branch = len({branch for _, branch, _ in rows}) > 1

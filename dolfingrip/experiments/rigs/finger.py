@@ -205,7 +205,11 @@ def trapped(config: Config, site: Site, name: str) -> ufl.Form:
 
 
 def total_potential(
-    config: Config, site: Site, base: BaseMaterial, loads: Sequence[ufl.Form]
+    config: Config,
+    site: Site,
+    base: BaseMaterial,
+    loads: Sequence[ufl.Form],
+    energies: Energies | None = None,
 ) -> tuple[Potential, Sequence[Term]]:
     """The finger's total potential.
 
@@ -220,9 +224,10 @@ def total_potential(
         site: the site, with plate and contact if there are any; effects may add friction to them.
         base: material of all parts that have no material of their own.
         loads: further energies that an experiment adds.
+        energies: strain energies in place of those of ``config``.
     """
     u, mesh, space = site.u, site.domain.mesh, site.u.function_space
-    solid = strain_energies(config, site, base)
+    solid = strain_energies(config, site, base) if energies is None else energies
     pressing = pressures(config, site)
     effects = config.extensions.terms(site)
     written = Potential(
@@ -240,7 +245,18 @@ def total_potential(
     return written, [term for term in own if term is not None]
 
 
-def build(config: Config, domain: Domain, *, plate: bool, adds: Adds = nothing) -> FingerModel:
+Energies = Sequence[StrainEnergy | ReducedIntegration] | ByPart
+"""Strain energies of a whole finger, or part by part."""
+
+
+def build(
+    config: Config,
+    domain: Domain,
+    *,
+    plate: bool,
+    adds: Adds = nothing,
+    energies: Energies | None = None,
+) -> FingerModel:
     """Build the model of the finger on ``domain``.
 
     Args:
@@ -248,6 +264,7 @@ def build(config: Config, domain: Domain, *, plate: bool, adds: Adds = nothing) 
         domain: reference configuration.
         plate: whether the force sensor's plate faces it.
         adds: what an experiment adds.
+        energies: strain energies in place of those of ``config``.
 
     Returns:
         The model, undeformed and without pressure.
@@ -273,7 +290,7 @@ def build(config: Config, domain: Domain, *, plate: bool, adds: Adds = nothing) 
     )
     surround(site, plate=plate)
     added = adds(site)
-    potential, terms = total_potential(config, site, base, added.loads)
+    potential, terms = total_potential(config, site, base, added.loads, energies)
     regulator = Control(site.pressure, KPA)
     stages = supply(config, regulator)
     supports = at_rest(u.function_space, site.domain, site.held)
@@ -298,7 +315,7 @@ def build(config: Config, domain: Domain, *, plate: bool, adds: Adds = nothing) 
 
 def strain_energies(
     config: Config, site: Site, base: BaseMaterial
-) -> list[StrainEnergy | ReducedIntegration] | ByPart:
+) -> Energies:
     """The strain energies of all parts; their constants are added to the site's parameters.
 
     Effects act on parts that have no material of their own.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, reduce
 from itertools import combinations_with_replacement
 from operator import add
@@ -59,6 +59,7 @@ class Potential(Term):
 
     Attributes:
         global_unknowns, sheets: the arguments.
+        by_part: the argument ``strain_energies``, by names of parts; () is the whole.
         gradient: ∂Π/∂u as a UFL form, linear in its test function.
     """
 
@@ -88,6 +89,8 @@ class Potential(Term):
         parts = [*solids, *apart]
         fields = [u] if p is None else [u, p]
         self._comm = space.mesh.comm
+        split = isinstance(strain_energies, Mapping)
+        self.by_part: ByPart = strain_energies if split else {(): strain_energies}
         self.global_unknowns = tuple(global_unknowns)
         self.sheets = tuple(sheets)
         self.singular_at_rest = bool(sheets)  # flat ones resist deflection only once deflected
