@@ -44,7 +44,7 @@ def corners_of_parts(shape: CellShape) -> Floats:
     return (shape.reference[:, None] + shape.reference) / 2
 
 
-def linear(shape: CellShape, places: Floats) -> Floats:
+def corner_weights(shape: CellShape, places: Floats) -> Floats:
     """Evaluate the linear shape functions of a cell's corners.
 
     Args:
@@ -80,7 +80,7 @@ def bisected(mesh: SolidMesh, round_faces: Sequence[Cylinder] = ()) -> SolidMesh
         raise MeshError(f"mesh: {shape.plural} of order {mesh.order}; allowed: order 1")
     at = corners_of_parts(shape)
     lattice, which = np.unique(at.reshape(-1, 3), axis=0, return_inverse=True)
-    numbers, points, ends = _numbered(mesh, linear(shape, lattice) > 0)
+    numbers, points, ends = _numbered(mesh, corner_weights(shape, lattice) > 0)
     cells = numbers[:, which.reshape(at.shape[:2])].reshape(-1, shape.corners)
     every, beyond = faces(cells), _faces_of_parts(shape, at)
     facets = {}
@@ -133,7 +133,7 @@ def _put_on(cylinder: Cylinder, mesh: SolidMesh, ends: Ints, points: Floats) -> 
     z, near = mesh.points[:, 2], ON_PLANE * cylinder.radius_mm
     low, high = cylinder.along_mm
     on = (np.abs(radius - cylinder.radius_mm) < near) & (z > low - near) & (z < high + near)
-    facets = np.concatenate([each for each in mesh.facets.values()])
+    facets = np.concatenate(list(mesh.facets.values()))
     # facets of the cylinder's ends are flat
     facets = facets[on[facets].all(axis=1) & (np.ptp(z[facets], axis=1) > near)]
     edges = np.sort(np.stack([facets, np.roll(facets, 1, axis=1)], axis=2), axis=2).reshape(-1, 2)

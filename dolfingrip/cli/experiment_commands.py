@@ -208,7 +208,7 @@ def _print(experiment: Experiment, result: Result, out: Path, console: Screen) -
         errors = {main: check.errors[main]} if check and main in check.errors else {}
         shown = experiment.table, result.columns()
         console.print(tabulate(shown, title=experiment.title, errors=errors))
-        if check is not None and check.why:
+        if check is not None and main not in check.errors:
             console.say(f"error of the mesh: cannot tell: {check.why}", style="yellow")
     _print_remarks(experiment, result, console)
     console.say(f"results: {out}")
@@ -274,7 +274,7 @@ def perform(asked: RunSettings) -> None:
     keys, kind = gradient_keys(asked.gradients, asked.parameters), experiment.with_options(given)
     if kind is not experiment:  # which has settings of its own
         poses = [(folder, experiment.settings(config)) for folder, config in poses]
-    check = asked.mesh_check and kind.mesh_check
+    check = asked.mesh_check if kind.mesh_check else False
     requests = [
         Request.of(kind, config, keys, fields=folder, mesh_check=check) for folder, config in poses
     ]

@@ -160,7 +160,10 @@ class RunSettings(ConfiguredSettings):
     )
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)
-    mesh_check: bool = option(True, "Estimate the error that is due to the mesh.")
+    mesh_check: bool | None = option(
+        None,
+        "Estimate the error that is due to the mesh; by default of meshes of the default's size.",
+    )
     protocol: Path | None = _protocolfile(None)
     specimen: str | None = _specimen(None)
 

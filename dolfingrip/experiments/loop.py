@@ -58,7 +58,7 @@ def run(
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
     gradients: Sequence[str] | None = None,
-    mesh_check: bool = False,
+    mesh_check: bool | None = False,
     tell: Tell | None = None,
 ) -> Result:
     """Run an experiment.
@@ -72,7 +72,8 @@ def run(
         gradients: keys of parameters that all readings are derived by; (): all parameters; None:
             no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of both runs.
-        mesh_check: whether the error of the readings that is due to the mesh is estimated.
+        mesh_check: whether the error of the readings that is due to the mesh is estimated; None: as
+            the size of the mesh suggests.
         tell: called with a line about what takes longer than two seconds: on every rank about each
             iteration of a load step; each second, from another thread of the rank that compiles a
             form, about that, and with an empty line once it is compiled.
@@ -155,7 +156,10 @@ def _once(
         with profile.phase("sensitivities"):
             derived = collectors(rig, config, request.gradients, at, request.columns)
     kept: dict[int, tuple[float, State]] = {}
-    wanted = mesh_error.places(stops) if request.mesh_check else []
+    check = request.mesh_check
+    if check is None:
+        check = mesh_error.POLICY.suggests(rig.newton.model.dofs)
+    wanted = mesh_error.places(stops) if check else []
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
@@ -182,7 +186,7 @@ def _once(
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
         checked = None
-        if request.mesh_check:
+        if check:
             if tell is not None:
                 tell("error of the mesh")
             with profile.phase("mesh check"):

@@ -1,15 +1,15 @@
 """The error of a run's readings that is due to its mesh.
 
-At a few states of the run every cell is bisected, and one linear system tells by how much readings
-change there: Newton's first step from the run's solution. Bisected once more and so on, the changes
-fall by a constant factor, so that the whole error is a multiple of the first one. Stress at re-entrant
-edges rules the order: there the error of a reading falls with h^1.08 (twice the exponent 0.54 of the
+At a few states of the run every cell is bisected, and the run's solution is the start of one on
+these parts, which tells by how much readings change. Bisected once more and so on, the changes
+fall by a constant factor, so that the whole error is a multiple of the first one. Where stress at
+re-entrant edges rules, the error of a reading falls with h^1.08 (twice the exponent 0.54 of the
 displacement at an edge of 270°; Williams, J. Appl. Mech. 19, 1952).
 
 Prolonged to the parts of a cell, the solution has other strains than at the integration points of
-the cell, where they are best. So strain, stress and moduli of the parts are continued from these
-points (:mod:`dolfingrip.mechanics.model.linearised`); otherwise the step fails from moderate
-deformation on. Contact and all that elements do not integrate keep their points.
+the cell, where they are best, and Newton's method fails from there at moderate deformation already.
+So it is first solved with the energies' expansions about these points
+(:mod:`dolfingrip.mechanics.model.linearised`), and from there with the energies themselves.
 """
 
 from __future__ import annotations
@@ -21,25 +21,29 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import PRESSURE
+from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.results.readings import Readings
 from dolfingrip.experiments.rigs import undeformed
-from dolfingrip.experiments.rigs.finger import FingerModel, build, element_name
+from dolfingrip.experiments.rigs.finger import build, element_name
 from dolfingrip.experiments.rigs.finger_rig import FingerRig
-from dolfingrip.experiments.rigs.regions import sheets_of
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.regions import parts_of, sheets_of
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.files.run import MeshCheck
 from dolfingrip.mechanics.model import linearised
 from dolfingrip.mechanics.model.domain import distribute
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.nested import Nesting, Unrefined
-from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.model.nested import Nesting
+from dolfingrip.mechanics.model.state import Guess, State
+from dolfingrip.mechanics.model.term import Lagged
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.readings.from_rest import FromRest
+from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.meshes.bisection import bisected
 from dolfingrip.meshes.solid import MeshError
-from dolfingrip.sections.geometry.boxes import CylinderSolid
+from dolfingrip.sections.geometry.boxes import Cylinder, CylinderSolid
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,21 +52,41 @@ class MeshErrorPolicy:
 
     Attributes:
         order: power of the element size that errors fall with.
-        left: largest residual of the elements after the step, by that before it. Above, the step is
-            too long for a linear system to tell it.
+        order_in_blocks: the same of thick blocks, which are integrated selectively: too stiff cells
+            rule there.
+        rtol: residual of both solutions on the bisected mesh, by that at their starts.
+        iterations: of Newton's method, after which the two meshes have too little in common.
         largest: largest error of a reading, by the reading's largest value, that is told.
+        fewest, most: unknowns of a mesh whose error is estimated where nobody asks for it. One of
+            fewer is for trends; bisected, one of more takes 2 GB and more.
         share: part of the run's time that a second state may take the estimate to.
     """
 
     order: float = 1.08
-    left: float = 0.1
-    largest: float = 0.15
+    order_in_blocks: float = 2.0
+    rtol: float = 1e-2
+    iterations: int = 5
+    largest: float = 0.25
+    fewest: int = 8_000
+    most: int = 40_000
     share: float = 0.25
 
-    @property
-    def whole(self) -> float:
-        """The error by the change from bisection to bisection, 1 + r + r² + …"""
-        return 1 / (1 - 2**-self.order)
+    def suggests(self, unknowns: int) -> bool:
+        """Tell whether the error of a mesh is estimated where nobody asks for it.
+
+        Args:
+            unknowns: of the mesh.
+        """
+        return self.fewest <= unknowns <= self.most
+
+    def whole(self, config: Config) -> float:
+        """The error by the change from one bisection, 1 + r + r² + … of that change.
+
+        Args:
+            config: of the run.
+        """
+        blocks = config.hexahedra and config.integration == "selective"
+        return 1 / (1 - 2 ** -(self.order_in_blocks if blocks else self.order))
 
 
 POLICY: Final = MeshErrorPolicy()
@@ -86,42 +110,35 @@ class Bisection:
     """
 
     def __init__(self, rig: FingerRig, config: Config, policy: MeshErrorPolicy = POLICY) -> None:
-        finger: FingerModel = rig.specimen
-        self._rig, self._model, self._policy = rig, finger.model, policy
-        self._pressure = finger.cavity
-        if self._model.p is not None:
-            raise CannotTell("not for a mixed element")
-        if self._model.unknowns.global_unknowns:
-            raise CannotTell("not where a support, the plate or the volume is solved for")
-        if self._model.comm.size > 1:
-            raise CannotTell("on one process only")
-        adapted = finger.config.model_copy(
-            update={"extensions": type(finger.config.extensions)()}
-        ).changed(solver={"mixed_integration_point": True}, contact={"self_contact": False})
-        solid = undeformed.solid(config, None)
-        if len(solid.cells) != finger.site.domain.mesh.topology.index_map(3).size_global:
+        self._finger = finger = rig.specimen
+        self._readings, self._model, self._policy = rig.readings, finger.model, policy
+        _refuse(self._model)
+        solid = undeformed.solid(config)
+        if len(solid.cells) != self._model.domain.mesh.topology.index_map(3).size_global:
             raise CannotTell("the mesh was moved from that of other dimensions")
         try:
             fine = bisected(solid, _round_faces(config))
         except MeshError as error:
             raise CannotTell(str(error)) from None
-        domain = distribute(self._model.comm, fine, None, sheets_of(adapted, fine))
-        full = adapted.integration != "reduced"
+        # stress and moduli have the effects on the material already, the state has the supply's
+        plain = finger.config.model_copy(update={"extensions": Config().extensions})
+        plain = plain.changed(solver={"mixed_integration_point": True})
+        parts, sheets = parts_of(plain, fine), sheets_of(plain, fine)
+        domain = distribute(self._model.comm, fine, parts, sheets)
+        full = plain.integration != "reduced"
         self._expansions = linearised.of_model(self._model, full=full)
-        self._fields = [
-            linearised.fields(domain.mesh, each.degree) for each in self._expansions
-        ]
-        built = build(adapted, domain, plate=False, energies=linearised.energies(self._fields))
-        made = built.by_pressure
-        self._nesting = Nesting(
-            solid.shape, element_name(adapted, domain), self._model.u, made.u
-        )
-        self._unrefined = Unrefined(self._model, self._nesting.same)
-        self._fine_pressure = built.cavity
-        self._fine = Model(
-            made.domain, made.u, made.potential, made.supports, made.controls, [self._unrefined]
-        )
-        self._newton = Newton(self._fine, config.solver)
+        self._fields = [linearised.fields(domain.mesh, each.degree) for each in self._expansions]
+        energies = linearised.energies(self._fields)
+        plate = finger.plate is not None
+        self._start = build(plain, domain, plate=plate, energies=energies)
+        self._fine = build(finger.config, domain, plate=plate)
+        self._fine_readings = Observation(self._fine).readings
+        loose = {"rtol": policy.rtol, "max_iterations": policy.iterations}
+        settings = config.solver.model_copy(update=loose)
+        self._first = Newton(self._start.model, settings)
+        self._second = Newton(self._fine.model, settings)
+        u, fine_u = self._model.u, self._start.model.u
+        self._nesting = Nesting(solid.shape, element_name(plain, domain), u, fine_u)
 
     def changes(self, state: State) -> dict[str, float]:
         """By how much readings change at a state of the run, by column.
@@ -135,38 +152,61 @@ class Bisection:
         Raises:
             CannotTell: where the step is too long for a linear system.
         """
-        model, fine = self._model, self._fine
-        model.restore(state)
-        self._fine_pressure.set(self._pressure.value)
-        nodes = model.u.x.array.reshape(-1, 3)
-        fine.u.x.array[:] = (self._nesting.prolongation @ nodes).ravel()
-        self._unrefined.take(fine.u.x.array)
-        carried = fine.potential.carried
+        self._model.restore(state)
+        self._take()
+        start, fine = self._start.model, self._fine.model
+        guess = Guess(start.unknowns.local(), start.carried.values)
+        near = self._first.solve(guess, again=False).converged
+        fine.u.x.array[:] = start.u.x.array
+        if near and not state.history:  # what an effect remembers is in the expansion alone
+            near = self._second.solve(again=False).converged
+        if not near:
+            raise CannotTell("the mesh is too coarse: on the bisected one the shape is another")
+        found = {}
+        for name, reading in self._fine_readings.items():
+            if name in CHANNELS and name in self._readings and reading.differentiable:
+                found[name] = _raw(reading).value() - _raw(self._readings[name]).value()
+        return found
+
+    def _take(self) -> None:
+        """Take the run's state to the bisected mesh."""
+        fine, carried = self._start.model, self._start.model.potential.carried
+        for each in (self._start, self._fine):
+            each.cavity.set(self._finger.cavity.value)
+            if self._finger.plate is not None and each.plate is not None:
+                each.plate.put(float(self._finger.plate.unloaded.value))
+        fine.u.x.array[:] = (
+            self._nesting.prolongation @ self._model.u.x.array.reshape(-1, 3)
+        ).ravel()
         assert carried is not None
         carried.reset()
-        for place, (of, into) in enumerate(zip(self._expansions, self._fields, strict=True)):
-            for values, field in zip(of.values(), into, strict=True):
-                field.x.array[:] = self._nesting.to_parts(values, of.degree).ravel()
-            held = carried.stress if place == 0 else carried.on_sheets[place - 1]
-            held.x.array[:] = into.stress.x.array
-        residual = fine.gradient()
-        step = self._newton.linear(carried.values)(-residual)
-        fine.u.x.array[:] += step
-        left = np.linalg.norm(fine.gradient()) / np.linalg.norm(residual)
-        before = self._read()
-        model.u.x.array[:] += step.reshape(-1, 3)[self._nesting.same].ravel()
-        after = self._read()
-        model.restore(state)
-        if not left < self._policy.left:
-            raise CannotTell("the mesh is too coarse: on the bisected one the shape is another")
-        return {name: after[name] - value for name, value in before.items()}
-
-    def _read(self) -> dict[str, float]:
-        found = {name: each.value() for name, each in self._rig.readings.items()}
-        return {name: value for name, value in found.items() if np.isfinite(value)}
+        held = [carried.stress, *carried.on_sheets]
+        for of, into, stress in zip(self._expansions, self._fields, held, strict=False):
+            found = of.values()
+            for values, field in zip(found, into, strict=True):
+                field.x.array[:] = self._nesting.nearest(values, of.degree).ravel()
+            stress.x.array[:] = self._nesting.continued(found.stress, of.degree).ravel()
 
 
-def _round_faces(config: Config) -> list:
+def _refuse(model: Model) -> None:
+    """Refuse models that have no estimate."""
+    if model.p is not None:
+        raise CannotTell("it is not told of a mixed element")
+    if model.unknowns.global_unknowns:
+        raise CannotTell("it is not told where a support, the plate or the volume is solved for")
+    if any(isinstance(term, Lagged) for term in model.terms):
+        raise CannotTell("it is not told of friction")
+    if model.comm.size > 1:
+        raise CannotTell("it is told on one process only")
+
+
+def _raw(reading: Reading) -> Reading:
+    """A reading without its zero."""
+    return reading.raw if isinstance(reading, FromRest) else reading
+
+
+def _round_faces(config: Config) -> list[Cylinder]:
+    """Cylinders that tetrahedra have only chords of."""
     if config.mesh.file is not None or config.hexahedra:
         return []
     solid = config.adapted().geometry.solid()
@@ -236,22 +276,21 @@ def estimate(
     except (CannotTell, ConfigError) as reason:
         why = str(reason)
     errors: dict[str, tuple[float, ...]] = {}
-    for name in sorted(set.intersection(*map(set, changes)) if changes else ()):
-        if name not in result:
+    large: list[str] = []
+    for name in changes[0] if changes else ():
+        own = -policy.whole(config) * np.array([change[name] for change in changes])
+        if name not in result or not own.any():
             continue
-        own = -policy.whole * np.array([change[name] for change in changes])
+        if np.abs(own).max() > policy.largest * np.nanmax(np.abs(result.column(name))):
+            large.append(name)
+            continue
         column = _along(result.column(PRESSURE.name), np.array(at), own)
-        size = float(np.nanmax(np.abs(result.column(name))))
-        if not own.any():
-            continue
-        if np.abs(own).max() > policy.largest * size:
-            why = why or "the mesh is too coarse: its error is larger than an estimate may tell"
-            continue
         errors[name] = tuple(map(float, column))
-    return MeshCheck(
-        at=tuple(at), errors=errors, why="" if errors else why,
-        wall_s=round(time.perf_counter() - start, 3),
-    )  # fmt: skip
+    if changes:
+        share = f"{100 * policy.largest:g} %"
+        why = f"error above {share}, the mesh is too coarse: {', '.join(large)}" if large else ""
+    wall_s = round(time.perf_counter() - start, 3)
+    return MeshCheck(at=tuple(at), errors=errors, why=why, wall_s=wall_s)
 
 
 def _along(loads: np.ndarray, at: np.ndarray, errors: np.ndarray) -> np.ndarray:

@@ -75,7 +75,8 @@ class Request:
         fields: folder for the result with its fields; None: none is written. It is no part of the
             key.
         ranks: MPI processes. They are no part of the key.
-        mesh_check: whether the error of the mesh is estimated, too.
+        mesh_check: whether the error of the mesh is estimated, too; None: as the size of the mesh
+            suggests.
     """
 
     experiment: Indexed
@@ -87,7 +88,7 @@ class Request:
     made_for: Config | None = None
     fields: Path | None = None
     ranks: int = 1
-    mesh_check: bool = False
+    mesh_check: bool | None = False
 
     @classmethod
     def of(
@@ -131,7 +132,7 @@ class Request:
             ConfigError: one line, where the mesh file cannot be read.
         """
         parts, made_for = self.experiment.parts, self.made_for
-        checked = {"mesh_check": True} if self.mesh_check else {}
+        checked = {} if self.mesh_check is False else {"mesh_check": self.mesh_check}
         return {
             **checked,
             "format": FORMAT,
@@ -175,6 +176,8 @@ class Answer:
             where none was taken.
         failure_class, failure: why the model did not come to the end, as class and sentence; None
             where it did.
+        mesh_errors: (reached,) errors by column that are due to the mesh, where they were asked for
+            and can be told.
         outcome: class, sentence and time (s) of a grasp's outcome.
         iterations: of Newton's method.
         versions: of the software that computed it, by package.
@@ -185,6 +188,7 @@ class Answer:
     slopes: Slopes = field(default_factory=dict)
     failure_class: str | None = None
     failure: str | None = None
+    mesh_errors: Mapping[str, Numbers] = field(default_factory=dict)
     outcome: Mapping[str, Any] | None = None
     iterations: int = 0
     versions: Mapping[str, str] = field(default_factory=dict)

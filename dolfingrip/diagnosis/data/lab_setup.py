@@ -106,6 +106,7 @@ class LabSetup:
         rate: rate of the ramps, in the control's unit per second; None if it is not told.
         max_pressure_kPa: readings above are not compared.
         chord: the points of ``chord_angle_deg``.
+        told: keys of nuisances that the laboratory tells.
     """
 
     sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -116,6 +117,7 @@ class LabSetup:
     rate: float | None = None
     max_pressure_kPa: float = math.inf
     chord: tuple[Any, Any] = CENTRES
+    told: frozenset[str] = frozenset()
 
     def applied(self, config: Config) -> Config:
         """``config`` with this set-up.
@@ -243,6 +245,7 @@ class SetupFile:
             self._optional(rate, numbers.get(rate)),
             self._optional("max_pressure_kPa", numbers.get("max_pressure_kPa")) or math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
+            told=frozenset(told),
         )
 
     def _sections(self, data: Mapping[str, Any], specimen: str) -> dict[str, dict[str, Any]]:

@@ -9,12 +9,13 @@ modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
@@ -76,6 +77,39 @@ def neutral_stages(config: Config) -> Change:
     return dict(n for name, n in neutral.items() if getattr(config.extensions, name) is None)
 
 
+def wall_key(config: Config) -> str | None:
+    """Return the key of the walls' thickness; None where the body has none, as of a mesh file.
+
+    Args:
+        config: of a finger.
+    """
+    key = f"{config.geometry_table}.wall_mm"
+    return key if config.mesh.file is None and key in WALLS else None
+
+
+def _refuse_unused(measurement: Measurement, applied: Sequence[Config]) -> None:
+    """Refuse nuisances that the laboratory tells and none of its tests feels."""
+    tests = measurement.tests
+    coupons = any(each.experiment == "coupon" for each in tests)
+    fingers = any(each.control == PRESSURE.name for each in tests)
+    used = {
+        WALL: fingers and any(map(wall_key, applied)),
+        "pressure_gain": fingers,
+        "pressure_offset_kPa": fingers,
+        "plate_gap_mm": any(each.experiment == "blocked_force" for each in tests),
+        "coupon_area": coupons,
+        "coupon_slack_mm": coupons,
+    }
+    for each in tests:
+        if unused := sorted(key for key in each.setup.told if not used.get(key, True)):
+            allowed = ", ".join(key for key in NUISANCES if used.get(key, True))
+            value = each.setup.nuisances[unused[0]]
+            raise ConfigError(
+                f"[nuisance] {unused[0]} = {value:g}: nothing in these tests feels it; "
+                f"allowed: {allowed}"
+            )
+
+
 def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
     """Parameters that a base simulation is derived by; the base layer's serves an effect.
 
@@ -83,6 +117,7 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
         ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
     """
     applied = [test.setup.applied(config) for test in measurement.tests]
+    _refuse_unused(measurement, applied)
     found = [key for each in applied for key in modulus_keys(each)]
     found += [*WALLS, BASE_LAYER, GAIN, OFFSET, GAP]
     known = {parameter.key for each in applied for parameter in every(each)}
@@ -101,6 +136,8 @@ def base_variant(
     config: Config,
     moved: Change = NO_CHANGE,
     headroom: float = ROUTES.headroom,
+    *,
+    mesh_check: bool = False,
 ) -> ModelVariant:
     """Return the variant of the base simulation, with derivatives by all nuisances.
 
@@ -109,12 +146,13 @@ def base_variant(
         config: the model.
         moved: changes of the moduli.
         headroom: pressure to go on to, by the highest of the rows.
+        mesh_check: whether the error of the mesh is estimated, too.
 
     Raises:
         ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
     """
-    stages = neutral_stages(config)
-    return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=headroom)
+    stages, derived = neutral_stages(config), keys(measurement, config)
+    return ModelVariant({**stages, **moved}, derived, headroom=headroom, mesh_check=mesh_check)
 
 
 def modulus_keys(config: Config) -> tuple[str, ...]:

@@ -27,10 +27,9 @@ from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.groups import path_independent
-from dolfingrip.diagnosis.simulation.nuisances import WALL, WALLS
+from dolfingrip.diagnosis.simulation.nuisances import WALL, wall_key
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup, SimulatedReadings, simulate
-from dolfingrip.parameter import every
 
 
 def simulate_walls(
@@ -40,7 +39,7 @@ def simulate_walls(
     workers: Workers,
     further: Collection[float] = (),
 ) -> dict[float, SimulatedReadings]:
-    """Simulate a finger that is blocked with other walls.
+    """Simulate a finger with other walls, if it is blocked or readings have no derivative by them.
 
     Args:
         measurement: that ``base`` was simulated for.
@@ -52,8 +51,9 @@ def simulate_walls(
 
     Returns:
         By the walls' thickness by that configured, the base simulation among them. Empty where a
-        linear nuisance serves, as nothing is blocked or the walls are known; or where moduli do not
-        scale, specimens have different walls, or thinner ones do not reach all readings.
+        linear nuisance serves, as nothing is blocked or the walls are known; where there are no
+        walls; or where moduli do not scale, specimens have different walls, or thinner ones do not
+        reach all readings.
 
     Raises:
         ConfigError: one line: no workers, or a store in use.
@@ -62,11 +62,14 @@ def simulate_walls(
     bodies = [run for run in base.runs if run.group.experiment != "coupon"]
     blocked = any(run.group.experiment == "blocked_force" for run in bodies)
     spread = min(test.setup.nuisances[WALL] for test in measurement.tests)
-    found = {(p.key, p.value(run.config)) for run in bodies for p in every(run.config)
-             if p.key in WALLS}  # fmt: skip
-    if not (blocked and scale_all(base.runs) and spread >= MODEL.walls_known and len(found) == 1):
+    found = {(wall_key(run.config), run.config.geometry.wall_mm) for run in bodies}
+    linear = all(run.config.geometry.movable("wall_mm") for run in bodies)
+    known = spread < MODEL.walls_known or len(found) != 1
+    if known or not scale_all(base.runs) or (linear and not blocked):
         return {}
     ((key, wall_mm),) = found
+    if key is None:
+        return {}
     stages = base.variant.overrides
     fingers = frozenset(run.group.experiment for run in bodies)
     usual = (1 - MODEL.walls_by, 1 + MODEL.walls_by)
@@ -79,12 +82,12 @@ def simulate_walls(
     ]  # fmt: skip
     simulated = simulate(measurement, config, variants, workers)
     kept = np.isfinite(base.readings)
-    known = {
+    reached = {
         by: each
         for by, each in zip((*usual, *further), simulated, strict=True)
         if np.isfinite(each.readings[kept]).all()
     }
-    return {**known, 1.0: base} if set(usual) <= set(known) else {}
+    return {**reached, 1.0: base} if set(usual) <= set(reached) else {}
 
 
 def scales(config: Config) -> bool:

@@ -313,9 +313,7 @@ def build(
     return made
 
 
-def strain_energies(
-    config: Config, site: Site, base: BaseMaterial
-) -> Energies:
+def strain_energies(config: Config, site: Site, base: BaseMaterial) -> Energies:
     """The strain energies of all parts; their constants are added to the site's parameters.
 
     Effects act on parts that have no material of their own.

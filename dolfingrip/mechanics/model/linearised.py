@@ -1,4 +1,4 @@
-"""Strain energies to second order about a solution, from its integration points to other meshes'."""
+"""Strain energies to second order about a solution, as fields of another mesh."""
 
 from __future__ import annotations
 
@@ -66,8 +66,10 @@ class Linearised:
                 [chain_rule.along(stress, self._at, _unit(*place)) for place in _PLACES]
             )
             cells = domain.cells(*names)
-            found = (AtPoints(each, domain.mesh, degree, cells) for each in (stress, moduli))
-            self._parts.append((cells, *found))
+            first, second = (
+                AtPoints(each, domain.mesh, degree, cells) for each in (stress, moduli)
+            )
+            self._parts.append((cells, first, second))
 
     def __bool__(self) -> bool:
         """Tell whether there are energies of this kind."""

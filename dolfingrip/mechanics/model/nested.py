@@ -1,8 +1,7 @@
-"""A model on the bisected mesh, to first order about a solution on the mesh itself."""
+"""Fields of a mesh on its bisection."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from typing import Final
 
 import basix
@@ -12,14 +11,8 @@ from dolfinx import fem
 from dolfinx import mesh as dolfinx_mesh
 from dolfinx.io.utils import cell_perm_gmsh
 
-from dolfingrip.mechanics.model import linearised
-from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.mechanics.model.element import displacement_element
-from dolfingrip.mechanics.model.linearised import Expansion, Linearised
-from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.term import Coupling, Term
-from dolfingrip.mechanics.model.unknowns import NODE, Gradient
-from dolfingrip.meshes.bisection import PARTS, corners_of_parts, linear
+from dolfingrip.meshes.bisection import PARTS, corner_weights, corners_of_parts
 from dolfingrip.meshes.cells import CellShape
 
 ROUNDING: Final = 1e-12
@@ -27,7 +20,7 @@ ROUNDING: Final = 1e-12
 
 
 class Nesting:
-    """What the cells of a mesh and their parts have to do with one another, on one rank.
+    """Maps from fields of a mesh to fields of its bisection, on one rank.
 
     Args:
         shape: of the cells.
@@ -36,7 +29,6 @@ class Nesting:
 
     Attributes:
         prolongation: (fine nodes, nodes) values of a displacement at the nodes of the parts.
-        same: (nodes,) node of the parts at the place of each node.
     """
 
     def __init__(
@@ -45,6 +37,7 @@ class Nesting:
         # DOLFINx has corners in another order, and the reference element with them
         order = cell_perm_gmsh(dolfinx_mesh.to_type(shape.name), shape.corners)
         self._shape, self._order = shape, order
+        self._kind = getattr(basix.CellType, shape.name)
         self._corners = corners_of_parts(shape)[:, order]
         first, second = (
             each.function_space.mesh.topology.original_cell_index for each in (coarse, fine)
@@ -64,26 +57,19 @@ class Nesting:
         kept = np.zeros(fine_dofs.list.size, dtype=bool)
         kept[once] = True
         places = kept.reshape(fine_dofs.list.shape)[:, :, None] & (values != 0)
-        self.prolongation = sp.csr_matrix(
-            (values[places], (rows[places], columns[places])), shape=size
-        )
-        alone = np.flatnonzero(np.diff(self.prolongation.indptr) == 1)
-        self.same = np.empty(size[1], dtype=np.int64)
-        self.same[self.prolongation.indices[self.prolongation.indptr[alone]]] = alone
+        entries = values[places], (rows[places], columns[places])
+        self.prolongation = sp.csr_matrix(entries, shape=size)
 
     def _linear(self, places: np.ndarray) -> np.ndarray:
         """Linear shape functions, in DOLFINx' order of the corners."""
-        return linear(self._shape, places)[:, self._order]
+        return corner_weights(self._shape, places)[:, self._order]
 
     def _placed(self, places: np.ndarray, part: int) -> np.ndarray:
         """Places in a cell of places in one of its parts."""
         return np.asarray(self._linear(places) @ self._corners[part])
 
-    def to_parts(self, values: np.ndarray, degree: int) -> np.ndarray:
-        """Continue values at a cell's integration points to those of its parts.
-
-        Those of a cell are fitted by linear shape functions, as the stress at the points of a
-        reduced rule is more exact than at others.
+    def nearest(self, values: np.ndarray, degree: int) -> np.ndarray:
+        """Give the integration points of the parts the values of the nearest one of their cell.
 
         Args:
             values: (cells, points, entries).
@@ -92,56 +78,25 @@ class Nesting:
         Returns:
             (parts, points, entries).
         """
-        kind = getattr(basix.CellType, self._shape.name)
-        places = basix.make_quadrature(kind, degree)[0]
+        places = self._places(degree)
+        own = np.stack([self._placed(places, part) for part in range(PARTS)])
+        which = np.linalg.norm(own[:, :, None] - places, axis=3).argmin(axis=2)
+        return np.asarray(values[self._parent[:, None], which[self._part]])
+
+    def continued(self, values: np.ndarray, degree: int) -> np.ndarray:
+        """Continue values at a cell's integration points to those of its parts linearly.
+
+        Args:
+            values: (cells, points, entries).
+            degree: of the rule.
+
+        Returns:
+            (parts, points, entries).
+        """
+        places = self._places(degree)
         fit = np.linalg.pinv(self._linear(places))
-        by_part = np.stack(
-            [self._linear(self._placed(places, part)) @ fit for part in range(PARTS)]
-        )
-        found = np.empty((len(self._parent), *values.shape[1:]))
-        for part in range(PARTS):
-            mine = self._part == part
-            found[mine] = by_part[part] @ values[self._parent[mine]]
-        return found
+        own = np.stack([self._linear(self._placed(places, part)) for part in range(PARTS)])
+        return np.asarray((own @ fit)[self._part] @ values[self._parent])
 
-
-class Unrefined(Term):
-    """The terms of a model that elements do not integrate, as its own nodes feel them.
-
-    They are linear in the change of the displacement from the model's state.
-
-    Args:
-        model: at a solution.
-        same: node of the parts at the place of each node.
-    """
-
-    def __init__(self, model: Model, same: np.ndarray) -> None:
-        self._model, self._same = model, same
-        self._force = np.empty(0)
-        self._couplings: list[Coupling] = []
-
-    def take(self, start: np.ndarray) -> None:
-        """Take forces and stiffness at the model's present state; ``start`` is that of the parts."""
-        model, self._start = self._model, start.copy()
-        gradient, dofs = Gradient(model.unknowns), model.u.x.array
-        for term in model.terms:
-            term.add_gradient(dofs, gradient)
-        self._force = gradient.at_nodes.copy()
-        self._couplings = [
-            Coupling(self._same[nodes], hessian)
-            for term in model.terms
-            for nodes, hessian in term.couplings(dofs)
-        ]
-
-    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
-        """Add the forces at a displacement of the parts."""
-        gradient.at_nodes[self._same] += self._force
-        change = (dofs - self._start).reshape(-1, NODE)
-        for nodes, hessian in self._couplings:
-            np.add.at(
-                gradient.at_nodes, nodes, (hessian @ change[nodes].ravel()).reshape(-1, NODE)
-            )
-
-    def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """Return the stiffness at the model's state."""
-        return self._couplings
+    def _places(self, degree: int) -> np.ndarray:
+        return np.asarray(basix.make_quadrature(self._kind, degree)[0])

@@ -89,8 +89,9 @@ class Potential(Term):
         parts = [*solids, *apart]
         fields = [u] if p is None else [u, p]
         self._comm = space.mesh.comm
-        split = isinstance(strain_energies, Mapping)
-        self.by_part: ByPart = strain_energies if split else {(): strain_energies}
+        if not isinstance(strain_energies, Mapping):
+            strain_energies = {(): strain_energies}
+        self.by_part: ByPart = strain_energies
         self.global_unknowns = tuple(global_unknowns)
         self.sheets = tuple(sheets)
         self.singular_at_rest = bool(sheets)  # flat ones resist deflection only once deflected

@@ -61,12 +61,10 @@ def summary(checks: Sequence[Check]) -> list[KeyNumber]:
     open_ = len(checks) - len(done)
     value = f"{len(done) - len(failed)} of {len(done)}"
     if failed:
-        words = f"fail: {failed[0].name}"
-    elif open_:
-        words = f"pass; {open_} not made"
-    else:
-        words = "pass"
-    return [KeyNumber("Checks passed", value, "fail" if failed else "pass", words)]
+        return [KeyNumber("Checks passed", value, "fail", f"fail: {failed[0].name}")]
+    if open_:
+        return [KeyNumber("Checks not made", str(open_), "open", f"{value} made pass")]
+    return [KeyNumber("Checks passed", value, "pass", "pass")]
 
 
 def _at(run: Run, row: int) -> str:

@@ -98,6 +98,7 @@ def build(found: Sequence[FoundResult], given: Given | None = None, title: str =
         own = [result for result in found if result.kind in each.marks]
         if own:
             names += each.add(page, own, given or Given())
+    page.checks.sort(key=lambda check: ("fail", "open", "", "pass").index(check.verdict))
     checked = summary(page.checks)
     page.numbers = page.numbers[: MOST - len(checked)] + checked
     once = list(dict.fromkeys(names))

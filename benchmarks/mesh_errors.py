@@ -1,0 +1,196 @@
+"""Told errors of meshes against the extrapolated mesh, for fingers of all kinds.
+
+    scripts/run python -m benchmarks.mesh_errors
+
+writes ``benchmarks/mesh_errors.csv``. Runs are kept in ``--out``, so that a second call goes on. It
+takes about ten minutes of one core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from benchmarks.orders import Limit, extrapolate
+from dolfingrip.config import load
+from dolfingrip.experiments.loop import run
+from dolfingrip.files import table, whole
+from dolfingrip.sections.tables import assignments
+
+COLUMNS: Final = {"bending": "angle_deg", "blocked_force": "force_N"}
+TABLE: Final = Path(__file__).with_suffix(".csv")
+
+_BELLOWS: Final = (
+    "finger.bellows=3 finger.length_mm=45 plate.contact_length_mm=10 "
+    "experiment.max_pressure_kPa=100 experiment.step_kPa=50 solver.max_step_kPa=50"
+)
+_CAST: Final = (
+    "finger.kind=cast cast.chambers=2 plate.contact_length_mm=5 film.silk.model=layer "
+    "film.silk.region=film film.silk.Et_N_per_mm=50 material.mu_MPa=0.0204 "
+    "experiment.max_pressure_kPa=10 experiment.step_kPa=5 solver.max_step_kPa=5"
+)
+_PNEUNET: Final = (
+    "finger.kind=pneunet pneunet.chambers=2 plate.contact_length_mm=5 film.paper.model=layer "
+    "film.paper.region=paper film.paper.Et_N_per_mm=50 experiment.max_pressure_kPa=100 "
+    "experiment.step_kPa=50 solver.max_step_kPa=50"
+)
+_ROUND: Final = (
+    "finger.kind=round_bellows round_bellows.convolutions=2 plate.contact_length_mm=5 "
+    "cavity.cavity_2.pressure_ratio=0 experiment.max_pressure_kPa=20 experiment.step_kPa=10 "
+    "solver.max_step_kPa=10"
+)
+
+
+@dataclass(frozen=True)
+class Series:
+    """A finger, and meshes that its limit is extrapolated from.
+
+    Attributes:
+        settings: of the finger, as KEY=VALUE.
+        meshes: settings of the reference meshes, with a size in any unit.
+    """
+
+    settings: str
+    meshes: tuple[tuple[str, float], ...]
+
+
+REFINED: Final = (("", 1.0), ("mesh.refine=2", 0.5))
+SERIES: Final = {
+    "bellows": Series(_BELLOWS, REFINED),
+    "cast block": Series(_CAST, (*REFINED, ("mesh.refine=3", 1 / 3))),
+    "pneu-net": Series(_PNEUNET, REFINED),
+    "round bellows": Series(_ROUND, (("mesh.size_mm=2", 2.0), ("mesh.size_mm=1.4", 1.4))),
+}
+
+KNOWN: Final = {
+    ("default finger", "bending"): Limit(148.1, float("nan"), 0.1),
+    ("default finger", "blocked_force"): Limit(3.928, float("nan"), 0.0087),
+}
+"""Limits of the default finger at 250 kPa; from ``benchmarks/results.md``."""
+
+ROWS: Final = (
+    ("bellows", "mesh.edge_size_mm=7", "bending"),
+    ("bellows", "mesh.edge_size_mm=7", "blocked_force"),
+    ("bellows", "solver.element=P2 mesh.size_mm=4", "bending"),
+    ("bellows", "solver.element=P2 mesh.size_mm=4", "blocked_force"),
+    ("cast block", "", "bending"),
+    ("bellows", "", "bending"),
+    ("bellows", "", "blocked_force"),
+    ("default finger", "", "bending"),
+    ("default finger", "", "blocked_force"),
+    ("pneu-net", "", "bending"),
+    ("round bellows", "mesh.size_mm=6", "bending"),
+    ("round bellows", "mesh.size_mm=4", "bending"),
+)
+"""Finger, its mesh, and the experiment."""
+
+
+class Runs:
+    """Runs that are kept in a folder by what was asked.
+
+    Args:
+        folder: made where there is none.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file = folder / "runs.json"
+        self._known: dict[str, Any] = (
+            json.loads(self._file.read_text(encoding="utf-8")) if self._file.exists() else {}
+        )
+
+    def of(self, experiment: str, settings: str, *, check: bool = False) -> dict[str, Any]:
+        """Run an experiment, or read what it gave.
+
+        Args:
+            experiment: its name.
+            settings: as KEY=VALUE.
+            check: whether the error of the mesh is estimated.
+
+        Returns:
+            Last reading, its told error, why it cannot be told, unknowns, and seconds.
+        """
+        key = " ".join([experiment, *settings.split(), *(["check"] if check else [])])
+        if key not in self._known:
+            config = load(None, assignments(settings.split()))
+            result = run(experiment, config, mesh_check=check)
+            column, facts = COLUMNS[experiment], result.facts
+            found: dict[str, Any] = {
+                "value": float(result.column(column)[-1]), "dofs": facts.mesh.dofs,
+                "wall_s": facts.wall_s,
+            }  # fmt: skip
+            if facts.mesh_check is not None:
+                told = facts.mesh_check.errors.get(column)
+                found |= {
+                    "error": None if told is None else told[-1],
+                    "why": facts.mesh_check.why, "check_s": facts.mesh_check.wall_s,
+                }  # fmt: skip
+            self._known[key] = found
+            whole.write(self._file, json.dumps(self._known, indent=1))
+            print(key, found, flush=True)
+        answer: dict[str, Any] = self._known[key]
+        return answer
+
+
+def limit(finger: str, experiment: str, runs: Runs) -> Limit:
+    """Extrapolate a reading.
+
+    Args:
+        finger: of :data:`SERIES` or :data:`KNOWN`.
+        experiment: its name.
+        runs: of its meshes.
+    """
+    if (finger, experiment) in KNOWN:
+        return KNOWN[finger, experiment]
+    series = SERIES[finger]
+    sizes = [size for _, size in series.meshes]
+    values = [
+        float(runs.of(experiment, f"{series.settings} {mesh}")["value"])
+        for mesh, _ in series.meshes
+    ]
+    return extrapolate(sizes, values)
+
+
+def rows(runs: Runs) -> list[dict[str, object]]:
+    """Make the table.
+
+    Args:
+        runs: kept ones.
+    """
+    found: list[dict[str, object]] = []
+    for finger, mesh, experiment in ROWS:
+        settings = SERIES[finger].settings if finger in SERIES else ""
+        own = runs.of(experiment, f"{settings} {mesh}", check=True)
+        limiting = limit(finger, experiment, runs)
+        true, told = own["value"] - limiting.value, own["error"]
+        found.append(
+            {
+                "finger": finger, "mesh": mesh or "default", "reading": COLUMNS[experiment],
+                "unknowns": own["dofs"], "value": f"{own['value']:.4f}",
+                "limit": f"{limiting.value:.4f}", "uncertainty": f"{limiting.uncertainty:.4f}",
+                "error": f"{true:.4f}", "told": "cannot tell" if told is None else f"{told:.4f}",
+                "told_by_error": "" if told is None else f"{told / true:.2f}",
+                "left_percent": ""
+                if told is None
+                else f"{100 * abs(true - told) / abs(limiting.value):.2f}",
+                "run_s": own["wall_s"], "check_s": own["check_s"],
+            }
+        )  # fmt: skip
+        table.write(TABLE, found)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("out/mesh_errors"))
+    for row in rows(Runs(parser.parse_args(arguments).out)):
+        print(*row.values(), sep="\t")
+
+
+if __name__ == "__main__":
+    main()
