@@ -83,7 +83,7 @@ def bisected(mesh: SolidMesh, round_faces: Sequence[Cylinder] = ()) -> SolidMesh
     numbers, points, ends = _numbered(mesh, corner_weights(shape, lattice) > 0)
     cells = numbers[:, which.reshape(at.shape[:2])].reshape(-1, shape.corners)
     every, beyond = faces(cells), _faces_of_parts(shape, at)
-    facets = {}
+    facets: dict[str, Ints] = {}
     for name, group in mesh.facets.items():
         cell, face = np.divmod(match(group, mesh.cells), len(shape.faces))
         rows = [
@@ -91,9 +91,9 @@ def bisected(mesh: SolidMesh, round_faces: Sequence[Cylinder] = ()) -> SolidMesh
             for own, of_parts in enumerate(beyond)
             for part, other in of_parts
         ]
-        facets[name] = every[np.concatenate(rows)]
-    regions = {
-        name: (PARTS * rows[:, None] + np.arange(PARTS)).ravel()
+        facets[name] = np.asarray(every[np.concatenate(rows)], dtype=np.int64)
+    regions: dict[str, Ints] = {
+        name: np.asarray(PARTS * rows[:, None] + np.arange(PARTS), dtype=np.int64).ravel()
         for name, rows in mesh.regions.items()
     }
     for cylinder in round_faces:
@@ -109,7 +109,8 @@ def _numbered(mesh: SolidMesh, corners: np.ndarray) -> tuple[Ints, Floats, Ints]
     middles, which are the first of the new points.
     """
     numbers = np.empty((len(mesh.cells), len(corners)), dtype=np.int64)
-    points, count, edges = [mesh.points], len(mesh.points), np.empty((0, 2), dtype=np.int64)
+    points, count = [mesh.points], len(mesh.points)
+    edges: Ints = np.empty((0, 2), dtype=np.int64)
     for many in np.unique(corners.sum(axis=1)):
         mine = np.flatnonzero(corners.sum(axis=1) == many)
         ends = np.stack([mesh.cells[:, corners[i]] for i in mine], axis=1)

@@ -162,7 +162,7 @@ class RunSettings(ConfiguredSettings):
     parameters: str | None = _parameters(None)
     mesh_check: bool | None = option(
         None,
-        "Estimate the error that is due to the mesh; by default of meshes of the default's size.",
+        "Estimate the error that is due to the mesh; by default after long runs.",
     )
     protocol: Path | None = _protocolfile(None)
     specimen: str | None = _specimen(None)

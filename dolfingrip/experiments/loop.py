@@ -72,8 +72,8 @@ def run(
         gradients: keys of parameters that all readings are derived by; (): all parameters; None:
             no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of both runs.
-        mesh_check: whether the error of the readings that is due to the mesh is estimated; None: as
-            the size of the mesh suggests.
+        mesh_check: whether the error of the readings that is due to the mesh is estimated; None:
+            if that costs a small part of the run.
         tell: called with a line about what takes longer than two seconds: on every rank about each
             iteration of a load step; each second, from another thread of the rank that compiles a
             form, about that, and with an empty line once it is compiled.
@@ -156,10 +156,7 @@ def _once(
         with profile.phase("sensitivities"):
             derived = collectors(rig, config, request.gradients, at, request.columns)
     kept: dict[int, tuple[float, State]] = {}
-    check = request.mesh_check
-    if check is None:
-        check = mesh_error.POLICY.suggests(rig.newton.model.dofs)
-    wanted = mesh_error.places(stops) if check else []
+    wanted = [] if request.mesh_check is False else mesh_error.places(stops)
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
@@ -186,6 +183,9 @@ def _once(
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
         checked = None
+        check = request.mesh_check
+        if check is None:
+            check = mesh_error.POLICY.suggests(rig.newton.counts.iterations)
         if check:
             if tell is not None:
                 tell("error of the mesh")

@@ -75,8 +75,8 @@ class Request:
         fields: folder for the result with its fields; None: none is written. It is no part of the
             key.
         ranks: MPI processes. They are no part of the key.
-        mesh_check: whether the error of the mesh is estimated, too; None: as the size of the mesh
-            suggests.
+        mesh_check: whether the error of the mesh is estimated, too; None: if that costs a small
+            part of the run.
     """
 
     experiment: Indexed

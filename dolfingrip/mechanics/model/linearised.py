@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import ufl
-from dolfinx import fem, mesh
+from dolfinx import mesh
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import chain_rule
@@ -31,9 +31,9 @@ class Expansion(NamedTuple):
         moduli: stresses C : B (MPa) of unit strains B, (6, 3, 3).
     """
 
-    strain: np.ndarray | fem.Function
-    stress: np.ndarray | fem.Function
-    moduli: np.ndarray | fem.Function
+    strain: Any
+    stress: Any
+    moduli: Any
 
 
 class Linearised:

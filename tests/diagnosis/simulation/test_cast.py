@@ -147,6 +147,20 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
         diagnose_measurement(nothing, ends, Here(store), DiagnosisSettings(quick=True, effects=()))
 
 
+def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:
+    """A finger that bends freely meets no plate; it has walls."""
+    lines = "pressure_kPa,angle_deg\n0,0\n5,1\n"
+    told = 'experiment = "bending"\n[nuisance]\n'
+    walls = written(tmp_path, lines, told + "wall = 0.1\n")
+    assert "cast.wall_mm" in keys(read([walls], block()), block())
+    plate = written(tmp_path, lines, told + "plate_gap_mm = 0.5\n")
+    with pytest.raises(ConfigError, match=r"^\[nuisance\] plate_gap_mm = 0.5: nothing in these"):
+        keys(read([plate], block()), block())
+    lone = Config().changed(mesh={"file": "finger.msh"})
+    with pytest.raises(ConfigError, match=r"^\[nuisance\] wall = 0.1: nothing .*; allowed: modu"):
+        keys(read([walls], lone), lone)
+
+
 def test_a_nuisance_of_no_test_is_refused(tmp_path: Path) -> None:
     lines = "experiment,time_s,branch,pressure_kPa,chord_angle_deg\n"
     lines += "bending,1,loading,2,1\nbending,2,loading,4,2\n"
