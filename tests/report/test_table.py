@@ -76,6 +76,14 @@ def test_every_table_is_whole_in_80_columns(experiment: Experiment) -> None:
     assert "…" not in "".join(lines)
 
 
+def test_the_error_of_the_mesh_stands_beside_the_reading() -> None:
+    result = {"pressure_kPa": [0, 250], "angle_deg": [0.0, 147.57], "tip_x_mm": [0.0, -67.6]}
+    shown = tabulate((Bending.table, result), errors={"angle_deg": [0.0, -0.43]})
+    lines = _printed(shown)
+    assert "147.6 (mesh: -0.4)" in lines[-1]
+    assert "mesh" not in lines[-2]
+
+
 @pytest.mark.parametrize("value", [-0.0, -1e-9, 0.0])
 def test_zero_has_no_sign(value: float) -> None:
     _, rows = _text({"pressure_kPa": [value], "angle_deg": [value]})

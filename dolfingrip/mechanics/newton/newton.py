@@ -122,21 +122,15 @@ class Newton:
         ending = ending_of(self._snes.getConvergedReason(), course.rules)
         return Solve(ending, taken, self._system.damping.unstable), course.lagging.overshot
 
-    def linear(self, carried: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
+    def linear(self) -> Callable[[np.ndarray], np.ndarray]:
         """K⁻¹ at the model's present state, factorised once.
-
-        Args:
-            carried: fields that the tangent carries; None: those of the present state.
 
         Returns:
             A function of owned arrays in the order of a vector: (n,), or (n, k) for k of them,
             which are solved for at once.
         """
         factors = self._system.factors
-        if carried is None:
-            self.model.carried.reset()
-        else:
-            self.model.carried.values = carried
+        self.model.carried.reset()
         self.model.set_residual(0.0)
         self.tangent.assemble()
         factors.factorise(self.tangent.matrix)

@@ -114,14 +114,15 @@ def _estimated(run: Run, column: str, name: str, goal: str) -> Check:
     """The error of the main reading that its run has estimated, where it is largest."""
     check, y = run.result.facts.mesh_check, run.column(column)
     if check is None or y is None:
-        again = "run it without --no-mesh-check, or give a run on a finer mesh beside it"
+        again = "run it with --mesh-check, or give a run on a finer mesh beside it"
         return Check(name, "–", goal, "open", f"{OPEN}: {again}")
     if column not in check.errors:
         return Check(name, "–", goal, "open", f"cannot tell: {check.why}")
     errors = np.array(check.errors[column])
     row, size = int(np.abs(errors).argmax()), float(np.nanmax(np.abs(y))) or 1.0
     share, channel = abs(errors[row]) / size, CHANNELS[column]
-    told = f"{said(float(y[row]), channel.symbol)} (mesh: {errors[row]:+{channel.form}})"
+    off = f"{errors[row]:+{channel.form}}{channel.symbol}"
+    told = f"{said(float(y[row]), channel.symbol)} (mesh: {off})"
     return Check(name, f"{100 * share:.2g} %", goal, _passes(share <= POLICY.mesh), told)
 
 

@@ -1,0 +1,56 @@
+"""The mesh in "Can I trust it?": told by the run, too coarse to tell, or not looked at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dolfingrip.experiments.bending import Bending
+from dolfingrip.experiments.result import Result
+from dolfingrip.files.run import MeshCheck, RunFile
+from dolfingrip.report.page.content import Check
+from dolfingrip.report.page.key_numbers import summary
+from dolfingrip.report.page.trust import checks
+
+
+class _Run:
+    """A finished bending to 147.6°, as the page's checks read it."""
+
+    title, experiment, elements = "Free bending", Bending(), 1398
+
+    def __init__(self, check: MeshCheck | None) -> None:
+        facts = RunFile(experiment="bending", complete=True, mesh_check=check)
+        rows = [
+            {"pressure_kPa": 0.0, "angle_deg": 0.0},
+            {"pressure_kPa": 250.0, "angle_deg": 147.6},
+        ]
+        self.result = Result("bending", None, rows, facts=facts, folder=Path())  # type: ignore[arg-type]
+
+    def column(self, name: str) -> object:
+        return self.result.column(name) if name in self.result else None
+
+
+def _mesh(check: MeshCheck | None) -> Check:
+    found = checks([_Run(check)], {}, {}, None)  # type: ignore[list-item]
+    return next(each for each in found if each.name.endswith("mesh"))
+
+
+@pytest.mark.parametrize(("error", "verdict"), [(-0.43, "pass"), (-8.0, "fail")])
+def test_the_told_error_is_judged(error: float, verdict: str) -> None:
+    found = _mesh(MeshCheck(errors={"angle_deg": (0.0, error)}, at=(250.0,)))
+    assert found.verdict == verdict
+    assert f"(mesh: {error:+.1f}°)" in found.said
+
+
+def test_what_is_not_told_is_open() -> None:
+    told = _mesh(MeshCheck(why="the mesh is too coarse"))
+    assert (told.verdict, told.said) == ("open", "cannot tell: the mesh is too coarse")
+    assert _mesh(None).verdict == "open"
+    assert "--mesh-check" in _mesh(None).said
+
+
+def test_checks_that_were_not_made_come_before_those_that_passed() -> None:
+    (number,) = summary([Check("a", "1", "2", "pass", ""), Check("b", "–", "2", "open", "")])
+    assert (number.name, number.value, number.verdict) == ("Checks not made", "1", "open")
+    assert number.said == "1 of 1 made pass"
