@@ -155,7 +155,7 @@ def _once(
         at = stops if request.at_highest else None
         with profile.phase("sensitivities"):
             derived = collectors(rig, config, request.gradients, at, request.columns)
-    kept: dict[int, tuple[float, State]] = {}
+    kept: dict[int, State] = {}
     wanted = [] if request.mesh_check is False else mesh_error.places(stops)
     with ExitStack() as stack:
         recorder = None
@@ -170,8 +170,7 @@ def _once(
             for each in derived:
                 each.record(len(result.rows) - 1)
             if len(result.rows) - 1 in wanted:
-                load = float(row[experiment.control.name])
-                kept[len(result.rows) - 1] = load, rig.newton.model.state()
+                kept[len(result.rows) - 1] = rig.newton.model.state()
             progress(row)
 
         observers = [each.forward for each in derived if isinstance(each, Sensitivities)]
@@ -190,8 +189,8 @@ def _once(
             if tell is not None:
                 tell("error of the mesh")
             with profile.phase("mesh check"):
-                states = [kept[place] for place in wanted if place in kept]
-                checked = mesh_error.estimate(rig, config, states, result, wall_s)
+                states = [(place, kept[place]) for place in wanted if place in kept]
+                checked = mesh_error.estimate(rig, config, states, result)
         notes = experiment.notes(config)
         result.facts = record.of_run(result, rig.newton, profile, wall_s, notes).model_copy(
             update={"mesh_check": checked}

@@ -1,6 +1,6 @@
 """The error of a run's readings that is due to its mesh.
 
-At a few states of the run every cell is bisected, and the run's solution is the start of one on
+At half of the highest load every cell is bisected, and the run's solution is the start of one on
 these parts, which tells by how much readings change. Bisected once more and so on, the changes
 fall by a constant factor, so that the whole error is a multiple of the first one. Where stress at
 re-entrant edges rules, the error of a reading falls with h^1.08 (twice the exponent 0.54 of the
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
@@ -40,6 +41,7 @@ from dolfingrip.mechanics.model.state import Guess, State
 from dolfingrip.mechanics.model.term import Lagged
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.from_rest import FromRest
+from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.meshes.bisection import bisected
 from dolfingrip.meshes.solid import MeshError
@@ -57,19 +59,20 @@ class MeshErrorPolicy:
         rtol: residual of both solutions on the bisected mesh, by that at their starts.
         iterations: of Newton's method, after which the two meshes have too little in common.
         largest: largest error of a reading, by the reading's largest value, that is told.
-        iteration_cost: Newton's iterations of the run that one state costs as much as: 8.5 s where
-            an iteration takes 0.08 s, with 12,243 unknowns (AMD EPYC).
-        share: part of the run's time that an estimate may take that nobody asks for, and that a
-            second state may take it to.
+        iteration_cost: Newton's iterations of the run that an estimate costs as much as: 8.5 s
+            where an iteration takes 0.08 s, with 12,243 unknowns (AMD EPYC).
+        share: part of the run's time that an estimate may take that nobody asks for.
+        parts: of the highest load at which the mesh is bisected, the next where one fails.
     """
 
     order: float = 1.08
     order_in_blocks: float = 2.0
     rtol: float = 1e-2
-    iterations: int = 5
+    iterations: int = 8
     largest: float = 0.25
     iteration_cost: float = 100.0
     share: float = 0.25
+    parts: tuple[float, ...] = (0.5, 0.25)
 
     def suggests(self, iterations: int) -> bool:
         """Tell whether the error is estimated where nobody asks for it.
@@ -161,10 +164,11 @@ class Bisection:
         if near and not state.history:  # what an effect remembers is in the expansion alone
             near = self._second.solve(again=False).converged
         if not near:
-            raise CannotTell("the mesh is too coarse: on the bisected one the shape is another")
+            raise CannotTell
         found = {}
         for name, reading in self._fine_readings.items():
-            if name in CHANNELS and name in self._readings and reading.differentiable:
+            prescribed = isinstance(reading, Time | ControlValue) or not reading.differentiable
+            if name in CHANNELS and name in self._readings and not prescribed:
                 found[name] = _raw(reading).value() - _raw(self._readings[name]).value()
         return found
 
@@ -215,29 +219,28 @@ def _round_faces(config: Config) -> list[Cylinder]:
     return [*solid.cylinders, *(each for hollow in solid.cavities for each in hollow)]
 
 
-def places(stops: Sequence[Stop]) -> list[int]:
-    """Choose the stops whose states are looked at.
+def places(stops: Sequence[Stop], policy: MeshErrorPolicy = POLICY) -> list[int]:
+    """Choose the stops whose states may be looked at.
 
     Args:
         stops: of the run.
+        policy: which parts of the highest load.
 
     Returns:
-        Numbers of the stops: the highest load, then that at half of it or the lowest.
+        Numbers of the stops, the most wanted first.
     """
     values = np.array([stop.value for stop in stops])
-    first = int(np.abs(values).argmax())
-    rest = values[: first + 1] if np.ptp(np.sign(values)) < 2 else values
-    wanted = values[first] / 2 if rest is not values else -values[first]
-    second = int(np.abs(rest - wanted).argmin())
-    return list(dict.fromkeys(each for each in (first, second) if values[each]))
+    highest = int(np.abs(values).argmax())
+    loaded = np.flatnonzero(values[: highest + 1])
+    off = [np.abs(values[loaded] - part * values[highest]) for part in policy.parts]
+    return list(dict.fromkeys(int(loaded[each.argmin()]) for each in off if len(loaded)))
 
 
 def estimate(
     rig: Rig,
     config: Config,
-    states: Sequence[tuple[float, State]],
+    states: Sequence[tuple[int, State]],
     result: Readings,
-    wall_s: float,
     policy: MeshErrorPolicy = POLICY,
 ) -> MeshCheck:
     """Estimate the error of all readings of a run.
@@ -245,55 +248,41 @@ def estimate(
     Args:
         rig: of the run, which has come to its end.
         config: of the run.
-        states: loads and states that are looked at, the most wanted first.
+        states: rows and states that may be looked at, the most wanted first.
         result: of the run.
-        wall_s: time that the run took.
         policy: limits.
 
     Returns:
         Errors by column at all rows, or why they cannot be told.
     """
     start = time.perf_counter()
-    at: list[float] = []
-    changes: list[dict[str, float]] = []
-    why = "" if states else "no reading was reached at which it is looked at"
+    changes: dict[str, float] = {}
+    place, why = 0, "no reading was reached at which it is looked at"
     try:
         if not isinstance(rig, FingerRig):
-            raise CannotTell("not for this specimen")
-        bisection = Bisection(rig, config, policy) if states else None
-        for load, state in states:
+            raise CannotTell("it is told of fingers")
+        bisection = Bisection(rig, config) if states else None
+        for row, state in states:
             assert bisection is not None
-            before = time.perf_counter()
-            try:
-                changes.append(bisection.changes(state))
-                at.append(load)
-            except CannotTell as reason:
-                why = str(reason)
-                continue
-            took = time.perf_counter() - before
-            if time.perf_counter() + took - start > policy.share * wall_s:
+            with suppress(CannotTell):
+                changes, place = bisection.changes(state), row
                 break
+            why = "the mesh is too coarse: on the bisected one the shape is another"
     except (CannotTell, ConfigError) as reason:
         why = str(reason)
+    loads = result.column(PRESSURE.name)
     errors: dict[str, tuple[float, ...]] = {}
-    large: list[str] = []
-    for name in changes[0] if changes else ():
-        own = -policy.whole(config) * np.array([change[name] for change in changes])
-        if name not in result or not own.any():
+    for name, change in changes.items():
+        if name not in result or not change:
             continue
-        if np.abs(own).max() > policy.largest * np.nanmax(np.abs(result.column(name))):
-            large.append(name)
+        values = result.column(name)
+        along = values if CHANNELS[name].grows else loads
+        error = -policy.whole(config) * change
+        if abs(error) > policy.largest * np.nanmax(np.abs(values[: place + 1])):
+            why = f"the mesh is too coarse: its error is above {100 * policy.largest:g} %"
             continue
-        column = _along(result.column(PRESSURE.name), np.array(at), own)
-        errors[name] = tuple(map(float, column))
-    if changes:
-        share = f"{100 * policy.largest:g} %"
-        why = f"error above {share}, the mesh is too coarse: {', '.join(large)}" if large else ""
-    wall_s = round(time.perf_counter() - start, 3)
-    return MeshCheck(at=tuple(at), errors=errors, why=why, wall_s=wall_s)
-
-
-def _along(loads: np.ndarray, at: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """Errors at loads, from those at some of them: a parabola or a line through the origin."""
-    powers = np.arange(1, len(at) + 1)
-    return np.asarray((loads[:, None] ** powers) @ np.linalg.solve(at[:, None] ** powers, errors))
+        errors[name] = tuple(map(float, error * along / along[place]))
+    return MeshCheck(
+        at=(float(loads[place]),) if changes else (), errors=errors, why=why if not errors else "",
+        wall_s=round(time.perf_counter() - start, 3),
+    )  # fmt: skip

@@ -151,14 +151,14 @@ def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:
     """A finger that bends freely meets no plate; it has walls."""
     lines = "pressure_kPa,angle_deg\n0,0\n5,1\n"
     told = 'experiment = "bending"\n[nuisance]\n'
-    walls = written(tmp_path, lines, told + "wall = 0.1\n")
-    assert "cast.wall_mm" in keys(read([walls], block()), block())
-    plate = written(tmp_path, lines, told + "plate_gap_mm = 0.5\n")
+    walls = read([written(tmp_path, lines, told + "wall = 0.1\n")], block())
+    assert "cast.wall_mm" in keys(walls, block())
+    plate = read([written(tmp_path, lines, told + "plate_gap_mm = 0.5\n")], block())
     with pytest.raises(ConfigError, match=r"^\[nuisance\] plate_gap_mm = 0.5: nothing in these"):
-        keys(read([plate], block()), block())
+        keys(plate, block())
     lone = Config().changed(mesh={"file": "finger.msh"})
     with pytest.raises(ConfigError, match=r"^\[nuisance\] wall = 0.1: nothing .*; allowed: modu"):
-        keys(read([walls], lone), lone)
+        keys(walls, lone)
 
 
 def test_a_nuisance_of_no_test_is_refused(tmp_path: Path) -> None:
