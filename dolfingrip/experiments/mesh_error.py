@@ -260,7 +260,7 @@ def estimate(
     place, why = 0, "no reading was reached at which it is looked at"
     try:
         if not isinstance(rig, FingerRig):
-            raise CannotTell("it is told of fingers")
+            raise CannotTell("it is told of fingers that bend or press alone")
         bisection = Bisection(rig, config) if states else None
         for row, state in states:
             assert bisection is not None
@@ -270,7 +270,9 @@ def estimate(
             why = "the mesh is too coarse: on the bisected one the shape is another"
     except (CannotTell, ConfigError) as reason:
         why = str(reason)
-    loads = result.column(PRESSURE.name)
+    loads = np.zeros(1)
+    if changes:
+        loads, why = result.column(PRESSURE.name), ""
     errors: dict[str, tuple[float, ...]] = {}
     for name, change in changes.items():
         if name not in result or not change:
@@ -283,6 +285,6 @@ def estimate(
             continue
         errors[name] = tuple(map(float, error * along / along[place]))
     return MeshCheck(
-        at=(float(loads[place]),) if changes else (), errors=errors, why=why if not errors else "",
+        at=(float(loads[place]),) if changes else (), errors=errors, why=why,
         wall_s=round(time.perf_counter() - start, 3),
     )  # fmt: skip
