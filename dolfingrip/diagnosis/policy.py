@@ -111,8 +111,6 @@ class ModelPolicy:
         mesh_share: part of the difference between graded and ungraded mesh that the mesh may be off
             by. Without it the mesh alone is taken for an effect: 5.6 standard deviations on the
             reference finger (angle 0.3°, force 0.02 N).
-        mesh_untold: part of a reading that the mesh may be off by where its error cannot be told:
-            two round bellows with walls of 0.8 mm in tetrahedra of 6 mm bend by 0.29 less.
         edges: elements at edges of the meshes in between, by the graded mesh's.
         reached: part of the pressure that the coarse model comes to, up to which others are
             simulated.
@@ -129,7 +127,6 @@ class ModelPolicy:
     """
 
     mesh_share: float = 0.3
-    mesh_untold: float = 0.3
     edges: tuple[float, ...] = (4.0, 2.0)
     reached: float = 0.97
     walls_by: float = 0.1

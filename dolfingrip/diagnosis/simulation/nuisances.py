@@ -136,8 +136,6 @@ def base_variant(
     config: Config,
     moved: Change = NO_CHANGE,
     headroom: float = ROUTES.headroom,
-    *,
-    mesh_check: bool = False,
 ) -> ModelVariant:
     """Return the variant of the base simulation, with derivatives by all nuisances.
 
@@ -146,13 +144,12 @@ def base_variant(
         config: the model.
         moved: changes of the moduli.
         headroom: pressure to go on to, by the highest of the rows.
-        mesh_check: whether the error of the mesh is estimated, too.
 
     Raises:
         ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
     """
-    stages, derived = neutral_stages(config), keys(measurement, config)
-    return ModelVariant({**stages, **moved}, derived, headroom=headroom, mesh_check=mesh_check)
+    stages = neutral_stages(config)
+    return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=headroom)
 
 
 def modulus_keys(config: Config) -> tuple[str, ...]:
