@@ -176,8 +176,6 @@ class Answer:
             where none was taken.
         failure_class, failure: why the model did not come to the end, as class and sentence; None
             where it did.
-        mesh_errors: (reached,) errors by column that are due to the mesh, where they were asked for
-            and can be told.
         outcome: class, sentence and time (s) of a grasp's outcome.
         iterations: of Newton's method.
         versions: of the software that computed it, by package.
@@ -188,7 +186,6 @@ class Answer:
     slopes: Slopes = field(default_factory=dict)
     failure_class: str | None = None
     failure: str | None = None
-    mesh_errors: Mapping[str, Numbers] = field(default_factory=dict)
     outcome: Mapping[str, Any] | None = None
     iterations: int = 0
     versions: Mapping[str, str] = field(default_factory=dict)

@@ -255,13 +255,12 @@ def answer_of(request: Request, result: Result) -> Answer:
         if not wanted or each["column"] in wanted:
             names = each["column"], each["parameter"]
             slopes.setdefault(names, np.full(len(rows), np.nan))[each["row"]] = each["derivative"]
-    failure, check = result.failure, result.facts.mesh_check
+    failure = result.failure
     return Answer(
         columns,
         slopes,
         None if failure is None else str(failure.kind),
         None if failure is None else failure.sentence(),
-        {name: np.array(each) for name, each in check.errors.items()} if check else {},
         None if result.outcome is None else asdict(result.outcome),
         result.facts.newton.iterations,
         record.versions(),
