@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from dolfingrip.config import Config
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.result import Result
 from dolfingrip.files.run import MeshCheck, RunFile
@@ -25,7 +26,7 @@ class _Run:
             {"pressure_kPa": 0.0, "angle_deg": 0.0},
             {"pressure_kPa": 250.0, "angle_deg": 147.6},
         ]
-        self.result = Result("bending", None, rows, facts=facts, folder=Path())  # type: ignore[arg-type]
+        self.result = Result("bending", Config(), rows, facts=facts, folder=Path())
 
     def column(self, name: str) -> object:
         return self.result.column(name) if name in self.result else None
