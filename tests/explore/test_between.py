@@ -126,7 +126,7 @@ def test_triangles_of_mirrored_fingers_are_wound_outwards(
 ) -> None:
     """Each half of a finger has the same volume, seen from a point of its plane of symmetry."""
     monkeypatch.setattr(Scene, "packed", lambda scene: scene)
-    nothing = space.of_results([], {}, None, {}, ())
+    nothing = space.of_results([], None, {}, ())
     wanted = Wanted("grasp", {}, short())
     scene = describe.described(nothing, Library(nothing), wanted, tmp_path)["scenes"][0]
     halves = [part for part in scene.parts if part.name in gripper.NAMES]

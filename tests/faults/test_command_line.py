@@ -155,3 +155,26 @@ def test_a_command_that_computes_needs_no_home(tmp_path: Path) -> None:
     )  # fmt: skip
     assert (ended.returncode, ended.stderr) == (0, "")
     assert (tmp_path / "out" / "finger.msh").exists()
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_ranks_wait_for_what_rank_0_prints(
+    interrupted: bool, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """mpirun ends all ranks once one has failed; an interrupt may be one rank's alone."""
+    waited: list[str] = []
+
+    class World:
+        rank, size = 0, 2
+
+        def Barrier(self) -> None:
+            waited.append("all")
+
+    def ended(*given: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("dolfingrip.cli.edge._world", World)
+    if interrupted:
+        monkeypatch.setattr(Subcommand, "function", ended)
+    assert run_command("columns", "nothing") == (130 if interrupted else 2)
+    assert waited == ([] if interrupted else ["all"])

@@ -18,6 +18,7 @@ from support.command import run_command
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import campaign
+from dolfingrip.jobs.job import Answer
 from dolfingrip.jobs.run import check
 from dolfingrip.jobs.store import NAME, Store
 
@@ -45,6 +46,7 @@ def test_a_damaged_store(name: str, tmp_path: Path, caplog: pytest.LogCaptureFix
     assert "\n" not in str(refused.value)
     standing = damage.computed(tmp_path)
     assert (standing.done, standing.failed) == (5, 1)
+    assert standing.computed < standing.total  # what can be read of the others is kept
     assert content(tmp_path) == before
     with Store(tmp_path) as store:
         assert store.facts() == facts
@@ -109,7 +111,8 @@ def test_doe_looks_through_a_campaign(tmp_path: Path, capsys: pytest.CaptureFixt
     assert not (tmp_path / "nothing").exists()
 
 
-def test_a_store_without_digests_gets_them(tmp_path: Path) -> None:
+@pytest.mark.parametrize("result", ["NULL", "3", "'{'"])
+def test_a_store_without_digests_gets_them(result: str, tmp_path: Path) -> None:
     """As version 2 of the tables has it: what can be read is kept."""
     file = damage.stored(tmp_path)
     before = content(tmp_path)
@@ -117,7 +120,7 @@ def test_a_store_without_digests_gets_them(tmp_path: Path) -> None:
         base.execute("PRAGMA ignore_check_constraints = ON")
         base.execute("ALTER TABLE jobs DROP COLUMN digest")
         base.execute("DELETE FROM facts WHERE name = 'digest'")
-        base.execute("UPDATE jobs SET result = NULL WHERE number = 2")
+        base.execute(f"UPDATE jobs SET result = {result} WHERE number = 2")
         base.execute("PRAGMA user_version = 2")
     with pytest.raises(ConfigError, match="has version 2 of the tables"):
         content(tmp_path)
@@ -125,3 +128,50 @@ def test_a_store_without_digests_gets_them(tmp_path: Path) -> None:
     assert damage.computed(tmp_path).computed == 1
     assert content(tmp_path) == before
     assert json.dumps(before)
+
+
+@pytest.mark.parametrize(
+    ("said", "version", "tables", "write"),
+    [
+        ("has version 99 of the tables", 99, False, True),
+        ("has version 99 of the tables", 99, True, True),
+        ("has version 99 of the tables", 99, True, False),
+        ("has version 0 of the tables", 0, True, True),
+        ("has version 0 of the tables", 0, False, False),
+    ],
+)
+def test_a_file_of_another_program_or_version_stays_as_it_is(
+    said: str, version: int, tables: bool, write: bool, tmp_path: Path
+) -> None:
+    with closing(sqlite3.connect(tmp_path / NAME, isolation_level=None)) as base:
+        base.execute(f"PRAGMA user_version = {version}")
+        base.execute("PRAGMA journal_mode = DELETE")
+        if tables:
+            base.execute("CREATE TABLE notes (text TEXT)")
+        else:
+            base.execute("VACUUM")  # which writes the head
+    before = (tmp_path / NAME).read_bytes()
+    with pytest.raises(ConfigError, match=said):
+        Store(tmp_path, write=write)
+    assert (tmp_path / NAME).read_bytes() == before
+
+
+def test_an_interrupt_while_an_answer_is_entered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing of it stays, and the store goes on."""
+
+    def interrupted(store: Store, key: str) -> None:
+        raise KeyboardInterrupt
+
+    jobs = damage.PLAN.jobs()
+    answer = Answer(jobs[0].key, "done", {"outputs": {"cog_offset_mm": 1.0}})
+    with Store(tmp_path, write=True) as store:
+        store.add(jobs, damage.PLAN.shared)
+        with monkeypatch.context() as patch:
+            patch.setattr(Store, "_seal", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                store.record(answer)
+        assert {row["status"] for row in store.rows()} == {"pending"}
+        assert store.record(answer)
+        assert [row["status"] for row in store.rows()].count("done") == 1

@@ -147,3 +147,10 @@ def test_the_fate_of_a_campaigns_optimum(after: tuple[float | None, float], said
     ]  # fmt: skip
     found = Downstream(original_before_N=2.0, original_after_N=4.0, designs=tuple(designs))
     assert found.sentence.startswith(said)
+
+
+def test_a_failures_sentence_has_its_documented_name(tmp_path: Path) -> None:
+    facts = json.loads(RUN.write(tmp_path).read_text("utf-8"))
+    assert facts["failure"] == {
+        "kind": "contact", "last_good": {"pressure_kPa": 40.0}, "sentence": "stopped at 40 kPa"
+    }  # fmt: skip

@@ -266,3 +266,16 @@ def test_an_emulator_tells_its_error() -> None:
     by_difference = (found.at(fresh[0] + step) - found.at(fresh[0] - step)).T / 2e-5
     assert value == pytest.approx(found.at(fresh[:1])[0])
     assert slopes == pytest.approx(by_difference, rel=1e-5, abs=1e-6)
+
+
+def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
+    """Effects too weak to be read: none, one or two act as probably as before the readings."""
+    weak = {name: 1e-7 * change for name, change in WAVES.items()}
+    own = case(drawn(), weak)
+    posterior = search(own, np.random.default_rng(SEED), sample=False)
+    found = [0.0, 0.0, 0.0]
+    for subset, probability in posterior.subsets.items():
+        found[len(own.effects(subset))] += probability
+    assert found == pytest.approx(own.policy.prior_by_size, rel=0.01)
+    twos = [p for subset, p in posterior.subsets.items() if subset == ("bent", "wave")]
+    assert twos == pytest.approx([own.policy.prior_by_size[2] / 3], rel=0.1)
