@@ -31,8 +31,9 @@ TEMPORARY = "dolfingrip-planted-"
 LONGEST_s = 900
 """Time (s) of one fault's tests; a fault that makes them run longer is caught."""
 
-PASSED, FAILED = 0, 1
-"""Exit codes of pytest; others say that the tests could not be run."""
+PASSED, FAILED, INTERRUPTED = 0, 1, 2
+"""Exit codes of pytest, the last where a file of tests cannot be imported; others say that there
+are no such tests."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,9 @@ class Fault:
         """Why it cannot be planted in the checkout, "" where it can."""
         file = ROOT / self.file
         found = file.read_text(encoding="utf-8").count(self.text) if file.is_file() else 0
+        for test in self.tests:
+            if not (ROOT / "tests" / test.partition("::")[0]).exists():
+                return f"{self.name}: no tests/{test}"
         return (
             "" if found == 1 else f"{self.name}: {self.file} has its text {found} times, not once"
         )
@@ -115,11 +119,11 @@ def tested(copy: Path, fault: Fault) -> tuple[bool, str]:
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return True, f"longer than {LONGEST_s} s"
-    if ended.returncode not in (PASSED, FAILED):
+    if ended.returncode not in (PASSED, FAILED, INTERRUPTED):
         raise RuntimeError(f"{fault.name}: {ended.stdout[-2000:]}{ended.stderr[-2000:]}")
     failed = [line.split(" ")[1] for line in ended.stdout.splitlines()
               if line.startswith(("FAILED ", "ERROR "))]  # fmt: skip
-    return ended.returncode == FAILED, failed[0].removeprefix("tests/") if failed else ""
+    return ended.returncode != PASSED, failed[0].removeprefix("tests/") if failed else ""
 
 
 def read(file: Path) -> dict[str, dict[str, str]]:
