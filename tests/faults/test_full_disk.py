@@ -296,6 +296,14 @@ def test_coupon(disk: Disk, refuse: Refuse) -> None:
     refuse(*asked, names="material.toml")
 
 
+def test_import(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
+    table = tmp_path / "raw.csv"
+    rows = [f"{p},{p / 10}" for p in range(0, 100, 10)]
+    table.write_text("\n".join(["pressure [kPa],angle [deg]", *rows]) + "\n", encoding="utf-8")
+    asked = ("import", table, "--out", disk.folder, "--experiment", "bending", "--rate", 10)
+    refuse(*asked, names="raw.csv")
+
+
 def test_every_command_that_writes_is_here() -> None:
     every = [each for command in COMMANDS for each in (command, *command.below)]
     writes = [
