@@ -18,7 +18,7 @@ from dolfingrip.diagnosis.data import table as measured
 from dolfingrip.diagnosis.data.columns import CONTROL, IGNORED, MEASURED, READINGS
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
-from dolfingrip.files.whole import write_together
+from dolfingrip.files import whole
 from dolfingrip.importing import cells as reading
 from dolfingrip.importing.cells import Cells
 from dolfingrip.importing.header import (
@@ -519,7 +519,7 @@ def write(found: ImportedTable, out: Path) -> tuple[Path, Path]:
         document.add(key, value)
     text = found.table.to_csv(index=False, float_format="%.10g", lineterminator="\n")
     _check(found, text)
-    write_together({target: text, target.with_suffix(".toml"): tomlkit.dumps(document)})
+    whole.write_together({target: text, target.with_suffix(".toml"): tomlkit.dumps(document)})
     return target, target.with_suffix(".toml")
 
 
@@ -537,7 +537,7 @@ def _check(found: ImportedTable, text: str) -> None:
     experiments = found.setup.get("experiment", [])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{found.file.stem}.csv"
-        file.write_text(text, encoding="utf-8")
+        whole.write(file, text)
         try:
             measured.read(file, [experiments] if isinstance(experiments, str) else experiments)
         except ConfigError as error:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import random
 from pathlib import Path
 
 import pytest
 
 from benchmarks import fuzz
+from dolfingrip.files.whole import WriteError
 from dolfingrip.meshes.adoption.adopt import adopt
 from dolfingrip.meshes.adoption.roles import Asked
 from dolfingrip.meshes.adoption.sizes import MeshRequest
@@ -54,7 +56,7 @@ def test_what_the_fuzzer_finds(tmp_path: Path) -> None:
         raise fuzz.ConfigError("no")
 
     def lines() -> None:
-        raise fuzz.ConfigError("two\nlines")
+        raise WriteError(errno.ENOSPC, "full", "two\nlines")
 
     assert fuzz.once(of(lambda: 1 // 0), 0)[0] == "traceback"
     assert fuzz.once(of(lines), 0)[0] == "traceback"

@@ -39,6 +39,7 @@ ALLOWED = {
     ("dolfingrip/report/page/results/run.py", "save"): "into a stream",
     ("dolfingrip/design/surrogate/surrogate.py", "save"): "into a stream",
     ("dolfingrip/diagnosis/results.py", "to_csv"): "a text",
+    ("dolfingrip/importing/importing.py", "to_csv"): "a text",
     ("meshes/files.py", "write"): "a library's file, which is read back",
     ("dolfingrip/report/printable.py", "write"): "a library's file, whose end is checked",
 }
