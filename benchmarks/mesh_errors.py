@@ -127,7 +127,7 @@ class Runs:
                 told = facts.mesh_check.errors.get(column)
                 found |= {
                     "error": None if told is None else told[-1],
-                    "why": facts.mesh_check.why, "check_s": facts.mesh_check.wall_s,
+                    "why": facts.mesh_check.reason(column), "check_s": facts.mesh_check.wall_s,
                 }  # fmt: skip
             self._known[key] = found
             whole.write(self._file, json.dumps(self._known, indent=1))

@@ -209,7 +209,7 @@ def _print(experiment: Experiment, result: Result, out: Path, console: Screen) -
         shown = experiment.table, result.columns()
         console.print(tabulate(shown, title=experiment.title, errors=errors))
         if check is not None and main not in check.errors:
-            console.say(f"error of the mesh: cannot tell: {check.why}", style="yellow")
+            console.say(f"error of the mesh: cannot tell: {check.reason(main)}", style="yellow")
     _print_remarks(experiment, result, console)
     console.say(f"results: {out}")
 

@@ -105,9 +105,14 @@ class MeshCheck(Part):
     errors: dict[str, tuple[float, ...]] = Field(
         {}, description="by column, one for each row, in the column's unit"
     )
-    why: str = Field("", description="why they cannot be told; empty where they are")
+    why: str = Field("", description="why none can be told; empty where one can")
+    reasons: dict[str, str] = Field({}, description="by column, why its error cannot be told")
     at: tuple[float, ...] = Field((), description="loads at which the mesh was bisected")
     wall_s: float = 0.0
+
+    def reason(self, column: str) -> str:
+        """Why the error of a column cannot be told, in words."""
+        return self.reasons.get(column, self.why)
 
 
 class SolverCounts(Part):

@@ -47,6 +47,8 @@ def test_the_told_error_is_judged(error: float, verdict: str) -> None:
 def test_what_is_not_told_is_open() -> None:
     told = _mesh(MeshCheck(why="the mesh is too coarse"))
     assert (told.verdict, told.said) == ("open", "cannot tell: the mesh is too coarse")
+    told = _mesh(MeshCheck(at=(50.0,), reasons={"angle_deg": "its error changes its sign"}))
+    assert (told.verdict, told.said) == ("open", "cannot tell: its error changes its sign")
     assert _mesh(None).verdict == "open"
     assert "--mesh-check" in _mesh(None).said
 

@@ -117,7 +117,7 @@ def _estimated(run: Run, column: str, name: str, goal: str) -> Check:
         again = "run it with --mesh-check, or give a run on a finer mesh beside it"
         return Check(name, "–", goal, "open", f"{OPEN}: {again}")
     if column not in check.errors:
-        return Check(name, "–", goal, "open", f"cannot tell: {check.why}")
+        return Check(name, "–", goal, "open", f"cannot tell: {check.reason(column)}")
     errors = np.array(check.errors[column])
     row, size = int(np.abs(errors).argmax()), float(np.nanmax(np.abs(y))) or 1.0
     share, channel = abs(errors[row]) / size, CHANNELS[column]
