@@ -75,14 +75,17 @@ def offered(files: Sequence[Path], command: str, screen: Screen, out: Path) -> l
 
 def _in_format(file: Path) -> bool:
     """True for a table in the format, and for what no import could read better."""
-    if not file.is_file():
-        return True
+    return not file.is_file() or importing.is_format(_header(file))
+
+
+def _header(file: Path) -> list[str]:
+    """Names of the columns of a CSV file; an empty name where it is no text."""
     try:
         with file.open(encoding="utf-8-sig") as stream:
             header = next((line for line in stream if not line.startswith("#")), "")
     except UnicodeDecodeError:
-        return False
-    return importing.is_format([name.strip() for name in header.split(",")])
+        return [""]
+    return [name.strip() for name in header.split(",")]
 
 
 def _offer(file: Path, command: str, screen: Screen, out: Path) -> Path:
@@ -91,6 +94,8 @@ def _offer(file: Path, command: str, screen: Screen, out: Path) -> Path:
     try:
         found, questions = _understood(file, Told())
     except ConfigError as error:
+        if importing.is_format(_header(file)[:1]):
+            return file  # almost in the format, whose own reader says what is wrong
         raise ConfigError(f"{command} {error}; {line} takes such tables") from None
     if _asks() and typer.confirm(f"{file} is not in the format of measured data. Import it?"):
         return bring(file, folder, Told(), screen)

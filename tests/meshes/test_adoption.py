@@ -174,12 +174,13 @@ def test_surfaces_that_enclose_no_solid(
     assert f"{file}: {said}" in str(error.value)
 
 
-def test_the_side_of_the_cavity_is_told_by_the_centroid_wherever_the_part_lies(
+def test_the_side_of_the_cavity_is_told_by_its_lever_wherever_the_part_lies(
     tmp_path: Path,
 ) -> None:
     """A bar with a box inside that lies 1 mm off its axis, far from the file's origin.
 
-    The cavity's centre is V / (V − v) times as far from the solid's centroid as from the bar's.
+    The cavity's centre is A / (A − a) times as far from the centroid of the walls' section as from
+    the bar's axis, A and a being the sections of bar and box.
     """
     file, occ = tmp_path / "bar.step", gmsh.model.occ
     with session("bar"):
@@ -189,5 +190,6 @@ def test_the_side_of_the_cavity_is_told_by_the_centroid_wherever_the_part_lies(
         occ.synchronize()
         gmsh.write(str(file))
     found = adopt(file, Asked(), MeshRequest())
-    away = 14 * 14 * 50 / (14 * 14 * 50 - 8 * 8 * 42)
-    assert f": the cavity lies {away:.3g} mm to the other side" in found.roles.said["back"]
+    lever = 14 * 14 / (14 * 14 - 8 * 8)
+    assert f"about the walls that run through is {lever:.2g} mm" in found.roles.said["back"]
+    assert found.roles.origin[1] == pytest.approx(-150 + 14 / 2)  # the plane of symmetry
