@@ -192,4 +192,4 @@ def test_the_side_of_the_cavity_is_told_by_its_lever_wherever_the_part_lies(
     found = adopt(file, Asked(), MeshRequest())
     lever = 14 * 14 / (14 * 14 - 8 * 8)
     assert f"about the walls that run through is {lever:.2g} mm" in found.roles.said["back"]
-    assert found.roles.origin[1] == pytest.approx(-150 + 14 / 2)  # the plane of symmetry
+    assert found.roles.origin_mm[1] == pytest.approx(-150 + 14 / 2)  # the plane of symmetry
