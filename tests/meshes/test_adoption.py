@@ -174,20 +174,23 @@ def test_surfaces_that_enclose_no_solid(
     assert f"{file}: {said}" in str(error.value)
 
 
+@pytest.mark.parametrize("suffix", [".step", ".stl"])
 def test_the_side_of_the_cavity_is_told_by_its_lever_wherever_the_part_lies(
-    tmp_path: Path,
+    suffix: str, tmp_path: Path
 ) -> None:
     """A bar with a box inside that lies 1 mm off its axis, far from the file's origin.
 
     The cavity's centre is A / (A − a) times as far from the centroid of the walls' section as from
     the bar's axis, A and a being the sections of bar and box.
     """
-    file, occ = tmp_path / "bar.step", gmsh.model.occ
+    file, occ = tmp_path / f"bar{suffix}", gmsh.model.occ
     with session("bar"):
         body = occ.addBox(200, -150, 90, 14, 14, 50)
         hollow = occ.addBox(204, -147, 94, 8, 8, 42)
         occ.cut([(3, body)], [(3, hollow)])
         occ.synchronize()
+        if suffix == ".stl":
+            gmsh.model.mesh.generate(2)
         gmsh.write(str(file))
     found = adopt(file, Asked(), MeshRequest())
     lever = 14 * 14 / (14 * 14 - 8 * 8)
