@@ -49,9 +49,23 @@ def test_what_is_always_needed_has_a_line_and_other_modules_none() -> None:
     assert how_to_install("nobody_s_module") == ""
 
 
-WITHOUT = """
+HIDING = """
 import sys
-sys.modules.update(dict.fromkeys({missing!r}))
+
+class Hiding:
+    def __init__(self, finder):
+        self.finder = finder
+    def __getattr__(self, name):
+        return getattr(self.finder, name)
+    def find_spec(self, name, path=None, target=None):
+        hidden = name.partition(".")[0] in {missing!r}
+        return None if hidden else self.finder.find_spec(name, path, target)
+
+sys.meta_path[:] = [Hiding(each) for each in sys.meta_path]
+"""
+"""Finds some packages nowhere. With None in their place SciPy would take torch for imported."""
+
+WITHOUT = """
 sys.argv = ["dolfingrip", *{arguments!r}]
 from dolfingrip.cli.app import main
 main()
@@ -61,7 +75,7 @@ FENICS = ["mpi4py", "dolfinx", "petsc4py", "ufl", "basix", "ffcx"]
 
 def without(missing: list[str], *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run a command in a Python that lacks some packages."""
-    code = WITHOUT.format(missing=missing, arguments=arguments)
+    code = HIDING.format(missing=missing) + WITHOUT.format(arguments=arguments)
     alone = {key: value for key, value in os.environ.items() if key not in edge.LAUNCHED}
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=alone
@@ -79,8 +93,6 @@ def test_without_dolfinx_a_command_says_two_lines_that_install_one(command: str)
 
 EXTRAS = [name for names in MODULES.values() for name in names]
 IMPORTED = """
-import sys
-sys.modules.update(dict.fromkeys({missing!r}))
 from dolfingrip.cli.app import COMMANDS
 for each in (below for one in COMMANDS for below in (one, *one.below)):
     try:
@@ -92,7 +104,7 @@ for each in (below for one in COMMANDS for below in (one, *one.below)):
 
 def test_the_explorer_alone_needs_an_extra_to_begin() -> None:
     """What an extra brings is imported where it is used."""
-    code = IMPORTED.format(missing=EXTRAS)
+    code = HIDING.format(missing=EXTRAS) + IMPORTED
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert re.fullmatch(r"explore (starlette|uvicorn)\S*\n", ended.stdout)
 
