@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import tomlkit
 
-from dolfingrip.channels import ANGLE, CHANNELS, PRESSURE, TIME, WHO
+from dolfingrip.channels import ANGLE, CHANNELS, TIME, WHO
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table as measured
 from dolfingrip.diagnosis.data.columns import CONTROL, IGNORED, MEASURED, READINGS
@@ -48,9 +48,6 @@ UNSTRETCHED: Final = 0.9
 
 ZERO_KPA: Final = 10.0
 """A gauge's zero is not farther off than this."""
-
-SUCTION: Final = {"cavity": {"cavity": {"pressure_ratio": -1.0}}}
-"""Set-up by which a positive ``pressure_kPa`` is suction."""
 
 
 @dataclass(slots=True)
@@ -307,35 +304,19 @@ def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
             )
         )
     low, high = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
-    lowest, _ = PRESSURE.plausible or (-10.0, 0.0)
-    if name == "suction_kPa" or low < lowest:
-        size = max(-low, high)
+    if name == "suction_kPa":
         if min(-low, high) > ZERO_KPA:
             raise ConfigError(
                 f"{found.file}: {header} = {low:.4g} to {high:.4g} kPa: suction and pressure in "
                 "one table; allowed: one sign, each in a table of its own"
             )
-        sign = 1.0 if size == -low else -1.0  # of a pressure below that of the air
-        if -size < lowest:  # which the format does not hold
-            sign = -sign
-            found.setup = _merged(found.setup, SUCTION)
-            found.notes.append("suction is a positive pressure_kPa with pressure_ratio = -1")
+        sign = 1.0 if -low >= high else -1.0  # of a pressure below that of the air
         if (own := found.taken[header]) is not None:
             found.taken[header] = replace(own, target="pressure_kPa", factor=sign * own.factor)
         table = table.drop(columns=name).assign(pressure_kPa=sign * value)
     found.table = table
     if experiment in CONTROL:
         _times(found, told, "rate_kPa_per_s")
-
-
-def _merged(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """Nested tables with the entries of both; those of the second count."""
-    both = {
-        key: _merged(first[key], second[key])
-        for key in first.keys() & second.keys()
-        if isinstance(first[key], Mapping) and isinstance(second[key], Mapping)
-    }
-    return {**first, **second, **both}
 
 
 def _times(found: ImportedTable, told: Told, rate: str) -> None:

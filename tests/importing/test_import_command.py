@@ -64,7 +64,7 @@ def test_commands_that_read_measurements_offer_it(command: list[str], tmp_path: 
 def test_suction_is_a_pressure_below_that_of_the_air(
     header: str, sign: str, tmp_path: Path
 ) -> None:
-    """The set-up's ratio turns a positive pressure where the format holds no negative one."""
+    """A column of a vacuum is turned; a ratio of the set-up would count, too."""
     file = tmp_path / "suction.csv"
     file.write_text(f"{header},angle_deg\n0,0\n{sign}20,4.1\n{sign}40,8.3\n")
     file.with_suffix(".toml").write_text('experiment = "bending"\nrate_kPa_per_s = 5.0\n')
