@@ -228,6 +228,7 @@ def test_failed_step_is_undone_bitwise(solid: bodies.Body) -> None:
 def test_time_limit_ends_between_steps(solid: bodies.Body, monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that goes on by 1 s a look: what was reached is kept, the rest is not tried."""
     ticks = itertools.count()
+    monkeypatch.setattr("dolfingrip.mechanics.newton.iterations.is_late", lambda *_: False)
     monkeypatch.setattr("dolfingrip.mechanics.path.path.time.monotonic", lambda: float(next(ticks)))
     limited = SETTINGS.model_copy(update={"time_limit_s": 2.5})
     arrival = by_pressure(Newton(solid.model, limited)).advance({"pressure_kPa": 200.0})
@@ -237,3 +238,20 @@ def test_time_limit_ends_between_steps(solid: bodies.Body, monkeypatch: pytest.M
     assert failure.kind is FailureKind.TIME_LIMIT
     assert failure.last_good == pytest.approx({"pressure_kPa": 80.0})
     assert failure.sentence() == "stopped at 80 kPa (time limit)"
+
+
+def test_time_limit_ends_within_a_solve(
+    solid: bodies.Body, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A solve does not go on when the time is over; the state is the last good one."""
+    path = by_pressure(Newton(solid.model, SETTINGS))
+    path.advance({"pressure_kPa": 40.0})
+    good = solid.model.state()
+    monkeypatch.setattr("dolfingrip.mechanics.newton.iterations.is_late", lambda *_: True)
+    arrival = path.advance({"pressure_kPa": 200.0})
+    failure = arrival.failure
+    assert failure is not None
+    assert failure.kind is FailureKind.TIME_LIMIT
+    assert failure.last_good == pytest.approx({"pressure_kPa": 40.0})
+    assert arrival.steps == 0
+    assert np.array_equal(solid.model.state().displacement, good.displacement)

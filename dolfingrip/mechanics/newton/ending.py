@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.compilation import Tell
@@ -23,6 +25,7 @@ class Ending(StrEnum):
     INVERTED = "inverted"
     BLOCKED = "blocked by contact"
     SINGULAR = "singular tangent"
+    LATE = "time limit"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +48,13 @@ class Solve:
         return self.ending is Ending.CONVERGED
 
 
-def ending_of(reason: int, rules: Globalisation) -> Ending:
+def ending_of(reason: int, rules: Globalisation, *, late: bool) -> Ending:
     """The ending of a solve that follows from PETSc's reason and the rules of its steps."""
     reasons = PETSc.SNES.ConvergedReason
     if reason > 0:
         return Ending.CONVERGED
+    if late:
+        return Ending.LATE
     if rules.stuck:
         return Ending.INVERTED if rules.bound == INVERTED else Ending.BLOCKED
     if reason == reasons.DIVERGED_MAX_IT:
@@ -57,6 +62,11 @@ def ending_of(reason: int, rules: Globalisation) -> Ending:
     if reason == reasons.DIVERGED_LINEAR_SOLVE:
         return Ending.SINGULAR
     return Ending.DIVERGED
+
+
+def is_late(comm: MPI.Comm, end_s: float) -> bool:
+    """Return whether a time on the monotonic clock is over on any rank."""
+    return end_s < math.inf and bool(comm.allreduce(time.monotonic() > end_s, MPI.LOR))
 
 
 @dataclass(slots=True)

@@ -14,7 +14,7 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.damping import Damping
-from dolfingrip.mechanics.newton.ending import Counts, Watch
+from dolfingrip.mechanics.newton.ending import Counts, Watch, is_late
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, IterationVerdict
 from dolfingrip.mechanics.newton.lagging import CorrectedStep, LagRules
@@ -102,10 +102,12 @@ class Iterations:
         damped: whether each step is damped and searched along.
         corrected: whether lagged quantities may change along steps.
         before: controls of the present state, at which the first tangent is assembled.
+        end_s: time on the monotonic clock after which no further iteration begins.
 
     Attributes:
         rules: lengths of steps, and when to stop.
         lagging: when lagged quantities are updated.
+        late: whether the time was over.
     """
 
     def __init__(
@@ -116,7 +118,9 @@ class Iterations:
         damped: bool,
         corrected: bool,
         before: Mapping[str, float],
+        end_s: float,
     ) -> None:
+        self._end_s, self.late = end_s, False
         self._system = system
         self._model = model = system.model
         self._damped = damped
@@ -275,6 +279,8 @@ class Iterations:
             norm = float(residual.norm())
             self.lagging.updated(norm)
             verdict = rules.judge_anew(iteration, norm, scale)
+        if verdict is IterationVerdict.GO_ON and is_late(self._model.comm, self._end_s):
+            self.late, verdict = True, IterationVerdict.HOPELESS
         return int((IterationVerdict.HOPELESS if self.lagging.lost else verdict).value)
 
     def _updates_lagged(self, verdict: IterationVerdict, norm: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -68,6 +69,7 @@ class Newton:
         before: Mapping[str, float] | None = None,
         again: bool = True,
         iterations: int | None = None,
+        end_s: float = math.inf,
     ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
@@ -83,15 +85,16 @@ class Newton:
                 that bears it would soften it.
             again: whether a second start is allowed; a caller that halves its step forbids it.
             iterations: at most, if fewer than the settings allow.
+            end_s: time on the monotonic clock after which no further iteration begins.
         """
         here = self.model.unknowns.local()
         lagged = self.model.lagged_state()
         self.watch.start()
-        solve, overshot = self._iterate(guess, damped, before, iterations)
+        solve, overshot = self._iterate(guess, damped, before, iterations, end_s)
         if again and not solve.converged and overshot:
             self.model.unknowns.set_local(here)
             self.model.restore_lagged(lagged)
-            second, _ = self._iterate(guess, damped, before, iterations, corrected=False)
+            second, _ = self._iterate(guess, damped, before, iterations, end_s, corrected=False)
             solve = replace(second, iterations=solve.iterations + second.iterations)
         self.counts.damped += damped and solve.converged
         return solve
@@ -102,6 +105,7 @@ class Newton:
         damped: bool,
         before: Mapping[str, float] | None,
         iterations: int | None,
+        end_s: float,
         *,
         corrected: bool = True,
     ) -> tuple[Solve, bool]:
@@ -114,12 +118,17 @@ class Newton:
         allowed = self.settings.max_iterations * factor
         self._snes.setTolerances(max_it=min(allowed, iterations or allowed))
         course = Iterations(
-            self._system, guess, damped=damped, corrected=corrected, before=before or {}
+            self._system,
+            guess,
+            damped=damped,
+            corrected=corrected,
+            before=before or {},
+            end_s=end_s,
         )
         course.run(self._snes, self._x)
         taken = self._snes.getIterationNumber()
         self.counts.iterations += taken
-        ending = ending_of(self._snes.getConvergedReason(), course.rules)
+        ending = ending_of(self._snes.getConvergedReason(), course.rules, late=course.late)
         return Solve(ending, taken, self._system.damping.unstable), course.lagging.overshot
 
     def linear(self) -> Callable[[np.ndarray], np.ndarray]:

@@ -12,7 +12,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.state import State
-from dolfingrip.mechanics.newton.ending import Ending, Solve
+from dolfingrip.mechanics.newton.ending import Ending, Solve, is_late
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.policy import PathPolicy
@@ -116,7 +116,7 @@ class LoadPath:
         before = self.newton.counts.iterations
         done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
-            if self._late():
+            if is_late(self.model.comm, self._end_s):
                 failure = Failure(FailureKind.TIME_LIMIT, at(done))
                 return Arrival(iterations, steps, failure)
             reach = self._next(done, whole)
@@ -141,6 +141,9 @@ class LoadPath:
                 if self._over():
                     break
                 continue
+            if solve.ending is Ending.LATE:
+                self.model.restore(good)
+                return Arrival(iterations, steps, Failure(FailureKind.TIME_LIMIT, at(done)))
             away = solve.unstable and self._runs_away(taken, good)
             self.model.restore(good)
             if not self._damped and turns is None:
@@ -216,14 +219,16 @@ class LoadPath:
         if self._policy.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
         again = last or not self._policy.halves_first
-        solve = self.newton.solve(guess, before=before, again=again)
+        solve = self.newton.solve(guess, before=before, again=again, end_s=self._end_s)
         gives_up = (self._lost or self._policy.halves_first) and not (last and self._damped)
         if solve.converged or gives_up:
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)
         damped = self.newton.solve(
-            damped=True, iterations=None if self._damped else self._policy.small_jump
+            damped=True,
+            iterations=None if self._damped else self._policy.small_jump,
+            end_s=self._end_s,
         )
         if damped.converged and not self._damped:
             self._lost = self._stiffness(length, good) < self._policy.soft * self._stiffest
@@ -243,12 +248,6 @@ class LoadPath:
             self._by_error = easy < 1.0
             self._length = min(self._length, easy)
         self._direction = direction
-
-    def _late(self) -> bool:
-        """Return whether the time limit is over, equal on all ranks."""
-        if self._end_s == math.inf:
-            return False
-        return bool(self.model.comm.allreduce(time.monotonic() > self._end_s, MPI.LOR))
 
     def _stiffness(self, length: float, before: State) -> float:
         """Parts of a longest step for a change of the displacement by 1 mm from ``before``."""
