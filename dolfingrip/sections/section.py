@@ -86,7 +86,9 @@ class Section(BaseModel):
     later: ClassVar[Mapping[str, Any]] = {}
     entries: ClassVar[type[Section] | None] = None
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True
+    )
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse a change, in one line.
