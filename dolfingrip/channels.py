@@ -99,6 +99,15 @@ class Channel:
         """The short title with the unit, for a table."""
         return f"{self.short or self.title} ({self.symbol})"
 
+    def said(self, value: float) -> str:
+        """Write a value, read between two rows as well, with its unit.
+
+        Args:
+            value: in the channel's unit.
+        """
+        form = ".1f" if self.form == "g" else self.form
+        return f"{value:z{form}}{'' if self.symbol == '°' else ' '}{self.symbol}"
+
     def called(self, title: str) -> Channel:
         """A channel with these readings and another title."""
         return replace(self, title=title, short="")

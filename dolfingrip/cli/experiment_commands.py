@@ -12,7 +12,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import PRESSURE
+from dolfingrip.channels import ANGLE, FORCE, PRESSURE
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
@@ -67,7 +67,7 @@ def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Resu
                 f'difference of the two as "{choice.label}"'
             )
     result = _run(request, screen)
-    _pictures(experiment, result, out, wanted, asked.colour_by, screen)
+    _pictures(experiment, result, out, wanted, asked.colour_by, screen, video=asked.video)
     if MPI.COMM_WORLD.rank == 0:
         _print(experiment, result, out, screen)
     return result
@@ -159,6 +159,8 @@ def _pictures(
     wanted: Sequence[float],
     colour_by: Quantity,
     console: Screen,
+    *,
+    video: bool = False,
 ) -> list[Path]:
     """Plot the curve, draw the finger at the pressures reached, return the files (on rank 0)."""
 
@@ -173,17 +175,20 @@ def _pictures(
             curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
             if (own := drawer(experiment.pictures)) is not None:
                 return [curve_file, *own.draw(out, result.config, columns)]
-            reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
-            if not reached:
-                return [curve_file]
             from dolfingrip.report import render
 
-            drawn = render.draw(
-                out / "fields.pvd", reached, colour_by=colour_by, plate=_plate(result)
-            )
-            each = drawn.save_each(out)
-            strip = [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
-            return [curve_file, *each, *strip]
+            files = [curve_file]
+            look: dict[str, Any] = {"colour_by": colour_by, "plate": _plate(result)}
+            reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
+            if reached:
+                drawn = render.draw(out / "fields.pvd", reached, **look)
+                files += drawn.save_each(out)
+                files += [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
+            if video:
+                said = [each for each in (PRESSURE, ANGLE, FORCE) if each.name in columns]
+                moving = render.draw_video(out / "fields.pvd", said, result=columns, **look)
+                files += moving.save_video(out / "video")
+            return files
 
     return on_root(MPI.COMM_WORLD, work) or []
 

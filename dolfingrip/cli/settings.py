@@ -158,6 +158,7 @@ class RunSettings(ConfiguredSettings):
     colour_by: Literal["displacement", "stretch"] = option(
         "displacement", "Colours of these pictures."
     )
+    video: bool = option(False, "Draw video.mp4 and video.gif of ten seconds.")
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)
     mesh_check: bool | None = option(
@@ -180,6 +181,7 @@ def of_experiment(experiment: Experiment) -> type[RunSettings]:
     """
     absent = {
         "render": experiment.drawable, "colour_by": experiment.drawable,
+        "video": experiment.drawable,
         "gradients": experiment.gradients, "parameters": experiment.gradients,
         "mesh_check": experiment.mesh_check,
         "protocol": experiment.protocol, "specimen": experiment.protocol,

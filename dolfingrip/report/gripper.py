@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pyvista as pv
-from matplotlib.font_manager import findfont
 from PIL import Image as Pillow
-from PIL import ImageDraw, ImageFont
 from scipy.spatial.transform import Rotation
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
@@ -27,11 +22,10 @@ from dolfingrip.experiments.rigs.gripper import placed, stands_of
 from dolfingrip.files import whole
 from dolfingrip.files.columns import Columns
 from dolfingrip.mechanics.model.placement import Placement, to_world
+from dolfingrip.report import video
 from dolfingrip.report.fields import list_steps, read_steps
 from dolfingrip.report.scene import Image, View, aim, segments_of, shot, stage, surface_of
 from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
-
-_LOG = logging.getLogger(__name__)
 
 FOOD = "#E0B060"
 """Colour of the food, sausage or potato."""
@@ -48,8 +42,7 @@ class GripperView:
         height_px: height of the pictures.
         elevation_deg: rise of the camera above the horizontal.
         azimuth_deg: turn of the camera from the side view.
-        frame_ms: time for which the animation shows each picture.
-        label_px: height of the letters that say time and pressure.
+        frame_ms: time for which the video shows each picture.
         margin: width and height of the picture, by those of what it shows.
         in_plane_mm: distance from the plane of symmetry within which a node lies in it.
     """
@@ -58,7 +51,6 @@ class GripperView:
     elevation_deg: float = 14.0
     azimuth_deg: float = 35.0
     frame_ms: int = 250
-    label_px: int = 26
     margin: float = 1.04
     in_plane_mm: float = 1e-6
 
@@ -104,23 +96,12 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     skin, moments = moments_of(out / "fields.pvd", config, result, body)
     write_scene(out / "grasp.pvd", skin, body, moments)
     pictures = zip(_images(skin, body, moments), moments, strict=True)
-    images = [labelled(picture, moment.label) for picture, moment in pictures]
+    images = [video.labelled(picture, moment.label) for picture, moment in pictures]
     strip = np.concatenate([images[i] for i in stages(list(result["branch"]))], axis=1)
-    still, moving = out / "grasp.png", out / "grasp.gif"
+    still = out / "grasp.png"
     with whole.stream(still) as content:
         Pillow.fromarray(strip).save(content, "PNG")
-    frames = [Pillow.fromarray(image).resize(_halved(image)) for image in images]
-    with whole.stream(moving) as content:
-        frames[0].save(
-            content,
-            "GIF",
-            save_all=True,
-            append_images=frames[1:],
-            duration=VIEW.frame_ms,
-            loop=0,
-            optimize=True,
-        )
-    return [still, moving, *write_film(out / "grasp.mp4", images)]
+    return [still, *video.write(out / "grasp", images, VIEW.frame_ms)]
 
 
 def label(time_s: float, pressure_kPa: float, branch: str) -> str:
@@ -141,22 +122,6 @@ def label(time_s: float, pressure_kPa: float, branch: str) -> str:
     if not time_s:
         stage = "at rest"
     return f"{time_s:z.2f} s, {pressure_kPa:z.4g} kPa, {stage}"
-
-
-def labelled(image: Image, text: str) -> Image:
-    """A picture with a text above it, in letters that are as small as the picture requires."""
-    size, width = VIEW.label_px, image.shape[1]
-    while size > 8 and _font(size).getlength(text) > 0.96 * width:
-        size -= 1
-    strip = Pillow.new("RGB", (width, 2 * VIEW.label_px), "white")
-    place = (width / 2, VIEW.label_px)
-    ImageDraw.Draw(strip).text(place, text, fill=INK, font=_font(size), anchor="mm")
-    return np.concatenate([np.asarray(strip), image])
-
-
-def _font(size_px: int) -> ImageFont.FreeTypeFont:
-    """The font of all pictures; matplotlib ships it."""
-    return ImageFont.truetype(findfont("DejaVu Sans"), size_px)
 
 
 def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> None:
@@ -222,32 +187,6 @@ def stages(branches: Sequence[str]) -> list[int]:
     last = {branch: row for row, branch in enumerate(branches)}
     closed = last.get("loading", 0)
     return list(dict.fromkeys([0, last.get("approach", closed // 2), closed, len(branches) - 1]))
-
-
-def write_film(path: Path, images: Sequence[Image]) -> list[Path]:
-    """Write an MP4 in H.264 of pictures of one size, each shown for ``VIEW.frame_ms``.
-
-    Returns:
-        The file; none where PyAV is missing, and a warning says so.
-    """
-    if find_spec("av") is None:
-        _LOG.warning("no %s: pip install av (dolfingrip's extra video)", path)
-        return []
-    import av
-
-    height, width = (2 * (length // 2) for length in images[0].shape[:2])  # even, as H.264 needs
-    with whole.stream(path) as content, av.open(content, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=Fraction(1000, VIEW.frame_ms))
-        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-        for image in images:
-            cut = np.ascontiguousarray(image[:height, :width])
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(cut, format="rgb24")))
-        container.mux(stream.encode())
-    return [path]
-
-
-def _halved(image: Image) -> tuple[int, int]:
-    return image.shape[1] // 2, image.shape[0] // 2
 
 
 def moments_of(

@@ -31,16 +31,7 @@ def trim(picture: Image, margin_px: int) -> Image:
 
 
 def save_pictures(
-    pictures: Sequence[Image],
-    labels: Sequence[str],
-    out: Path,
-    *,
-    px_per_mm: float,
-    view: View,
-    colour_map: Colormap,
-    range_: tuple[float, float],
-    scale_label: str,
-    open_ended: bool = False,
+    pictures: Sequence[Image], labels: Sequence[str], out: Path, **scales: Any
 ) -> Path:
     """Write pictures side by side as one PNG with one colour scale and one scale bar.
 
@@ -48,6 +39,48 @@ def save_pictures(
         pictures: of shape (height, width, 3) with one height and one scale.
         labels: A short text above each, e.g. ``100 kPa``.
         out: file to write.
+        scales: arguments of :func:`framed`.
+    """
+    with figure_theme():
+        save(framed(pictures, labels, **scales), out)
+    return out
+
+
+def around(picture: Image, **scales: Any) -> tuple[Image, tuple[slice, slice]]:
+    """Draw the colour scale, the scale bar and the axes around an empty picture.
+
+    Args:
+        picture: of shape (height, width, 3).
+        scales: arguments of :func:`framed`.
+
+    Returns:
+        The whole picture without a strip for a label, and the place of ``picture`` in it.
+    """
+    with figure_theme():
+        canvas = FigureCanvasAgg(framed([picture], [""], **scales))
+        canvas.draw()
+        drawn = np.array(canvas.buffer_rgba())[round(_TOP * DPI) :, :, :3]
+    height, width, left = *picture.shape[:2], round(_SIDE * DPI)
+    bottom = len(drawn) - round(_BOTTOM * DPI)
+    return drawn, (slice(bottom - height, bottom), slice(left, left + width))
+
+
+def framed(
+    pictures: Sequence[Image],
+    labels: Sequence[str],
+    *,
+    px_per_mm: float,
+    view: View,
+    colour_map: Colormap,
+    range_: tuple[float, float],
+    scale_label: str,
+    open_ended: bool = False,
+) -> Figure:
+    """Place pictures side by side with one colour scale and one scale bar.
+
+    Args:
+        pictures: of shape (height, width, 3) with one height and one scale.
+        labels: A short text above each, e.g. ``100 kPa``.
         px_per_mm: scale of the pictures; the scale bar holds for lengths in the plane of the
             picture.
         view: camera of the pictures, which the directions of the axes follow from.
@@ -57,27 +90,19 @@ def save_pictures(
     height = pictures[0].shape[0] / DPI
     widths = [picture.shape[1] / DPI for picture in pictures]
     size = (max(_SIDE + sum(widths), 1.9) + _RIGHT, _TOP + height + _BOTTOM)
-    with figure_theme():
-        figure = Figure(figsize=size, dpi=DPI)
-        FigureCanvasAgg(figure)
-        place_pictures(
-            figure, pictures, labels, (_SIDE, _BOTTOM), below_top_in=0.08, fontsize=11,
-            fontweight="bold",
-        )  # fmt: skip
-        _draw_scale(figure, px_per_mm / DPI, view)
-        bar = figure.add_axes(
-            (
-                (size[0] - _RIGHT + 0.15) / size[0],
-                (_BOTTOM + 0.15 * height) / size[1],
-                0.14 / size[0],
-                0.7 * height / size[1],
-            )
-        )
-        ends = "max" if open_ended else "neither"
-        colours = ScalarMappable(Normalize(*range_), colour_map)
-        figure.colorbar(colours, cax=bar, label=scale_label, extend=ends)
-        save(figure, out)
-    return out
+    figure = Figure(figsize=size, dpi=DPI)
+    FigureCanvasAgg(figure)
+    place_pictures(
+        figure, pictures, labels, (_SIDE, _BOTTOM), below_top_in=0.08, fontsize=11,
+        fontweight="bold",
+    )  # fmt: skip
+    _draw_scale(figure, px_per_mm / DPI, view)
+    left, low = size[0] - _RIGHT + 0.15, _BOTTOM + 0.15 * height
+    box = (left / size[0], low / size[1], 0.14 / size[0], 0.7 * height / size[1])
+    ends = "max" if open_ended else "neither"
+    colours = ScalarMappable(Normalize(*range_), colour_map)
+    figure.colorbar(colours, cax=figure.add_axes(box), label=scale_label, extend=ends)
+    return figure
 
 
 def place_pictures(

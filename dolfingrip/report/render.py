@@ -10,18 +10,20 @@ communicate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
+from dolfingrip.channels import TIME, Channel
 from dolfingrip.charts.theme import DPI, colour_map
 from dolfingrip.files.columns import Columns
-from dolfingrip.report import Quantity
+from dolfingrip.report import Quantity, video
 from dolfingrip.report.fields import find_steps, list_steps, load_result, read_steps
-from dolfingrip.report.layout import save_pictures, trim
+from dolfingrip.report.layout import around, save_pictures, trim
 from dolfingrip.report.scene import Image, Plate, View, draw_shapes
 from dolfingrip.report.skin import Floats, extract_skin
 
@@ -80,18 +82,34 @@ class Pictures:
         """Write all pictures side by side into one PNG."""
         return self._save([trim(i, STRIP_MARGIN_PX) for i in self.images], self.labels, file)
 
+    def save_video(self, stem: Path) -> list[Path]:
+        """Write all pictures as a video, each with its label above it.
+
+        Args:
+            stem: path of the MP4 and of the GIF, without their suffix.
+
+        Returns:
+            The files.
+        """
+        empty = np.full_like(self.images[0], 255)
+        drawn, place = around(empty, **self._scales)
+        frames = []
+        for image, label in zip(self.images, self.labels, strict=True):
+            drawn[place] = image
+            frames.append(video.labelled(drawn, label, video.POLICY.large_px))
+        return video.write(stem, frames)
+
     def _save(self, images: Sequence[Image], labels: Sequence[str], file: Path) -> Path:
-        return save_pictures(
-            images,
-            labels,
-            file,
-            px_per_mm=self.px_per_mm,
-            view=self.view,
-            colour_map=colour_map(self.colour_by),
-            range_=self.range_,
-            scale_label=LABELS[self.colour_by],
-            open_ended=self.open_ended,
-        )
+        return save_pictures(images, labels, file, **self._scales)
+
+    @property
+    def _scales(self) -> dict[str, Any]:
+        """What the scales around the pictures show."""
+        return {
+            "px_per_mm": self.px_per_mm, "view": self.view,
+            "colour_map": colour_map(self.colour_by), "range_": self.range_,
+            "scale_label": LABELS[self.colour_by], "open_ended": self.open_ended,
+        }  # fmt: skip
 
 
 def draw(
@@ -124,34 +142,103 @@ def draw(
         ValueError: One line: a pressure that is not in the results (with those that are), steps and
             rows that differ in number, or fields that are missing or of the wrong kind.
     """
-    if colour_by not in LABELS:
-        raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(LABELS)}")
     if not len(pressures_kPa):
         raise ValueError("pressures_kPa = []: allowed: at least one pressure")
+    table, files = _steps(fields, result)
+    steps = [files[step] for step in find_steps(table, pressures_kPa, branch)]
+    labels = [f"{pressure:.4g} kPa" for pressure in pressures_kPa]
+    return _drawn(
+        steps, labels, colour_by, shown=shown, plate=plate, height_px=round(height_in * DPI)
+    )
+
+
+def draw_video(
+    fields: Path,
+    channels: Sequence[Channel],
+    *,
+    colour_by: Quantity = "displacement",
+    result: Columns | Path | None = None,
+    plate: Plate | None = None,
+) -> Pictures:
+    """Draw the deformed finger from reading to reading, with shapes between them.
+
+    Shapes, colours and numbers between two readings are interpolated.
+
+    Args:
+        fields: ParaView collection, as that of :func:`draw`.
+        channels: columns of the result that the label above each picture says.
+        colour_by: quantity of the colours.
+        result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
+        plate: force sensor to draw.
+
+    Returns:
+        As many pictures as a video has.
+
+    Raises:
+        ValueError: one line, as that of :func:`draw`.
+    """
+    table, files = _steps(fields, result)
+    rows = np.arange(len(list(table[TIME.name])), dtype=float)
+    time_s = np.asarray(table[TIME.name], dtype=float)
+    over = time_s if (np.diff(time_s) > 0).all() else rows
+    at = np.linspace(over[0], over[-1], video.POLICY.frames)
+
+    def between(values: Sequence[Any]) -> list[Any]:
+        if len(rows) == 1:
+            return [values[0] for _ in at]
+        return list(PchipInterpolator(over, np.array(values, dtype=float))(at))
+
+    said = zip(*(between(table[each.name]) for each in channels), strict=True)
+    labels = [
+        ", ".join(each.said(value) for each, value in zip(channels, values, strict=True))
+        for values in said
+    ]
+    height_px = video.POLICY.height_px
+    return _drawn(
+        files[: len(rows)], labels, colour_by, plate=plate, height_px=height_px, between=between
+    )
+
+
+def _steps(fields: Path, result: Columns | Path | None) -> tuple[Columns, list[Path]]:
+    """The columns of a result, and the files of its steps."""
     table, files = load_result(fields, result), list_steps(fields)
     rows = len(list(table["pressure_kPa"])) if "pressure_kPa" in table else len(files)
     if len(files) not in (rows, rows + 1):  # a run that was killed may have a step more
         raise ValueError(f"{fields}: {len(files)} steps, but the result has {rows} rows")
-    steps = find_steps(table, pressures_kPa, branch)
-    mesh, displacements, values = read_steps([files[step] for step in steps])
+    return table, files
+
+
+def _drawn(
+    files: Sequence[Path],
+    labels: list[str],
+    colour_by: Quantity,
+    *,
+    shown: Shown = "whole",
+    plate: Plate | None = None,
+    height_px: int,
+    between: Callable[[list[Floats]], list[Floats]] = list,
+) -> Pictures:
+    """Pictures of steps, or of what ``between`` makes of their displacements and colours."""
+    if colour_by not in LABELS:
+        raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(LABELS)}")
+    mesh, displacements, values = read_steps(files)
     if colour_by == "displacement":
         values = [np.linalg.norm(each, axis=1) for each in displacements]
     elif not values:
-        raise ValueError(f"{fields}: no stretches; allowed: displacement")
+        raise ValueError(f"{files[0].parent}: no stretches; allowed: displacement")
     skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
     range_, open_ended = _range([value[skin.node] for value in values], colour_by)
     view = CUT if shown == "section" else SIDE
     images, px_per_mm = draw_shapes(
         skin,
-        displacements,
-        values,
+        between(displacements),
+        between(values),
         range_=range_,
         colour_map=colour_map(colour_by),
         view=view,
-        height_px=round(height_in * DPI),
+        height_px=height_px,
         plate=plate,
     )
-    labels = [f"{pressure:.4g} kPa" for pressure in pressures_kPa]
     return Pictures(images, labels, px_per_mm, view, colour_by, range_, open_ended)
 
 

@@ -16,18 +16,20 @@ from dolfingrip.report.gripper import (
     VIEW,
     Moment,
     label,
-    labelled,
     stages,
-    write_film,
     write_scene,
 )
 from dolfingrip.report.skin import Skin
+from dolfingrip.report.video import POLICY, labelled, write
 
 
 def test_a_film_shows_each_picture(tmp_path: Path) -> None:
     """Grey levels come back in order, one column less of an odd width."""
     levels = [20, 120, 220]
-    write_film(tmp_path / "film.mp4", [np.full((48, 65, 3), at, np.uint8) for at in levels])
+    files = write(
+        tmp_path / "film", [np.full((48, 65, 3), at, np.uint8) for at in levels], VIEW.frame_ms
+    )
+    assert [file.suffix for file in files] == [".gif", ".mp4"]
     with av.open(str(tmp_path / "film.mp4")) as container:
         stream = container.streams.video[0]
         assert stream.codec_context.name == "h264"
@@ -55,7 +57,7 @@ def test_a_picture_says_time_and_pressure() -> None:
 def test_a_label_stands_above_the_picture_and_is_whole(width: int) -> None:
     image = np.full((40, width, 3), 255, np.uint8)
     found = labelled(image, label(3.17, 234.4, "lift"))
-    assert found.shape == (40 + 2 * VIEW.label_px, width, 3)
+    assert found.shape == (40 + 2 * POLICY.label_px, width, 3)
     inked = np.flatnonzero((found[:-40] < 128).any(axis=(0, 2)))
     assert inked.size > 30
     assert inked[0] > 0

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
+import av
 import matplotlib.image
 import numpy as np
 import numpy.typing as npt
 import pytest
+from PIL import Image
 
+from dolfingrip.channels import ANGLE, PRESSURE
 from dolfingrip.files.columns import read_csv
-from dolfingrip.report.render import Plate, draw
+from dolfingrip.report.render import Plate, draw, draw_video
+from dolfingrip.report.video import POLICY
 
 Pixels = npt.NDArray[np.float64]
 
@@ -90,6 +96,34 @@ def test_unloading_and_given_columns(quadratic_run: Path, tmp_path: Path) -> Non
         ).save_each(tmp_path, branch)
     loading, unloading = (_read(tmp_path / f"{b}_100kPa.png") for b in ("loading", "unloading"))
     assert loading.shape != unloading.shape or (loading != unloading).any()
+
+
+def test_a_video_lasts_ten_seconds_and_says_what_it_shows(
+    quadratic_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its pictures pass through those of the readings, and the labels through their numbers."""
+    short = replace(POLICY, seconds=1.36)  # 17 pictures of 9 readings
+    monkeypatch.setattr("dolfingrip.report.video.POLICY", short)
+    fields = quadratic_run / "fields.pvd"
+    drawn = draw_video(fields, [PRESSURE, ANGLE])
+    pressures = [0.0, 50.0, 100.0, 150.0, 200.0]
+    table = read_csv(quadratic_run / "result.csv")
+    angles = np.asarray(table["angle_deg"], dtype=float)
+    said = [f"{p:.1f} kPa, {a:.1f}°" for p, a in zip(pressures, angles[:5], strict=True)]
+    assert drawn.labels[:9:2] == said
+    assert drawn.labels[1].startswith("25.0 kPa")
+    still = draw(fields, pressures, height_in=POLICY.height_px / 300)
+    assert drawn.range_ == still.range_
+    for one, other in zip(drawn.images[:9:2], still.images, strict=True):
+        # shapes between readings reach a little farther, so the frame is another one
+        assert one.mean() == pytest.approx(other.mean(), abs=1)
+    steps = [np.abs(a.astype(int) - b).mean() for a, b in pairwise(drawn.images[:9])]
+    assert min(steps) > 0.5  # it moves between readings, too
+    moving, film = drawn.save_video(tmp_path / "video")
+    with Image.open(moving) as image:
+        assert (image.n_frames, image.info["duration"]) == (17, 80)  # type: ignore[attr-defined]
+    with av.open(str(film)) as container:
+        assert container.streams.video[0].frames == 17
 
 
 def test_a_run_that_was_killed_between_fields_and_row(quadratic_run: Path) -> None:

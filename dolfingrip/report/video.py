@@ -1,0 +1,109 @@
+"""Videos: pictures of one size, each with words above it, as an MP4 and as a GIF."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.font_manager import findfont
+from PIL import Image as Pillow
+from PIL import ImageDraw, ImageFont
+
+from dolfingrip.charts.theme import INK
+from dolfingrip.files import whole
+from dolfingrip.report.scene import Image
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class VideoPolicy:
+    """How long a video is and how it looks.
+
+    Attributes:
+        frame_ms: time for which a picture is shown.
+        seconds: length of a video.
+        height_px: height of the shapes in a video.
+        label_px: height of the letters above a picture.
+        large_px: height of the letters above a picture with scales.
+    """
+
+    frame_ms: int = 80
+    seconds: float = 10.0
+    height_px: int = 640
+    label_px: int = 26
+    large_px: int = 40
+
+    @property
+    def frames(self) -> int:
+        """Number of pictures in a video."""
+        return round(1000 * self.seconds / self.frame_ms)
+
+
+POLICY: Final = VideoPolicy()
+
+
+def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) -> list[Path]:
+    """Write pictures as a GIF of half their size, and as an MP4 in H.264.
+
+    Args:
+        stem: path of the files, without their suffix.
+        images: pictures of one size, shape (height, width, 3).
+        frame_ms: time for which each picture is shown.
+
+    Returns:
+        The files; no MP4 where PyAV is missing, and a warning says so.
+    """
+    height, width = (length // 2 for length in images[0].shape[:2])
+    frames = [Pillow.fromarray(image).resize((width, height)) for image in images]
+    moving, film = stem.with_suffix(".gif"), stem.with_suffix(".mp4")
+    with whole.stream(moving) as content:
+        frames[0].save(
+            content, "GIF", save_all=True, append_images=frames[1:], duration=frame_ms, loop=0,
+            optimize=True,
+        )  # fmt: skip
+    if find_spec("av") is None:
+        _LOG.warning("no %s: pip install av (dolfingrip's extra video)", film)
+        return [moving]
+    import av
+
+    height, width = 2 * height, 2 * width  # even, as H.264 needs
+    with whole.stream(film) as content, av.open(content, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=Fraction(1000, frame_ms))
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        for image in images:
+            cut = np.ascontiguousarray(image[:height, :width])
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(cut, format="rgb24")))
+        container.mux(stream.encode())
+    return [moving, film]
+
+
+def labelled(image: Image, text: str, size_px: int = POLICY.label_px) -> Image:
+    """Set a text above a picture, in letters that are as small as the picture requires.
+
+    Args:
+        image: picture of shape (height, width, 3).
+        text: one line.
+        size_px: height of the letters, at most.
+
+    Returns:
+        A picture that is higher by twice the letters' height.
+    """
+    size, width = size_px, image.shape[1]
+    while size > 8 and _font(size).getlength(text) > 0.96 * width:
+        size -= 1
+    strip = Pillow.new("RGB", (width, 2 * size_px), "white")
+    place = (width / 2, size_px)
+    ImageDraw.Draw(strip).text(place, text, fill=INK, font=_font(size), anchor="mm")
+    return np.concatenate([np.asarray(strip), image])
+
+
+def _font(size_px: int) -> ImageFont.FreeTypeFont:
+    """The font of all pictures; matplotlib ships it."""
+    return ImageFont.truetype(findfont("DejaVu Sans"), size_px)
