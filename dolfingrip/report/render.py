@@ -104,7 +104,7 @@ class Pictures:
 
     @property
     def _scales(self) -> dict[str, Any]:
-        """What the scales around the pictures show."""
+        """The settings of the scales around the pictures."""
         return {
             "px_per_mm": self.px_per_mm, "view": self.view,
             "colour_map": colour_map(self.colour_by), "range_": self.range_,
