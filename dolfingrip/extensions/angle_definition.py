@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE
@@ -32,6 +33,6 @@ class AngleDefinition(Instrument):
         0.3, ge=0, le=1, description="0 tip face, 1 line from clamp to tip"
     )
 
-    def displayed(self, true: Mapping[str, float]) -> float:
+    def displayed(self, true: Mapping[str, np.ndarray]) -> np.ndarray:
         face, chord = true[ANGLE.name], true[CHORD_ANGLE.name]
         return (1 - self.chord_share) * face + self.chord_share * chord

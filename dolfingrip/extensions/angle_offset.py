@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE
@@ -30,5 +31,5 @@ class AngleOffset(Instrument):
         0.5, ge=-360, le=360, description="displayed angle at rest"
     )
 
-    def displayed(self, true: Mapping[str, float]) -> float:
+    def displayed(self, true: Mapping[str, np.ndarray]) -> np.ndarray:
         return true[self.channel.name] + self.offset_deg

@@ -163,8 +163,12 @@ class Relaxing(Protocol):
 class Displaying(Protocol):
     """An effect on what instruments show."""
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        """Readings, by column, that are displayed wrongly, from a row of readings so far."""
+    def reading(self, true: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """Readings, by column, that are displayed wrongly, (rows,) each.
+
+        Args:
+            true: readings of a run that begins at rest at 0 s, (rows,) each in the order of time.
+        """
 
 
 class Effect(Section):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import FORCE, TIME
@@ -31,5 +32,5 @@ class ForceDrift(Instrument):
         1e-4, ge=-1000, le=1000, description="change of the displayed force with time"
     )
 
-    def displayed(self, true: Mapping[str, float]) -> float:
+    def displayed(self, true: Mapping[str, np.ndarray]) -> np.ndarray:
         return true[FORCE.name] + self.rate_N_per_s * true[TIME.name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import FORCE
@@ -31,5 +32,5 @@ class ForceGain(Instrument):
         1.02, gt=0, le=10, description="displayed force by true force"
     )
 
-    def displayed(self, true: Mapping[str, float]) -> float:
+    def displayed(self, true: Mapping[str, np.ndarray]) -> np.ndarray:
         return self.gain * true[self.channel.name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import FORCE
@@ -31,5 +32,5 @@ class ForceOffset(Instrument):
         0.02, ge=-1000, le=1000, description="displayed force at no force"
     )
 
-    def displayed(self, true: Mapping[str, float]) -> float:
+    def displayed(self, true: Mapping[str, np.ndarray]) -> np.ndarray:
         return true[self.channel.name] + self.offset_N

@@ -17,7 +17,9 @@ from dolfingrip.sections.section import Role, Section
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
-SHARED = ("dimension", "effect", "elastic", "index", "instrument", "site", "supply")
+SHARED = (
+    "dimension", "effect", "elastic", "first_order", "index", "instrument", "site", "supply"
+)  # fmt: skip
 """Files that effects share. Each other file of this folder holds one effect."""
 
 

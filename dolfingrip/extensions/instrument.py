@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
+
 from dolfingrip.channels import Channel
 from dolfingrip.extensions.effect import Effect
 
@@ -19,15 +21,15 @@ class Instrument(Effect):
     kind: ClassVar = "measurement"
     channel: ClassVar[Channel]
 
-    def displayed(self, true: Mapping[str, float]) -> float:
-        """The value that the instrument displays, in the channel's unit.
+    def displayed(self, true: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The values that the instrument displays, (rows,), in the channel's unit.
 
         Args:
-            true: a row of readings, by column.
+            true: readings of a run so far, by column, (rows,) each in the order of time.
         """
         raise NotImplementedError
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
+    def reading(self, true: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         # a free finger's row has no force, and a coupon's row has no angle
         name = self.channel.name
         return {name: self.displayed(true)} if name in true else {}

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Flow, Prior, SupplyStage
+from dolfingrip.extensions.first_order import lagging
 
 
 class LineLag(SupplyStage):
     """A line through which the cavity fills with a delay.
 
-    τ dp_out/dt = p_in − p_out, integrated exactly for a p_in that is linear in each load step:
-    p_out = p_in − Δp_in (1 − exp(−x))/x + (p_out0 − p_in0) exp(−x), x = Δt/τ. It starts at rest.
-    As τ goes to 0, p_out goes to p_in − τ dp_in/dt. In a step of no duration nothing flows, and
-    with τ = 0 the outlet is the inlet.
+    τ dp_out/dt = p_in − p_out, integrated exactly for a p_in that is linear in each load step. It
+    starts at rest. As τ goes to 0, p_out goes to p_in − τ dp_in/dt. In a step of no duration
+    nothing flows, and with τ = 0 the outlet is the inlet.
 
     Prior: 0.3 ± 0.3 s, for a metre of tube of 2 to 4 mm (engineering guess).
     Fingerprint: angle and force lag behind the pressure reading by rate · τ. Loading and unloading
     form a loop, at 125 kPa ±23 % of the angle at 100 kPa/s and ±0.5 % at 2 kPa/s. It closes within
     a few τ of a wait and vanishes at slow rates.
-    Confused with: viscoelasticity, which creeps at constant pressure over longer times.
+    Confused with: viscoelasticity, which creeps at constant pressure over longer times; a sensor of
+    the angle that lags, which leaves the force as it is.
     """
 
     place: ClassVar = 3
@@ -33,9 +33,5 @@ class LineLag(SupplyStage):
     )
 
     def outlet_kPa(self, flow: Flow) -> float:
-        x = flow.step_s / self.tau_s if self.tau_s > 0 else math.inf
-        # expm1 keeps the digits in a step much shorter than τ; in a step of no duration it is 0/0
-        mean = -math.expm1(-x) / x if x > 0 else 1.0
-        rise = flow.inlet_kPa - flow.inlet_before_kPa
-        behind = flow.outlet_before_kPa - flow.inlet_before_kPa
-        return flow.inlet_kPa - rise * mean + behind * math.exp(-x)
+        inlet, outlet_kPa = (flow.inlet_before_kPa, flow.inlet_kPa), flow.outlet_before_kPa
+        return lagging(self.tau_s, flow.step_s, *inlet, outlet_kPa)

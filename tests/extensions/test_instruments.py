@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import bars
+from support import bars, small
 from support.supply import cavity_pressures
 
 from dolfingrip import config
+from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_offset import PressureOffset
@@ -19,7 +20,8 @@ ROW = {"time_s": 30.0, "angle_deg": 40.0, "chord_angle_deg": 21.0, "force_N": 2.
 def shown(*overrides: str) -> dict[str, float]:
     """The row as the instruments display it."""
     settings = config.load(None, assignments([f"extensions.{override}" for override in overrides]))
-    return displayed(settings, ROW)
+    rows = {name: np.array([value]) for name, value in ROW.items()}
+    return {name: float(values[-1]) for name, values in displayed(settings, rows).items()}
 
 
 def test_force() -> None:
@@ -35,6 +37,39 @@ def test_angle() -> None:
     )
     assert found["angle_deg"] == pytest.approx(1.5 * (0.75 * 40 + 0.25 * 21) + 1)
     assert found["force_N"] == 2.0
+
+
+def test_an_angle_that_lags() -> None:
+    """On a ramp of rate r from rest α − rτ (1 − exp(−t/τ)), in a wait an exponential towards α."""
+    rate, tau = 4.0, 0.5
+    ramp, wait = np.array([0.2, 1.0, 2.5]), np.array([2.5, 3.0, 6.0])
+    time_s = np.concatenate([[0.0], ramp, wait])
+    true = {"time_s": time_s, "angle_deg": rate * np.minimum(time_s, 2.5)}
+    settings = config.load(None, assignments([f"extensions.angle_lag.tau_s={tau}"]))
+    found = displayed(settings, true)["angle_deg"]
+    behind = rate * tau * (1 - np.exp(-ramp / tau))
+    np.testing.assert_allclose(found[1:4], rate * ramp - behind, rtol=1e-12)
+    np.testing.assert_allclose(found[4:], 10 - behind[-1] * np.exp((2.5 - wait) / tau), rtol=1e-12)
+    assert found[0] == 0.0
+    offset = config.load(
+        None, assignments(["extensions.angle_lag.tau_s=0", "extensions.angle_offset.offset_deg=1"])
+    )
+    np.testing.assert_array_equal(displayed(offset, true)["angle_deg"], true["angle_deg"] + 1)
+
+
+def test_the_rig_shows_an_angle_that_lags() -> None:
+    """A cycle against its own readings without the lag; force and tip as they are."""
+    cycle = ("protocol.time_s=[0, 0.1, 0.2, 0.9, 1.0]", "protocol.pressure_kPa=[0, 10, 20, 20, 0]")
+    quick = ("plate.gap_mm=0.1", *cycle)
+    base = run("blocked_force", small.short(*quick))
+    late = run("blocked_force", small.short(*quick, "extensions.angle_lag.tau_s=0.3"))
+    settings = config.load(None, assignments(["extensions.angle_lag.tau_s=0.3"]))
+    true = {name: base.column(name) for name in ("time_s", "angle_deg")}
+    found, off = late.column("angle_deg"), base.column("angle_deg")
+    np.testing.assert_allclose(found, displayed(settings, true)["angle_deg"], rtol=1e-12)
+    assert np.abs(found - off).max() > 0.1 * np.abs(off).max()
+    for name in ("force_N", "tip_x_mm"):
+        np.testing.assert_array_equal(late.column(name), base.column(name))
 
 
 def test_pressure_offset_is_there_from_the_start() -> None:

@@ -178,7 +178,7 @@ class CouponSimulation:
             config = changed(group.config, overrides)
             route: StopSchedule = group.in_time
             time_s = np.array(route.time_s)
-            shown = displayed(config, {**values, TIME.name: time_s})  # type: ignore[dict-item]
+            shown = displayed(config, {**values, TIME.name: time_s})
             for name, at in self.measurement.places(group.tests).items():
                 for place, row in enumerate(np.atleast_2d(shown[name])):
                     told = route.at_rows(row, len(self.measurement.readings))

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from dolfingrip.channels import TIME
 from dolfingrip.config import changed
 from dolfingrip.diagnosis.core.emulator import Emulator
 from dolfingrip.diagnosis.core.polynomial import SimulatedChanges, places, trained
@@ -21,6 +22,7 @@ from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import elastic_curve
+from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup
 from dolfingrip.extensions.effect import Displaying, Drifting, Relaxing, Stage
 from dolfingrip.extensions.index import effect
 
@@ -67,18 +69,30 @@ def _changed(
     config = changed(simulation.applied, cause.overrides(zeta))
     on: Any = getattr(config.extensions, cause.name)
     if rows:
-        readings = simulation.measurement.readings
-        since = readings["time_s"] - readings.groupby("test")["time_s"].transform("first")
-        shown = []
-        for own in rows:
-            displayed = on.reading({**own, "time_s": since.to_numpy()})
-            shown.append({name: displayed.get(name, told) - told for name, told in own.items()})
-        return simulation.listed(shown)
+        return simulation.listed([
+            _displayed(simulation, run, on, own)
+            for run, own in zip(simulation.base.runs, rows, strict=True)
+        ])  # fmt: skip
     base, by = simulation.base, c / simulation.centre
     if isinstance(on, Drifting):
         return elastic_curve.drifted(simulation.measurement, base, on, by)
     behind = partial(elastic_curve.behind, on)
     return elastic_curve.change(simulation.measurement, base, behind, by)
+
+
+def _displayed(
+    simulation: FingerSimulation, run: SimulatedGroup, on: Displaying, own: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Changes of a run's readings at the measured rows by an instrument, by column."""
+    test, way = simulation.measurement.readings["test"].to_numpy(), run.group.in_time
+    true = {**own, TIME.name: way.at_rows(np.array(way.time_s), len(test))}
+    found = {name: np.full(len(test), np.nan) for name in own}
+    for number in run.group.tests:
+        mine = test == number
+        displayed = on.reading({name: told[mine] for name, told in true.items()})
+        for name, change in found.items():
+            change[mine] = displayed.get(name, own[name][mine]) - own[name][mine]
+    return found
 
 
 def approximate(

@@ -78,6 +78,8 @@ class Sensitivities:
         self.forward = ForwardSensitivity(rig.newton.model, rig.newton.linear, self._perturbations)
         self._zero: list[dict[str, float]] | None = None
         self.rows: list[dict[str, int | float | str]] = []
+        self._rows: list[dict[str, float]] = []
+        self._slopes: list[list[dict[str, float]]] = [[] for _ in parameters]
         rig.tared = callback(self.rest)
 
     def _true(self) -> dict[str, float]:
@@ -98,7 +100,7 @@ class Sensitivities:
         """Derive the readings of the present stop, which is row ``row`` of the result."""
         with self._rig.newton.profile.phase("sensitivities"):
             found = self.forward.readings(self._true)
-            true = self._true()
+            self._rows.append(self._true())
         for i, (parameter, slopes) in enumerate(zip(self._parameters, found, strict=True)):
             if self._zero is not None:
                 slopes |= {
@@ -106,25 +108,35 @@ class Sensitivities:
                     for name in self._rig.from_rest
                     if name in slopes
                 }
-            for column, slope in self._displayed(parameter, true, slopes).items():
+            self._slopes[i].append(slopes)
+            for column, slope in self._displayed(parameter, _columns(self._slopes[i])).items():
                 self.rows.append(
                     dict(zip(COLUMNS, (row, column, parameter.key, slope), strict=True))
                 )
 
-    def _displayed(
-        self, parameter: Parameter, true: Mapping[str, float], slopes: Mapping[str, float]
-    ) -> Row:
-        """Derivatives of what the instruments display, by column."""
+    def _displayed(self, parameter: Parameter, slopes: Mapping[str, np.ndarray]) -> Row:
+        """Derivatives of what the instruments display at the present stop, by column.
+
+        Args:
+            parameter: that they are by.
+            slopes: derivatives of the true readings so far, (rows,) by column.
+        """
         amount = self.forward.policy.change * parameter.scale * parameter.direction(self._config)
         changed = self._config
         if parameter.entry is Entry.INSTRUMENT:
             changed = parameter.at(self._config, parameter.value(self._config) + amount)
+        true = _columns(self._rows)
         here = self._rig.displayed(self._config, true)
         there = self._rig.displayed(
             changed, {name: value + amount * slopes[name] for name, value in true.items()}
         )
         return {
-            name: float(np.subtract(there[name], here[name]) / amount)
+            name: float((there[name][-1] - here[name][-1]) / amount)
             for name in here
             if name != "time_s"
         }
+
+
+def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, np.ndarray]:
+    """Rows by column, (rows,) each."""
+    return {name: np.array([each[name] for each in rows]) for name in rows[0]}

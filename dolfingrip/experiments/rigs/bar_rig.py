@@ -192,7 +192,7 @@ class BarRig(Rig):
     def controls(self, stop: Stop) -> Mapping[str, float]:
         return {DISPLACEMENT.name: stop.value, TIME.name: stop.time_s}
 
-    def displayed(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
+    def displayed(self, config: Config, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         sides = config.coupon
         row = displayed(config, true)
         row[NOMINAL_STRAIN.name] = row[DISPLACEMENT.name] / sides.gauge_length_mm
@@ -201,7 +201,7 @@ class BarRig(Rig):
 
     def read(self) -> dict[str, float]:
         true = {column: reading.value() for column, reading in self.readings.items()}
-        return self.displayed(self._config, true)
+        return self.shown(self._config, true)
 
     def perturbations(
         self, config: Config, parameters: Sequence[Parameter]

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from dolfingrip.config import Config
 from dolfingrip.extensions.effect import Displaying
 
 
-def displayed(config: Config, true: Mapping[str, float]) -> dict[str, float]:
-    """Distort a row of readings by the effects of the instruments, one after the other.
+def displayed(config: Config, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Distort the readings of a run so far by the effects of the instruments, one after the other.
 
     Args:
         config: configuration with the instruments' effects.
-        true: true readings by column, in the columns' units.
+        true: true readings by column, (rows,) each in the order of time, in the columns' units.
 
     Returns:
-        What the instruments show by column, in the same units.
+        What the instruments show by column, (rows,) each, in the same units.
     """
-    row = dict(true)
+    shown = dict(true)
     for effect in config.extensions.active(Displaying):
-        row |= effect.reading(row)
-    return row
+        shown |= effect.reading(shown)
+    return shown

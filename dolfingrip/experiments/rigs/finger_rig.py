@@ -12,7 +12,6 @@ from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import Config
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
@@ -180,7 +179,7 @@ class FingerRig(Rig):
             self._tare()
         readings = self._observation.read()
         self.gaps_mm.append(self._observation.gaps_mm)
-        return {**displayed(self._config, readings), **self.further()}
+        return {**self.shown(self._config, readings), **self.further()}
 
     def perturbations(
         self, config: Config, parameters: Sequence[Parameter]

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
+
+import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol.schedule import Stop
@@ -42,6 +45,7 @@ class Rig(ABC):
         self.gaps_mm: list[dict[str, float]] = []
         self.plate: PlatePose | None = None
         self.tared: Callable[[], None] = lambda: None
+        self._true: defaultdict[str, list[float]] = defaultdict(list)
 
     @property
     def quantity(self) -> str:
@@ -75,9 +79,16 @@ class Rig(ABC):
     def read(self) -> dict[str, float]:
         """Readings at the present state by column, with the errors of instruments."""
 
-    def displayed(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
-        """A row of readings with the errors of the instruments of ``config``."""
+    def displayed(self, config: Config, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """A run's readings so far, (rows,) by column, with the errors of instruments."""
         return displayed(config, true)
+
+    def shown(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
+        """The next row as the instruments show it, which may depend on the rows before."""
+        for column, value in true.items():
+            self._true[column].append(value)
+        rows = {column: np.array(values) for column, values in self._true.items()}
+        return {column: float(each[-1]) for column, each in self.displayed(config, rows).items()}
 
     def perturbations(
         self, config: Config, parameters: Sequence[Parameter]

@@ -12,7 +12,9 @@ from support.here import Here, simulated
 from support.measured_files import written
 
 from dolfingrip.config import Change, Config, changed
+from dolfingrip.diagnosis.core.unknown import Factor, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation import elastic_curve, variants
 from dolfingrip.diagnosis.simulation.nuisances import GAP
@@ -140,3 +142,22 @@ def test_a_line_that_lags_is_the_elastic_curve_behind_it(
             largest = base.readings[measurement.listed()["column"] == name].max()
             print(overrides, experiment, name, "off by", off, "of", np.abs(change[at]).max())
             assert off < allowed * largest
+
+
+def test_an_angle_that_lags_is_the_filtered_curve(
+    simulation: FingerSimulation, measurement: Measurement, store: Path
+) -> None:
+    """Against simulations in time; nothing else is changed."""
+    (lag,) = causes(finger(), ["angle_lag"])
+    zeta = np.array([1.0])
+    told = closed_forms.simulations(simulation, lag, np.zeros(1), Factor.of(0.2, -1.0, 1.0))
+    angles = of(measurement, "bending")
+    tau_s = lag.numbers[0].at(told.zeta[:, 0])
+    near = int(np.argmin(np.abs(tau_s - lag.numbers[0].at(zeta)[0])))
+    overrides = {"extensions.angle_lag.tau_s": float(tau_s[near])}
+    change = one(measurement, store, overrides).readings - simulation.base.readings
+    found = told.values[0, near]
+    print(overrides, "changes", change[angles], "told", found[angles])
+    assert np.abs(change[angles]).max() > 0.05 * simulation.base.readings[angles].max()
+    np.testing.assert_allclose(found[angles], change[angles], atol=2e-5 * 20)
+    assert not found[of(measurement, "blocked_force", "force_N")].any()
