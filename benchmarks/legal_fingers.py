@@ -174,7 +174,7 @@ def drawn(number: int, seed: int, folder: Path) -> tuple[str, Config]:
         dimensions = DIMENSIONS[kind](rng)
         changes: Changes = {
             "solver.element": rng.choice(elements), "solver.rtol": 1e-12, "solver.atol_N": 1e-11,
-            "solver.time_limit_s": 600.0,
+            "solver.time_limit_s": 3600.0,
             "mesh.size_mm": size, "mesh.edge_size_mm": size, "plate.contact_length_mm": 5.0,
             "material": _law(rng, mu_MPa), **_film(rng, kind), "finger.kind": kind,
             "experiment.max_pressure_kPa": highest, "experiment.step_kPa": abs(highest) / 2,
