@@ -276,7 +276,7 @@ def test_every_key_is_printed_with_its_meaning() -> None:
     boxes = config.load().geometry.boxes()
     assert boxes is not None
     count = Form(offsets_mm=()).count(boxes)
-    bent = [f"form.offsets_mm={[0.0] * count}"]
+    bent = [f"form.offsets_mm={[0.0] * count}", "inlet.kind=tube"]
     ogden = ["material.law=ogden", "material.ogden_mu_MPa=[1]", "material.ogden_alpha=[2]"]
     polynomial = ["material.law=polynomial", "material.C10_MPa=1"]
     chains = [[f"material.law={law}"] for law in LAWS if law not in ("ogden", "polynomial")]

@@ -317,13 +317,16 @@ class MeshSettings(ConfiguredSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class ExportSettings(ConfiguredSettings):
-    """Write a design as STL or STEP, closed and ready to print, or as a configuration.
+    """Write a design as STL or STEP, closed and ready to print, as a configuration, or its mould.
 
     --config takes a TOML file, or the run.json of an earlier run. The solid is the whole finger
-    without load, in mm.
+    without load, in mm. A table \\[inlet] adds a connector for air; \\[mould] is about the mould.
     """
 
-    files: tuple[Path, ...] = argument(MISSING, "Files ending in .stl, .step or .toml.", "FILE")
+    files: tuple[Path, ...] = argument((), "Files ending in .stl, .step or .toml.", "FILE")
+    mould: Path | None = option(
+        None, "Write the mould of a cast kind: halves, core plate, tray.", metavar="FOLDER"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

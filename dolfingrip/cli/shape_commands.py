@@ -63,7 +63,9 @@ CONFIGURATION = ".toml"
 
 
 def export(asked: ExportSettings) -> None:
-    """Write a design as STL or STEP, closed and ready to print, or as a configuration."""
+    """Write a design as STL or STEP, ready to print, as a configuration, or its mould."""
+    if not asked.files and asked.mould is None:
+        raise ConfigError("FILE: none; allowed: a file to write, or --mould FOLDER")
     resolved = configuration.load(asked.config, asked.overrides)
 
     allowed = (*printable.FORMATS, CONFIGURATION)
@@ -71,6 +73,8 @@ def export(asked: ExportSettings) -> None:
         if file.suffix.lower() not in allowed:
             raise ConfigError(f"FILE {file}: allowed: names that end in {', '.join(allowed)}")
         check_writable(file.parent)
+    if asked.mould is not None:
+        check_writable(asked.mould)
     screen = console()
 
     def work() -> None:
@@ -79,8 +83,20 @@ def export(asked: ExportSettings) -> None:
                 whole.write(file, configuration.dumps(resolved))
                 screen.say(f"wrote {file}")
                 continue
-            volume = printable.write(resolved, file)
-            screen.say(f"wrote {file}: closed, {volume / 1000:.4g} cm³")
+            screen.say(f"wrote {file}: {printable.write(resolved, file).summary()}")
+        if asked.mould is not None:
+            with screen.status("making the mould"):
+                made = printable.write_mould(resolved, asked.mould)
+            for file, part in made.parts.items():
+                screen.say(f"wrote {file}: {part.summary()}")
+            screen.say(
+                f"silicone: {made.body_mm3 / 1000:.3g} cm³ for the body, "
+                f"{made.base_mm3 / 1000:.3g} cm³ for the base with its "
+                f"{resolved.geometry.limiting} in it"
+            )
+            if not getattr(resolved.geometry, "tube", False):
+                key = f"{resolved.geometry_table}.tube"
+                screen.say(f"the cavity will be sealed; --set {key}=true leaves room for a hose")
 
     on_root(MPI.COMM_WORLD, work)
 

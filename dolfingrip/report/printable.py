@@ -1,4 +1,4 @@
-"""A design as a closed solid in a file: STL of its mesh, or STEP of its boxes."""
+"""A design as a closed solid in a file, STL of its mesh or STEP of its boxes, and its mould."""
 
 from __future__ import annotations
 
@@ -6,20 +6,32 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+import gmsh
 import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.undeformed import morph, solid
 from dolfingrip.files import whole
+from dolfingrip.meshes.adoption.facets import outward, triangulated
+from dolfingrip.meshes.adoption.policy import SizePolicy
+from dolfingrip.meshes.adoption.sound import Thinnest, check_watertight, place, thinnest
+from dolfingrip.meshes.adoption.surface import Faces
+from dolfingrip.meshes.booleans import Solids, volume_mm3
 from dolfingrip.meshes.closed_surface import ClosedSurface
+from dolfingrip.meshes.gmsh_model import session
+from dolfingrip.meshes.inlet import with_inlets
+from dolfingrip.meshes.mould import add_mould
+from dolfingrip.meshes.solid_model import add_solid
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.skin import Floats, Ints, extract_skin
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.geometry.boxes import Box, BoxSolid, CylinderSolid
+from dolfingrip.sections.geometry.index import GEOMETRIES
+from dolfingrip.sections.making import LEAST_WALL_MM
 
 STL: Final = (".stl",)
 STEP: Final = (".step", ".stp")
@@ -30,12 +42,53 @@ _STL_HEAD, _STL_TRIANGLE = 84, 50
 
 _ENDS = whole.ends_with(b"END-ISO-10303-21;")
 
-SAME: Final = 1e-6
-"""Relative difference of the boxes' volume from the mesh's, up to which both are one shape."""
+_OPTIONS: Final = {"Mesh.MeshSizeFromCurvature": 32.0, "Mesh.MeshSizeMin": 0.3}
+"""Triangles around a full turn of a round face, and the size (mm) of the smallest ones."""
+
+_EVERY_WALL: Final = SizePolicy(thin=0.0)
 
 
-def write(config: Config, file: Path) -> float:
-    """Write the whole unloaded design; its volume in mm³.
+@dataclass(frozen=True, slots=True)
+class Printed:
+    """A solid that was written.
+
+    Attributes:
+        volume_mm3: its volume.
+        voids: hollows in it that have no opening.
+        wall: its thinnest wall; None where that was not measured.
+    """
+
+    volume_mm3: float
+    voids: int
+    wall: Thinnest | None = None
+
+    def summary(self) -> str:
+        """Say what a user has to know before it is printed."""
+        text = f"closed, {self.volume_mm3 / 1000:.4g} cm³"
+        if self.wall is not None:
+            text += f", every wall at least {self.wall.mm:.3g} mm"
+        if self.voids:
+            text += f", {self.voids} sealed void{'s' * (self.voids > 1)}: [inlet] lets air in"
+        return text
+
+
+@dataclass(frozen=True, slots=True)
+class Mouldings:
+    """A mould that was written, and the silicone that fills it.
+
+    Attributes:
+        parts: each part's file, and what it is.
+        body_mm3: between the halves and the cores.
+        base_mm3: in the tray, with the layer in it that does not stretch.
+    """
+
+    parts: dict[Path, Printed]
+    body_mm3: float
+    base_mm3: float
+
+
+def write(config: Config, file: Path) -> Printed:
+    """Write the whole unloaded design, with the air inlet that is asked for.
 
     Coordinates are in mm: the clamp at z = 0, the tip at the largest z, the contact face at x = 0.
 
@@ -45,17 +98,73 @@ def write(config: Config, file: Path) -> float:
         file: its suffix says the format.
 
     Raises:
-        ConfigError: one line, if the design cannot be meshed, is not closed, or has no STEP.
+        ConfigError: one line, if the design cannot be meshed, is not closed, has no STEP, or no
+            place for its inlet.
         WriteError: one line.
     """
     suffix = file.suffix.lower()
     if suffix not in FORMATS:
         raise ConfigError(f"{file}: allowed: {', '.join(FORMATS)}")
-    if suffix in STEP:
-        return _write_step(config, file)
-    found = surface(config)
-    write_stl(found.points, found.triangles, file)
-    return found.volume_mm3
+    if suffix in STL and config.inlet is None:
+        found = surface(config)
+        write_stl(found.points, found.triangles, file)
+        return Printed(
+            found.volume_mm3,
+            _voids(Faces(found.points, found.triangles, np.zeros(len(found.triangles), np.int64))),
+        )
+    shape = _drawn(config, suffix if config.inlet is None else "inlet")
+    with session(f"{file}", _OPTIONS):
+        body: Solids = [(3, add_solid(shape, half=False))]
+        if config.inlet is not None:
+            body = with_inlets(body, shape, config.inlet)
+            gmsh.model.occ.synchronize()
+        skin = _skin(body)
+        volume, voids = volume_mm3(body), _voids(skin)
+        if suffix in STL:
+            write_stl(skin.points, skin.triangles, file)
+        else:
+            gmsh.model.mesh.clear()
+            with whole.replacing(file, check=_ENDS) as (partial,), _silent():
+                gmsh.write(str(partial))
+    return Printed(volume, voids, None if config.inlet is None else thinnest(skin, _EVERY_WALL))
+
+
+def write_mould(config: Config, folder: Path) -> Mouldings:
+    """Write the parts of a cast design's mould as STL, in the design's coordinates.
+
+    Args:
+        config: of the design.
+        folder: of the files.
+
+    Raises:
+        ConfigError: one line, if the design is not cast, or a part would have a wall that is too
+            thin to be printed; nothing is written then.
+        WriteError: one line.
+    """
+    if not config.geometry.cast:
+        kinds = ", ".join(name for name, kind in GEOMETRIES.items() if kind.cast)
+        raise ConfigError(
+            f'finger.kind = "{config.finger.kind}": not cast; allowed with --mould: {kinds}'
+        )
+    shape = _drawn(config, "--mould")
+    assert isinstance(shape, BoxSolid)  # cast kinds are made of boxes
+    skins, parts = {}, {}
+    with session(f"{folder}", _OPTIONS):
+        made = add_mould(shape, config.mould)
+        for name, solids in made.parts.items():
+            skin, file = _skin(solids), folder / f"{name}.stl"
+            wall = thinnest(skin, _EVERY_WALL)
+            if wall.mm < LEAST_WALL_MM:
+                raise ConfigError(
+                    f"--mould: {file.name} would have a wall of {wall.mm:.3g} mm near "
+                    f"{place(wall.at_mm)}; allowed: at least {LEAST_WALL_MM} mm, by wider gaps or "
+                    "chambers, or a smaller mould.draft_deg"
+                )
+            skins[file], parts[file] = skin, Printed(volume_mm3(solids), _voids(skin), wall)
+        volumes = volume_mm3(made.body), volume_mm3(made.base)
+    for file, skin in skins.items():
+        write_stl(skin.points, skin.triangles, file)
+    return Mouldings(parts, *volumes)
 
 
 def write_stl(points: Floats, triangles: Ints, file: Path) -> None:
@@ -82,39 +191,50 @@ def surface(config: Config) -> ClosedSurface:
     Raises:
         ConfigError: one line, if it cannot be meshed or is not closed.
     """
-    from dolfingrip.meshes.adoption.sound import check_watertight
-
     mesh = solid(config)
     skin = extract_skin(FieldMesh(mesh.points, mesh.cells, np.arange(len(mesh.points))))
     check_watertight(skin.points, skin.triangles)
     return ClosedSurface(skin.points, skin.triangles)
 
 
-def _write_step(config: Config, file: Path) -> float:
-    import gmsh
+def _drawn(config: Config, asked: str) -> BoxSolid | CylinderSolid:
+    """The solid of a design as OpenCASCADE draws it, with no channel through the clamped face.
 
-    from dolfingrip.meshes.gmsh_model import session
-    from dolfingrip.meshes.solid_model import add_solid
-
+    Raises:
+        ConfigError: one line, naming what was ``asked`` for, if it is not made of boxes.
+    """
     adapted = config.adapted()
+    without = ", ".join(STL) + (" without [inlet]" if config.inlet else "")
     if adapted.mesh.file is not None:
-        raise ConfigError(f"{file.suffix}: a mesh file has no boxes; allowed: {', '.join(STL)}")
+        raise ConfigError(f"{asked}: a mesh file has no boxes; allowed: {without}")
     if adapted.form is not None:
         raise ConfigError(
-            f"{file.suffix}: [form] bends this design's faces, which are no boxes' any more; "
-            f"allowed: {', '.join(STL)}, or a design without [form]"
+            f"{asked}: [form] bends this design's faces, which are no boxes' any more; "
+            f"allowed: {without}, or a design without [form]"
         )
-    meshed = surface(config).volume_mm3
-    with session(f"{file}"):
-        tag = add_solid(morphed(adapted), half=False)
-        volume = float(gmsh.model.occ.getMass(3, tag))
-        if abs(volume - meshed) > SAME * meshed:  # its nodes are moved in ways that boxes are not
-            raise ConfigError(
-                f"{file.suffix}: this design is not made of boxes; allowed: {', '.join(STL)}"
-            )
-        with whole.replacing(file, check=_ENDS) as (partial,), _silent():
-            gmsh.write(str(partial))
-    return volume
+    shape = morphed(adapted)
+    if isinstance(shape, CylinderSolid) and (adapted.morph.xi1 or adapted.morph.xi2):
+        raise ConfigError(f"{asked}: [morph] flattens this design's cylinders; allowed: {without}")
+    if config.inlet is None or not getattr(adapted.geometry, "tube", False):
+        return shape
+    return morphed(adapted.changed(**{adapted.geometry_table: {"tube": False}}))
+
+
+def _skin(solids: Solids) -> Faces:
+    """The surface of a solid of the current Gmsh model, in triangles seen from outside."""
+    gmsh.model.mesh.clear()
+    gmsh.model.setVisibility(gmsh.model.getEntities(), 0)
+    gmsh.model.setVisibility(solids, 1, recursive=True)
+    gmsh.option.setNumber("Mesh.MeshOnlyVisible", 1)
+    gmsh.model.mesh.generate(2)
+    found = triangulated([tag for _, tag in gmsh.model.getBoundary(solids, oriented=False)])
+    check_watertight(found.points, found.triangles)
+    return outward(found)
+
+
+def _voids(skin: Faces) -> int:
+    """The number of hollows without an opening, each a piece of the surface of its own."""
+    return int(skin.components().max())
 
 
 def morphed(config: Config) -> BoxSolid | CylinderSolid:

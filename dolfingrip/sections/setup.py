@@ -15,6 +15,7 @@ from dolfingrip.sections.form import Form
 from dolfingrip.sections.geometry.geometry import Geometry, Integration
 from dolfingrip.sections.geometry.index import GEOMETRIES
 from dolfingrip.sections.gripper import Gripper
+from dolfingrip.sections.making import Inlet, Mould
 from dolfingrip.sections.material import DEFAULT, AnyMaterials
 from dolfingrip.sections.numerics import Contact, Solver
 from dolfingrip.sections.procedure import (
@@ -50,6 +51,8 @@ class Sections(Section):
     film: Films = Films()
     cavity: Cavities = Cavities()
     camera: Camera = Camera()
+    mould: Mould = Mould()
+    inlet: Inlet | None = None
     form: Form | None = None
 
     @model_validator(mode="before")

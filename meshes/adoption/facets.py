@@ -35,7 +35,11 @@ one another that elements are larger than the walls ask for."""
 
 
 def triangulated(surfaces: list[int]) -> Faces:
-    """The triangles of some faces of the current model, each face with its place in the list."""
+    """The triangles of some faces of the current, meshed model.
+
+    Args:
+        surfaces: tags of the faces; the place in this list numbers the face of a triangle.
+    """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
     index[tags.astype(np.int64)] = np.arange(len(tags))
@@ -51,7 +55,11 @@ def triangulated(surfaces: list[int]) -> Faces:
 
 
 def outward(surface: Faces) -> Faces:
-    """The surface with its triangles seen from outside."""
+    """The surface with its triangles seen from outside.
+
+    Args:
+        surface: closed; its triangles may be turned either way.
+    """
     return replace(surface, triangles=consistent(surface.points, surface.triangles))
 
 

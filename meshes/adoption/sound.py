@@ -14,7 +14,11 @@ from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
 
 def place(point: Floats) -> str:
-    """A point in words, in the file's coordinates."""
+    """A point in words.
+
+    Args:
+        point: (3,) coordinates (mm).
+    """
     return "(" + ", ".join(f"{round(float(value), 2) + 0.0:g}" for value in point) + ") mm"
 
 

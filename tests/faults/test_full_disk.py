@@ -119,6 +119,11 @@ def test_export(name: str, disk: Disk, refuse: Refuse) -> None:
     refuse("export", disk.folder / name, *OPTIONS, names=name, left=4096 * (name[-1] != "l"))
 
 
+def test_a_mould(disk: Disk, refuse: Refuse) -> None:
+    asked = ("export", "--mould", disk.folder / "mould", "--set", "finger.kind=cast")
+    refuse(*asked, names="mould/half_1.stl")
+
+
 @pytest.mark.parametrize("command", ["bend", "force", "cycle", "push", "coupon", "grasp"])
 def test_the_record_of_a_run(command: str, disk: Disk, refuse: Refuse) -> None:
     (disk.folder / "run.json").write_text("{}", encoding="utf-8")

@@ -46,12 +46,16 @@ def test_closed_and_of_the_right_volume(tmp_path: Path, name: str) -> None:
     design = config.load(None, assignments(DESIGNS[name]))
     expected = whole_mm3(design)
     stl, step = tmp_path / "design.stl", tmp_path / "design.step"
-    assert printable.write(design, stl) == pytest.approx(expected, rel=1e-9)
+    written = printable.write(design, stl)
+    assert written.volume_mm3 == pytest.approx(expected, rel=1e-9)
+    assert written.voids == (name != "cast")  # whose tube is open
     read = pv.read(stl).clean()
     assert read.is_manifold
     assert read.n_open_edges == 0
     assert read.volume == pytest.approx(expected, rel=1e-6)
-    assert printable.write(design, step) == pytest.approx(expected, rel=1e-9)
+    drawn = printable.write(design, step)
+    assert drawn.volume_mm3 == pytest.approx(expected, rel=1e-9)
+    assert drawn.voids == written.voids
     with session("read again"):
         gmsh.model.occ.importShapes(str(step))
         volumes = [gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.occ.getEntities(3)]
@@ -67,7 +71,7 @@ def test_a_mesh_file_has_no_step(tmp_path: Path) -> None:
     design = design.changed(mesh={"file": tmp_path / "finger.msh"})
     with pytest.raises(ConfigError, match=r"\.step: a mesh file has no boxes; allowed: \.stl"):
         printable.write(design, tmp_path / "a.step")
-    assert printable.write(design, tmp_path / "a.stl") > 0
+    assert printable.write(design, tmp_path / "a.stl").volume_mm3 > 0
 
 
 def test_a_free_form_has_no_step(tmp_path: Path) -> None:

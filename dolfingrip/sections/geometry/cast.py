@@ -15,6 +15,7 @@ from dolfingrip.sections.section import Refusal
 class Cast(Geometry):
     """Cast block: the film's back at x = 0, clamped at z = 0, chambers open to the film."""
 
+    cast: ClassVar = True
     regions: ClassVar = ("body", "film")
     limiting: ClassVar = "film"
 

@@ -48,6 +48,7 @@ class Geometry(Section):
         tetrahedra: whether it can be meshed in tetrahedra, which know no regions.
         hexahedra: whether it can be meshed in hexahedra, as boxes can.
         of_file: whether its solid is a mesh file, which it must then have.
+        cast: whether it is cast in a mould, a body and a base that close its hollows.
         thin: whether one element across a wall bears the pressure, so that no mesh is too coarse.
         number: key of the number of its chambers.
         length_mm: clamp to tip, along z.
@@ -65,6 +66,7 @@ class Geometry(Section):
     tetrahedra: ClassVar[bool] = False
     hexahedra: ClassVar[bool] = True
     of_file: ClassVar[bool] = False
+    cast: ClassVar[bool] = False
     thin: ClassVar[bool] = False
     number: ClassVar[str] = "chambers"
 

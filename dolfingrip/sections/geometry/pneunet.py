@@ -16,6 +16,7 @@ from dolfingrip.sections.section import Refusal
 class Pneunet(Geometry):
     """Pneu-net: the base's back at x = 0, clamped at z = 0, chambers towards +x."""
 
+    cast: ClassVar = True
     regions: ClassVar = ("body", "paper", "base")
     limiting: ClassVar = "paper"
 
