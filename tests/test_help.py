@@ -64,6 +64,7 @@ FRAGMENTS = {
     "optimise": ("at least 0 and up to 1", "default: 1000", "at least 4"),
     "study": ("50, 100, 500, 1000", "0.01, 0.1, 0.5, 0.8"),
     "predict": ("kPa,kPa,…",),
+    "robot": ("FILE.toml", "finger.urdf", "at least 1"),
     "morph": ("ξ1 ξ2", "required"),
     "explore": ("KEY=LOW:HIGH", "up to 65535"),
     "synthetic": ("COLUMN=STD", "bending, blocked_force"),

@@ -31,6 +31,7 @@ COMMANDS = (
     Subcommand("adopt", settings.AdoptSettings, "adopt_command:adopt"),
     Subcommand("mesh", settings.MeshSettings, "shape_commands:mesh"),
     Subcommand("export", settings.ExportSettings, "shape_commands:export"),
+    Subcommand("robot", settings.RobotSettings, "robot_command:robot"),
     Subcommand("morph", settings.MorphSettings, "shape_commands:morph"),
     Subcommand("config", settings.ConfigSettings, "reference_commands:show_config"),
     Subcommand("columns", settings.ColumnsSettings, "reference_commands:columns"),

@@ -330,6 +330,21 @@ class ExportSettings(ConfiguredSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
+class RobotSettings:
+    """Write the finger for robot simulators: a chain of links that runs in real time.
+
+    It runs finite elements, fits the chain, and tells its errors at states that were not fitted.
+    OUT then holds robot.json, finger.xml, gripper.xml and scene.xml for MuJoCo, finger.urdf and
+    control.py. A call that was killed goes on from OUT/simulations.
+    """
+
+    file: Path | None = argument(None, "TOML; default: the reference finger.", "FILE.toml")
+    out: Path = _out(Path("out/robot"))
+    workers: int = _workers(1)
+    overrides: Mapping[str, Any] = _changes(NOTHING)
+
+
+@dataclass(frozen=True, kw_only=True)
 class MorphSettings(ConfiguredSettings):
     """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it."""
 

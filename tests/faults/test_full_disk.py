@@ -260,6 +260,12 @@ def test_pickup(command: tuple[str, ...], disk: Disk, refuse: Refuse) -> None:
     refuse(*asked, names="simulations/campaign.sqlite", changed=True)
 
 
+def test_robot(disk: Disk, refuse: Refuse) -> None:
+    refuse(
+        "robot", "--out", disk.folder, *OPTIONS, names="simulations/campaign.sqlite", changed=True
+    )
+
+
 def test_design(disk: Disk, refuse: Refuse) -> None:
     file = EXAMPLES / "paper_design.toml"
     refuse("design", file, "--out", disk.folder, names="simulations/campaign.sqlite", changed=True)

@@ -1,0 +1,51 @@
+"""``dolfingrip robot``: a finger for robot simulators, in real time and with its errors."""
+
+from __future__ import annotations
+
+from dolfingrip import config as configuration
+from dolfingrip.cli import progress
+from dolfingrip.cli.console import check_writable, console, one_process, resumable
+from dolfingrip.cli.settings import RobotSettings
+from dolfingrip.config import ConfigError
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.report.table import of_rows
+from dolfingrip.robot import build
+from dolfingrip.robot.write import room, write
+
+
+def robot(asked: RobotSettings) -> None:
+    """Fit a chain of links to finite elements and write it for robot simulators."""
+    one_process("--workers, without mpirun")
+    config = configuration.load(asked.file, asked.overrides)
+    check_writable(asked.out)
+    screen, folder = console(), asked.out / build.FOLDER
+    try:
+        placed = room(config)
+    except ConfigError as error:
+        placed = None
+        screen.say(f"no gripper.xml and no scene.xml: {error}")
+    with (
+        resumable(screen, folder),
+        progress.jobs(screen, "runs", progress.FEW) as show,
+        Pool(Where(workers=asked.workers)) as pool,
+    ):
+        built = build.build(config, asked.out, pool, show)
+    file = built.robot.file
+    headings = ("States that were not fitted", "Plate", "rms", "Largest", "Unit", "Relative")
+    rows = [
+        (each.quantity, "none" if each.gap_mm is None else f"{each.gap_mm:g} mm",
+         f"{each.rms:.3g}", f"{each.largest:.3g}", each.unit, f"{100 * each.relative:.2g} %")
+        for each in file.comparisons
+    ]  # fmt: skip
+    screen.print(of_rows(headings, rows, left=headings[:1]))
+    low, high = file.valid.pressure_kPa
+    screen.say(
+        f"{len(file.joints)} joints, which follow the back to {file.shape_error_mm:.2g} mm; "
+        f"fitted from {low:g} to {high:g} kPa and up to {file.valid.force_N:.3g} N; "
+        f"the runs of finite elements took {file.simulated_s:.0f} s"
+    )
+    for each in file.valid.ended:
+        screen.say(f"a run ended early: {each}")
+    for path in write(built, config, placed, asked.out):
+        screen.say(f"wrote {path}")

@@ -1,0 +1,102 @@
+"""``robot.json``: a finger as a chain of links, and its errors against finite elements."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from dolfingrip.files.result_file import Part, ResultFile
+
+Law = tuple[float, float, float, float]
+"""Coefficients a, b, c, d of a p + b p w + c w + d p²."""
+
+
+class JointCoordinate(Part):
+    """A coordinate w of a joint, and the force or torque at it by pressure and coordinate."""
+
+    name: str
+    kind: Literal["slide", "hinge"] = Field(description="w is in mm, or in rad")
+    axis: tuple[float, float, float] = Field(description="in the axes of the finger at rest")
+    law: Law = Field(description="a, b, c, d of a p + b p w + c w + d p²: kPa; N, or N mm")
+
+
+class Joint(Part):
+    """A joint: its place, and its coordinates from clamp to tip."""
+
+    place_mm: tuple[float, float, float]
+    coordinates: tuple[JointCoordinate, ...]
+
+
+class Link(Part):
+    """A rigid link at rest, in the finger's axes: the clamp is z = 0, the back x = 0."""
+
+    mass_kg: float
+    centre_mm: tuple[float, float, float]
+    inertia_kg_mm2: tuple[float, float, float, float, float, float] = Field(
+        description="xx, yy, zz, xy, xz, yz about the centre"
+    )
+    section_mm: tuple[tuple[float, float], ...] = Field(
+        description="convex outline x, y of the prism that touches other bodies"
+    )
+    from_mm: float = Field(description="z where the prism begins")
+    to_mm: float
+
+
+class QuantityError(Part):
+    """A quantity by finite elements and by the chain, at states that were not fitted."""
+
+    quantity: str
+    unit: str
+    gap_mm: float | None = Field(description="of the plate; null: the finger is free")
+    pressure_kPa: tuple[float, ...]
+    finite_elements: tuple[float, ...]
+    chain: tuple[float, ...]
+    rms: float = Field(description="root mean square difference, in the unit")
+    largest: float = Field(description="largest difference, in the unit")
+    relative: float = Field(description="largest difference by the quantity's largest value; of a "
+                            "stiffness, the largest ratio less 1")  # fmt: skip
+
+    def sentence(self) -> str:
+        """The errors in words."""
+        where = "free" if self.gap_mm is None else f"plate at {self.gap_mm:g} mm"
+        return (
+            f"{self.quantity}, {where}: {self.rms:.3g} {self.unit} rms, {self.largest:.3g} "
+            f"{self.unit} at most ({100 * self.relative:.2g} %)"
+        )
+
+
+class Validity(Part):
+    """Pressures and loads that the chain was fitted to; beyond them the laws are not known."""
+
+    pressure_kPa: tuple[float, float]
+    force_N: float = Field(description="largest force on a plate")
+    gaps_mm: tuple[float, ...] = Field(description="of the plates; null in pressure: free")
+    ended: tuple[str, ...] = Field((), description="why runs ended early")
+
+
+class RobotFile(ResultFile):
+    """Contents of ``robot.json``."""
+
+    FILE: ClassVar[str] = "robot.json"
+    MADE_BY: ClassVar[str] = "dolfingrip robot"
+
+    schema_version: Literal[1] = 1
+    config: dict[str, Any] = Field(description="resolved, of the runs")
+    links: tuple[Link, ...] = Field(description="from the clamped one to the tip")
+    joints: tuple[Joint, ...] = Field(description="one less than links")
+    tip_mm: tuple[float, float, float] = Field(description="centre of the tip's face at rest")
+    pressing_mm: tuple[tuple[float, float, float], ...] = Field(
+        description="points of the back that may meet a plate, from clamp to tip"
+    )
+    facing_plate: int = Field(description="how many of these, from the tip, met the runs' plates")
+    plate_N_per_mm: float = Field(description="stiffness of the chain's contact with a plate")
+    damping_s: float = Field(description="damping by stiffness of each coordinate")
+    line_s: float = Field(description="time constant of the pressure's supply")
+    shape_error_mm: float = Field(
+        description="rms distance of the free finger's back from that of a chain of so many joints"
+    )
+    valid: Validity
+    comparisons: tuple[QuantityError, ...]
+    simulated_s: float = Field(description="wall time of the runs of finite elements")
+    versions: dict[str, str] = Field({}, description="of the software")

@@ -1,0 +1,255 @@
+"""A planar chain of links with laws at its joints, and its equilibrium.
+
+The chain lies in the plane of bending (x, z). A joint has a slide along z and then a hinge; the
+coordinates w of all joints are numbered from clamp to tip. Arrays have the states as first axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+TERMS: Final = 4
+"""Coefficients of a law a p + b p w + c w + d p²."""
+
+_ITERATIONS: Final = 200
+
+_DONE_N: Final = 1e-9
+"""Residual at which Newton's method ends (N, or N·mm)."""
+
+_LARGEST_STEP: Final = 0.2
+"""Angle by which a hinge turns at most in a step (rad)."""
+
+_HALVINGS: Final = 30
+
+_LEAST: Final = 1e-3
+"""Stiffness below which no direction counts, as where the chain would buckle."""
+
+
+def _across(vectors: np.ndarray) -> np.ndarray:
+    """Vectors turned by a right angle, as the derivative of a rotation turns them."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def _turned(vectors: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Vectors turned by angles (rad)."""
+    return np.cos(angles)[..., None] * vectors + np.sin(angles)[..., None] * _across(vectors)
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points that are fixed to links.
+
+    Attributes:
+        rest_mm: (points, 2) places x, z at rest.
+        link: (points,) links they belong to; 0 is the one that is clamped.
+    """
+
+    rest_mm: np.ndarray
+    link: np.ndarray
+
+
+@dataclass(frozen=True)
+class Plates:
+    """A rigid plate for each state, whose normal is x.
+
+    Attributes:
+        x_mm: (states,) place of the plate; −∞ where there is none.
+        points: points of the chain that meet it.
+        stiffness_N_per_mm: of the contact.
+    """
+
+    x_mm: np.ndarray
+    points: Points
+    stiffness_N_per_mm: float
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Places of joints.
+
+    Attributes:
+        joints_mm: (joints, 2) places x, z of the hinges at rest, from clamp to tip.
+    """
+
+    joints_mm: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return 2 * len(self.joints_mm)
+
+    @property
+    def slides(self) -> np.ndarray:
+        """Numbers of the slides among the coordinates."""
+        return np.arange(0, self.size, 2)
+
+    @property
+    def hinges(self) -> np.ndarray:
+        """Numbers of the hinges among the coordinates."""
+        return np.arange(1, self.size, 2)
+
+    @property
+    def _rest_mm(self) -> np.ndarray:
+        """Places at which the links begin."""
+        return np.vstack([np.zeros(2), self.joints_mm])
+
+    def fixed(self, rest_mm: np.ndarray) -> Points:
+        """Fix points to the links on which they lie at rest.
+
+        Args:
+            rest_mm: (points, 2) places x, z.
+        """
+        rest = np.asarray(rest_mm, dtype=float)
+        return Points(rest, np.searchsorted(self.joints_mm[:, 1], rest[:, 1], side="right"))
+
+    def frames(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the links are.
+
+        Args:
+            w: (…, coordinates) mm and rad.
+
+        Returns:
+            Present places (…, links, 2) of the joint that each link begins with, the first one the
+            origin; and angles (…, links) of the links (rad).
+        """
+        hinges = w[..., self.hinges]
+        angles = np.concatenate([np.zeros_like(hinges[..., :1]), np.cumsum(hinges, -1)], -1)
+        steps = np.diff(self._rest_mm, axis=0) + w[..., self.slides, None] * np.array([0.0, 1.0])
+        centres = np.cumsum(_turned(steps, angles[..., :-1]), axis=-2)
+        return np.concatenate([np.zeros_like(centres[..., :1, :]), centres], -2), angles
+
+    def places(self, w: np.ndarray, points: Points) -> np.ndarray:
+        """Return where points are.
+
+        Args:
+            w: (…, coordinates) mm and rad.
+            points: of the links.
+
+        Returns:
+            (…, points, 2) places x, z (mm).
+        """
+        centres, angles = self.frames(w)
+        arms = points.rest_mm - self._rest_mm[points.link]
+        return centres[..., points.link, :] + _turned(arms, angles[..., points.link])
+
+    def slopes(self, w: np.ndarray, points: Points) -> np.ndarray:
+        """Return derivatives of places by the coordinates, (…, points, coordinates, 2)."""
+        centres, angles = self.frames(w)
+        places = self.places(w, points)
+        found = np.empty((*w.shape[:-1], len(points.link), self.size, 2))
+        along = _turned(np.array([0.0, 1.0]), angles[..., :-1])
+        found[..., self.slides, :] = along[..., None, :, :]
+        found[..., self.hinges, :] = _across(places[..., :, None, :] - centres[..., None, 1:, :])
+        joint = np.arange(self.size) // 2 + 1
+        found[..., joint > points.link[:, None], :] = 0.0
+        return found
+
+    def curvatures(self, slopes: np.ndarray) -> np.ndarray:
+        """Return second derivatives of places by the coordinates.
+
+        Args:
+            slopes: (…, coordinates, 2) what :meth:`slopes` gave.
+
+        Returns:
+            (…, coordinates, coordinates, 2).
+        """
+        order = np.arange(self.size)
+        later = np.maximum(order[:, None], order)
+        turns = np.minimum(order[:, None], order) % 2 == 1  # hinges turn what comes later
+        return np.where(turns[..., None], _across(slopes)[..., later, :], 0.0)
+
+
+def terms(w: np.ndarray, pressures_kPa: np.ndarray) -> np.ndarray:
+    """Return what the coefficients of the laws are multiplied by, (states, coordinates, 4)."""
+    p = np.broadcast_to(pressures_kPa[:, None], w.shape)
+    return np.stack([p, p * w, w, p * p], axis=-1)
+
+
+def stiffnesses(laws: np.ndarray, pressures_kPa: np.ndarray) -> np.ndarray:
+    """Return the stiffness of each coordinate, −∂(law)/∂w, (states, coordinates)."""
+    return -(laws[:, 1] * pressures_kPa[:, None] + laws[:, 2])
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Equilibria of a chain.
+
+    Attributes:
+        w: (states, coordinates).
+        stiffness: (states, coordinates, coordinates), the negative derivative of all forces by w.
+        forces_N: (states,) on the plates.
+        pressing: (states, coordinates) derivatives of these forces by w.
+    """
+
+    w: np.ndarray
+    stiffness: np.ndarray
+    forces_N: np.ndarray
+    pressing: np.ndarray
+
+
+def equilibrium(
+    chain: Chain, laws: np.ndarray, pressures_kPa: np.ndarray, plates: Plates, start: np.ndarray
+) -> Equilibrium:
+    """Find equilibria by Newton's method, all states at once.
+
+    Args:
+        chain: links and joints.
+        laws: (coordinates, 4) coefficients.
+        pressures_kPa: (states,).
+        plates: that the chain meets.
+        start: (states, coordinates) where the search begins.
+    """
+
+    def energy(w: np.ndarray) -> np.ndarray:
+        depth = np.maximum(plates.x_mm[:, None] - chain.places(w, plates.points)[..., 0], 0.0)
+        p = pressures_kPa[:, None]
+        a, b, c, d = laws.T
+        inner = -((a + d * p) * p + 0.5 * (b * p + c) * w) * w
+        return inner.sum(axis=1) + 0.5 * plates.stiffness_N_per_mm * (depth**2).sum(axis=1)
+
+    w = start.copy()
+    level = energy(w)
+    for _ in range(_ITERATIONS):
+        found = _balance(chain, laws, pressures_kPa, plates, w)
+        residual, stiffness = found[0], found[1].stiffness
+        if np.abs(residual).max() < _DONE_N:
+            break
+        values, vectors = np.linalg.eigh(stiffness)
+        along = np.einsum("sij,si->sj", vectors, residual) / np.maximum(np.abs(values), _LEAST)
+        step = np.einsum("sij,sj->si", vectors, along)
+        turn = np.abs(step[:, chain.hinges]).max(axis=1)
+        step *= (_LARGEST_STEP / np.maximum(turn, _LARGEST_STEP))[:, None]
+        slope = (residual * step).sum(axis=1)
+        part = np.ones(len(w))
+        for _ in range(_HALVINGS):
+            tried = w + part[:, None] * step
+            risen = energy(tried) > level - 1e-4 * part * slope + 1e-9
+            if not risen.any():
+                break
+            part[risen] *= 0.5
+        w = w + part[:, None] * step
+        level = energy(w)
+    return found[1]
+
+
+def _balance(
+    chain: Chain, laws: np.ndarray, pressures_kPa: np.ndarray, plates: Plates, w: np.ndarray
+) -> tuple[np.ndarray, Equilibrium]:
+    """Sum of all forces, and what an equilibrium tells, at any coordinates."""
+    slopes = chain.slopes(w, plates.points)
+    along = slopes[..., 0]
+    depth = plates.x_mm[:, None] - chain.places(w, plates.points)[..., 0]
+    force = plates.stiffness_N_per_mm * np.maximum(depth, 0.0)
+    touching = plates.stiffness_N_per_mm * (depth > 0)
+    stiffness = np.einsum("smi,smj,sm->sij", along, along, touching)
+    for m in range(len(plates.points.link)):
+        stiffness -= chain.curvatures(slopes[:, m])[..., 0] * force[:, m, None, None]
+    diagonal = np.arange(w.shape[1])
+    stiffness[:, diagonal, diagonal] += stiffnesses(laws, pressures_kPa)
+    residual = np.einsum("sik,ik->si", terms(w, pressures_kPa), laws)
+    residual += np.einsum("smi,sm->si", along, force)
+    pressing = -np.einsum("smi,sm->si", along, touching)
+    return residual, Equilibrium(w, stiffness, force.sum(axis=1), pressing)

@@ -1,0 +1,49 @@
+"""Torques of a finger's joints from its pressure, for simulators that read finger.urdf.
+
+It needs NumPy and the robot.json beside it. A simulator's loop calls :meth:`JointLaws.efforts` with
+the joints' places in the order of ``JointLaws.names``, in m and rad, and applies what it returns::
+
+    finger = JointLaws("robot.json")
+    efforts = finger.efforts(pressure_kPa=100.0, position=q, velocity=v)
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+
+class JointLaws:
+    """The laws a p + b p w + c w + d p² of all joints.
+
+    Args:
+        file: robot.json.
+    """
+
+    def __init__(self, file: Path | str) -> None:
+        data = json.loads(Path(file).read_text(encoding="utf-8"))
+        every = [each for joint in data["joints"] for each in joint["coordinates"]]
+        self.names = [each["name"] for each in every]
+        laws = np.array([each["law"] for each in every])
+        hinge = np.array([each["kind"] == "hinge" for each in every])
+        # from N·mm to N·m of hinges, and from 1/mm to 1/m of slides
+        self.laws = laws * np.where(hinge[:, None], 1e-3, [1.0, 1e3, 1e3, 1.0])
+        low, high = data["valid"]["pressure_kPa"]
+        stiff = [-(self.laws[:, 1] * p + self.laws[:, 2]) for p in (low, high)]
+        self.damping = data["damping_s"] * np.maximum(*stiff)
+
+    def efforts(
+        self, pressure_kPa: float, position: np.ndarray, velocity: np.ndarray
+    ) -> np.ndarray:
+        """Return forces (N) of slides and torques (N·m) of hinges.
+
+        Args:
+            pressure_kPa: in the finger.
+            position: (joints,) m and rad, in the order of ``names``.
+            velocity: (joints,) m/s and rad/s.
+        """
+        a, b, c, d = self.laws.T
+        p = pressure_kPa
+        return a * p + b * p * position + c * position + d * p * p - self.damping * velocity

@@ -1,0 +1,187 @@
+"""The reduced model of a finger: its shape and force at a pressure, and the pressure for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import Final, Self
+
+import numpy as np
+from scipy.optimize import brentq
+
+from dolfingrip.files.robot import RobotFile
+from dolfingrip.robot.chain import Chain, Equilibrium, Plates, equilibrium, stiffnesses
+from dolfingrip.robot.fit import Sideways, sideways_softness
+from dolfingrip.sections.errors import ConfigError
+
+TRIED: Final = 26
+"""Pressures between which the one that is sought is looked for."""
+
+IN_PLANE: Final = ("slide", "bend")
+SIDEWAYS: Final = ("side", "twist")
+
+
+class Robot:
+    """A finger as a chain of links.
+
+    Args:
+        file: what ``dolfingrip robot`` found.
+    """
+
+    def __init__(self, file: RobotFile) -> None:
+        self.file = file
+        named = [{each.name.split("_")[0]: each for each in joint.coordinates}
+                 for joint in file.joints]  # fmt: skip
+        self.chain = Chain(np.array([joint.place_mm for joint in file.joints])[:, [0, 2]])
+        self.laws = np.array([each[name].law for each in named for name in IN_PLANE])
+        side, twist = (named[0][name].law for name in SIDEWAYS)
+        self.sideways = Sideways((-side[1], -side[2]), (-twist[1], -twist[2]))
+        self._tip = self.chain.fixed(np.array([file.tip_mm])[:, [0, 2]])
+
+    @classmethod
+    def read(cls, folder: Path | str) -> Self:
+        """Read ``robot.json``.
+
+        Args:
+            folder: folder that has it, or the file itself.
+
+        Returns:
+            The finger.
+
+        Raises:
+            ResultFileError: one line, where it cannot be read.
+        """
+        return cls(RobotFile.read(folder))
+
+    @cached_property
+    def _pressures_kPa(self) -> np.ndarray:
+        return np.linspace(*self.file.valid.pressure_kPa, TRIED)
+
+    def state(
+        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None, *, whole: bool = False
+    ) -> Equilibrium:
+        """Find the chain's equilibrium.
+
+        Args:
+            pressure_kPa: one, or (states,) that are reached one from another.
+            gap_mm: of a plate before the straight finger's back; None: it is free.
+            whole: whether the plate faces the whole back, as food does, and not its last part.
+
+        Returns:
+            Coordinates, stiffness and forces, (states, …).
+        """
+        p = np.atleast_1d(np.asarray(pressure_kPa, dtype=float))
+        back = np.array(self.file.pressing_mm)[:, [0, 2]]
+        points = self.chain.fixed(back if whole else back[-self.file.facing_plate :])
+        plate = -np.inf if gap_mm is None else back[-1, 0] - gap_mm
+        plates = Plates(np.full(len(p), plate), points, self.file.plate_N_per_mm)
+        start = np.zeros((len(p), self.chain.size))
+        return equilibrium(self.chain, self.laws, p, plates, start)
+
+    def angle_deg(
+        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None
+    ) -> np.ndarray:
+        """Return the tip's angle.
+
+        Args:
+            pressure_kPa: one, or (states,).
+            gap_mm: of a plate; None: the finger is free.
+
+        Returns:
+            (states,) in degrees.
+        """
+        w = self.state(pressure_kPa, gap_mm).w
+        return np.asarray(np.degrees(w[:, self.chain.hinges].sum(axis=1)))
+
+    def tip_mm(self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None) -> np.ndarray:
+        """Return the displacement of the tip's centre.
+
+        Args:
+            pressure_kPa: one, or (states,).
+            gap_mm: of a plate; None: the finger is free.
+
+        Returns:
+            (states, 2) along x and z.
+        """
+        w = self.state(pressure_kPa, gap_mm).w
+        return np.asarray(self.chain.places(w, self._tip)[:, 0] - self._tip.rest_mm[0])
+
+    def force_N(
+        self, pressure_kPa: np.ndarray | float, gap_mm: float, *, whole: bool = False
+    ) -> np.ndarray:
+        """Return the force on a plate.
+
+        Args:
+            pressure_kPa: one, or (states,).
+            gap_mm: of the plate.
+            whole: whether it faces the whole back.
+
+        Returns:
+            (states,) in N.
+        """
+        return self.state(pressure_kPa, gap_mm, whole=whole).forces_N
+
+    def stiffness_N_per_mm(self, pressure_kPa: np.ndarray | float) -> np.ndarray:
+        """Return the stiffness of the free tip.
+
+        Args:
+            pressure_kPa: one, or (states,).
+
+        Returns:
+            (states, 2) along x, in the plane of bending, and along y.
+        """
+        p = np.atleast_1d(np.asarray(pressure_kPa, dtype=float))
+        w = self.state(p).w
+        along = self.chain.slopes(w, self._tip)[:, 0, :, 0]
+        x = (along**2 / stiffnesses(self.laws, p)).sum(axis=1)
+        y = sideways_softness(self.chain, w, self._tip, self.sideways, p)
+        return 1 / np.stack([x, y], axis=1)
+
+    def pressure_for(
+        self,
+        *,
+        angle_deg: float | None = None,
+        tip_force_N: float | None = None,
+        squeeze_N: float | None = None,
+        gap_mm: float | None = None,
+    ) -> float:
+        """Find the least pressure for an angle, a tip's force or a squeeze.
+
+        Args:
+            angle_deg: of the tip; free, or with ``gap_mm`` against a plate.
+            tip_force_N: on a plate that faces the tip, at ``gap_mm`` (default 0).
+            squeeze_N: normal force of this finger on a flat side of food that faces its whole back,
+                at ``gap_mm`` (default 0).
+            gap_mm: from the straight finger's back.
+
+        Returns:
+            Pressure in kPa.
+
+        Raises:
+            ConfigError: one line, where not one of the three is given, or no pressure that the
+                chain was fitted to reaches it.
+        """
+        asked = {"angle_deg": angle_deg, "tip_force_N": tip_force_N, "squeeze_N": squeeze_N}
+        given = {key: value for key, value in asked.items() if value is not None}
+        if len(given) != 1:
+            raise ConfigError(f"pressure_for: allowed: one of {', '.join(asked)}")
+        ((key, wanted),) = given.items()
+        gap = gap_mm if key == "angle_deg" else gap_mm or 0.0
+        found: dict[str, Callable[[np.ndarray | float], np.ndarray]] = {
+            "angle_deg": lambda p: self.angle_deg(p, gap),
+            "tip_force_N": lambda p: self.force_N(p, gap or 0.0),
+            "squeeze_N": lambda p: self.force_N(p, gap or 0.0, whole=True),
+        }
+        at, p = found[key], self._pressures_kPa
+        over = at(p) - wanted
+        above = np.flatnonzero(over >= 0)
+        if not len(above) or over[0] > 0:
+            raise ConfigError(
+                f"{key} = {wanted:g}: allowed: {over.min() + wanted:.4g} to "
+                f"{over.max() + wanted:.4g}, from {p[0]:g} to {p[-1]:g} kPa"
+            )
+        first = int(above[0])
+        if over[first] == 0:
+            return float(p[first])
+        return float(brentq(lambda x: float(at(x)[0]) - wanted, p[first - 1], p[first], xtol=1e-4))

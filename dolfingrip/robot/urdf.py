@@ -1,0 +1,78 @@
+"""A finger as URDF: links, joints, inertia and collision; the laws are those of control.py."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Final
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from dolfingrip.files.robot import Link, RobotFile
+from dolfingrip.robot.mjcf import M_PER_MM
+from dolfingrip.robot.xml import add, text
+
+BETWEEN_KG: Final = 1e-6
+"""Mass of the links between the joints of one place, as most readers refuse links without."""
+
+KINDS: Final = {"slide": "prismatic", "hinge": "revolute"}
+
+REACH: Final = {"slide": 0.05, "hinge": 1.5}
+"""Limits of joints, in m and rad, which URDF must have."""
+
+
+def _between(root: Element, name: str) -> None:
+    """Add a link that is only there as URDF's joints have one coordinate each."""
+    inertial = add(add(root, "link", name=name), "inertial")
+    add(inertial, "mass", value=BETWEEN_KG)
+    add(inertial, "inertia", ixx=1e-9, iyy=1e-9, izz=1e-9, ixy=0, ixz=0, iyz=0)
+
+
+def _link(root: Element, name: str, link: Link, origin: np.ndarray) -> None:
+    made = add(root, "link", name=name)
+    inertial = add(made, "inertial")
+    add(inertial, "origin", xyz=(np.array(link.centre_mm) - origin) * M_PER_MM)
+    add(inertial, "mass", value=link.mass_kg)
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    values = [each * M_PER_MM**2 for each in link.inertia_kg_mm2]
+    add(inertial, "inertia", **dict(zip(names, values, strict=True)))
+    outline = np.array(link.section_mm)
+    low = np.array([*outline.min(axis=0), link.from_mm])
+    high = np.array([*outline.max(axis=0), link.to_mm])
+    for part in ("visual", "collision"):
+        drawn = add(made, part)
+        add(drawn, "origin", xyz=((low + high) / 2 - origin) * M_PER_MM)
+        add(add(drawn, "geometry"), "box", size=(high - low) * M_PER_MM)
+
+
+def finger(robot: RobotFile) -> str:
+    """Return the model of one finger, in the axes of its clamp.
+
+    Args:
+        robot: chain with its laws.
+
+    Returns:
+        Text of the URDF file, in m and kg; joints have the names that robot.json has.
+    """
+    root = Element("robot", name="finger")
+    _link(root, "link_0", robot.links[0], np.zeros(3))
+    above = "link_0"
+    origin: np.ndarray = np.zeros(3)
+    for number, (joint, link) in enumerate(zip(robot.joints, robot.links[1:], strict=True), 1):
+        place: np.ndarray = np.array(joint.place_mm)
+        between = [f"link_{number}_{each.name}" for each in joint.coordinates[:-1]]
+        chained = itertools.pairwise([above, *between, f"link_{number}"])
+        for each, (first, name) in zip(joint.coordinates, chained, strict=True):
+            made = add(root, "joint", name=each.name, type=KINDS[each.kind])
+            add(made, "parent", link=first)
+            add(made, "child", link=name)
+            add(made, "origin", xyz=(place - origin) * M_PER_MM)
+            add(made, "axis", xyz=each.axis)
+            reach = REACH[each.kind]
+            add(made, "limit", lower=-reach, upper=reach, effort=1000, velocity=1000)
+            origin = place
+        for name in between:
+            _between(root, name)
+        above = f"link_{number}"
+        _link(root, above, link, place)
+    return '<?xml version="1.0"?>\n' + text(root)

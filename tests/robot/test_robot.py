@@ -1,0 +1,227 @@
+"""``dolfingrip robot`` on a short finger of two bellows, and its files in MuJoCo.
+
+References are the runs of finite elements that the command makes, and the chain itself: MuJoCo's
+rest is the chain's equilibrium.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command import run_command
+from support.small import SHORT, short
+
+from dolfingrip.files.result_file import ResultFileError
+from dolfingrip.files.robot import RobotFile
+from dolfingrip.meshes.measures import moments
+from dolfingrip.robot import runs, urdf
+from dolfingrip.robot.links import whole_solid
+from dolfingrip.robot.robot import Robot
+from dolfingrip.sections.errors import ConfigError
+
+mujoco = pytest.importorskip("mujoco")
+
+OPTIONS = [text for each in SHORT for text in ("--set", each)]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The files of a short finger."""
+    from distributed import LocalCluster
+
+    from dolfingrip.jobs import pool
+    from dolfingrip.jobs.cluster import Where, connected
+
+    out = tmp_path_factory.mktemp("robot")
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+        ) as cluster,
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        here = Where(scheduler=cluster.scheduler_address)
+        patch.setattr(pool, "connected", lambda where: connected(here))
+        assert run_command("robot", "--out", out, *OPTIONS) == 0
+        yield out
+
+
+@pytest.fixture(scope="module")
+def robot(made: Path) -> Robot:
+    return Robot.read(made)
+
+
+def test_errors_at_states_that_were_not_fitted(robot: Robot) -> None:
+    """As the targets for the default finger are: 1.5°, 1 mm, 4 % of force, 7 % of stiffness."""
+    found = {(each.quantity, each.gap_mm is None): each for each in robot.file.comparisons}
+    assert found["angle", True].largest < 1.5
+    assert found["tip path", True].rms < 1.0
+    assert found["force on the plate", False].relative < 0.04
+    assert found["stiffness of the tip, x", True].relative < 0.07
+    assert found["stiffness of the tip, y", True].relative < 0.07
+    free = found["angle", True]
+    assert free.finite_elements[-1] > 3.0
+    fitted = np.linspace(0, 50, 6)
+    assert not set(np.round(free.pressure_kPa, 6)) & set(np.round(fitted, 6))
+
+
+def test_the_file_is_what_the_command_found(robot: Robot, made: Path) -> None:
+    mass = sum(link.mass_kg for link in robot.file.links)
+    volume, moment = moments(whole_solid(short()))
+    assert mass == pytest.approx(1190e-9 * volume)
+    centre = sum(link.mass_kg * np.array(link.centre_mm) for link in robot.file.links) / mass
+    assert centre == pytest.approx(moment / volume, abs=1e-6)
+    data = json.loads((made / "robot.json").read_text(encoding="utf-8"))
+    assert data["schema_version"] == 1
+    data["schema_version"] = 99
+    (made / "other.json").write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(ResultFileError, match="schema_version = 99"):
+        RobotFile.read(made / "other.json")
+
+
+def settled(model: object, inputs: dict[str, float], time_s: float = 1.0) -> object:
+    """Let a model come to rest without gravity."""
+    model.opt.gravity[:] = 0  # type: ignore[attr-defined]
+    data = mujoco.MjData(model)
+    for name, value in inputs.items():
+        data.actuator(name).ctrl[0] = value
+    while data.time < time_s:
+        mujoco.mj_step(model, data)
+    return data
+
+
+def test_mujoco_rests_where_the_chain_does(robot: Robot, made: Path) -> None:
+    model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
+    for pressure in (20.0, 50.0):
+        data = settled(model, {"pressure_kPa": pressure})
+        moved = 1e3 * data.sensor("tip_m").data - np.array(robot.file.tip_mm)
+        assert moved[[0, 2]] == pytest.approx(robot.tip_mm(pressure)[0], abs=1e-3)
+        assert data.joint("pressure_kPa").qpos[0] == pytest.approx(pressure, abs=1e-3)
+        assert abs(moved[1]) < 1e-6
+    mass = sum(link.mass_kg for link in robot.file.links)
+    assert model.body_mass.sum() - model.body("supply").mass[0] == pytest.approx(mass)
+
+
+@pytest.mark.parametrize(("axis", "column"), [(0, 0), (1, 1)])
+def test_mujoco_is_as_stiff_as_the_chain(axis: int, column: int, robot: Robot, made: Path) -> None:
+    """A small force at the tip, in the finger's axes; the model hangs, so y is turned."""
+    model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
+    model.opt.gravity[:] = 0
+    tip = model.site("tip").id
+    body, force = model.site_bodyid[tip], 1e-3
+    found = []
+    for sign in (1, -1):
+        data = mujoco.MjData(model)
+        data.actuator("pressure_kPa").ctrl[0] = 50.0
+        push = np.eye(3)[axis] * sign * force
+        while data.time < 1.0:
+            arm = data.site_xpos[tip] - data.xipos[body]
+            data.xfrc_applied[body] = [*push, *np.cross(arm, push)]
+            mujoco.mj_step(model, data)
+        found.append(1e3 * data.site_xpos[tip][axis])
+    stiffness = 2 * force / (found[0] - found[1])
+    assert stiffness == pytest.approx(robot.stiffness_N_per_mm(50.0)[0, column], rel=2e-3)
+
+
+def test_no_input_blows_it_up(made: Path) -> None:
+    """Steps and a square wave of 5 Hz, with gravity."""
+    model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
+    data = mujoco.MjData(model)
+    for number in range(12):
+        data.ctrl[0] = 50.0 * (number % 2)
+        for _ in range(100):
+            mujoco.mj_step(model, data)
+        assert np.isfinite(data.qpos).all()
+        assert np.abs(data.qpos[1:]).max() < 1.0
+    assert not any(each.number for each in data.warning)
+
+
+def test_the_scene_holds_still_food(made: Path) -> None:
+    """Three fingers, a table and food that lies on it with its weight."""
+    model = mujoco.MjModel.from_xml_path(str(made / "scene.xml"))
+    data = mujoco.MjData(model)
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+    before = data.body("food").xpos.copy()
+    data.actuator("pressure_kPa").ctrl[0] = 50.0
+    data.actuator("lift_m").ctrl[0] = 0.02
+    for _ in range(600):
+        mujoco.mj_step(model, data)
+    assert data.body("food").xpos == pytest.approx(before, abs=5e-4)  # short fingers miss it
+    assert data.body("base").xpos[2] == pytest.approx(0.02, abs=1e-3)
+    names = {model.body(i).name for i in range(model.nbody)}
+    assert {"A_link_1", "B_link_1", "C_link_1", "food"} <= names
+
+
+def test_urdf_and_control(robot: Robot, made: Path) -> None:
+    """MuJoCo reads the URDF; the efforts of control.py bring it to the chain's equilibrium."""
+    found = importlib.util.spec_from_file_location("control", made / "control.py")
+    assert found is not None
+    assert found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    control = module.JointLaws(made / "robot.json")
+    model = mujoco.MjModel.from_xml_path(str(made / "finger.urdf"))
+    model.opt.gravity[:] = 0
+    model.geom_contype[:] = 0  # links of one place overlap
+    assert [model.joint(i).name for i in range(model.njnt)] == control.names
+    # an equilibrium by the law alone: no effort where the chain rests
+    w = robot.state(50.0).w[0]
+    position = np.zeros(len(control.names))
+    position[0::4], position[1::4] = w[0::2] * 1e-3, w[1::2]
+    efforts = control.efforts(50.0, position, np.zeros_like(position))
+    assert np.abs(efforts).max() < 1e-9
+    data = mujoco.MjData(model)
+    data.qpos[:] = position
+    mujoco.mj_forward(model, data)
+    angles = robot.angle_deg(50.0)
+    turned = data.body(f"link_{len(robot.file.joints)}").xmat.reshape(3, 3)
+    assert np.degrees(np.arctan2(-turned[0, 2], turned[2, 2])) == pytest.approx(angles[0])
+    between = 3 * len(robot.file.joints) * urdf.BETWEEN_KG
+    mass = sum(link.mass_kg for link in robot.file.links[1:])
+    assert model.body_mass.sum() == pytest.approx(mass + between)
+
+
+def test_pressure_for(robot: Robot) -> None:
+    assert robot.angle_deg(robot.pressure_for(angle_deg=3.0)) == pytest.approx(3.0, abs=1e-3)
+    gap = robot.file.valid.gaps_mm[-1]
+    force = 0.3 * float(robot.force_N(50.0, gap)[0])
+    pressure = robot.pressure_for(tip_force_N=force, gap_mm=gap)
+    assert robot.force_N(pressure, gap) == pytest.approx(force, rel=1e-3)
+    squeeze = robot.pressure_for(squeeze_N=force, gap_mm=gap)
+    assert robot.force_N(squeeze, gap, whole=True) == pytest.approx(force, rel=1e-3)
+    with pytest.raises(ConfigError, match=r"angle_deg = 500: allowed: 0 to .*, from 0 to 50 kPa"):
+        robot.pressure_for(angle_deg=500.0)
+    with pytest.raises(ConfigError, match="allowed: one of angle_deg, tip_force_N, squeeze_N"):
+        robot.pressure_for(angle_deg=1.0, tip_force_N=1.0)
+
+
+def test_refusals(robot: Robot) -> None:
+    with pytest.raises(ConfigError, match=r"experiment.max_pressure_kPa = -20: allowed: above 0"):
+        runs.prepared(short("experiment.max_pressure_kPa=-20"))
+    back = np.zeros((3, 2, 2))
+    back[:, :, 1] = [0.0, 50.0]
+    still = np.zeros(3)
+    run = runs.FingerRun(
+        None, np.arange(3.0), still, still, still, still, back[0], back, back[0], back[0], 1.0,
+        0.0, "",
+    )  # fmt: skip
+    with pytest.raises(ConfigError, match="allowed: a finger that bends to its back"):
+        runs.gaps_mm(run, [0.1])
+
+
+def test_a_second_call_computes_nothing(
+    made: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def solved(*arguments: object) -> None:
+        raise AssertionError("computed again")
+
+    monkeypatch.setattr(runs, "compute", solved)
+    before = (made / "finger.xml").read_bytes()
+    assert run_command("robot", "--out", made, *OPTIONS) == 0
+    assert (made / "finger.xml").read_bytes() == before
+    assert "States that were not" in capfd.readouterr().out
