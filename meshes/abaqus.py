@@ -118,28 +118,30 @@ def read(path: Path) -> SolidMesh:
     return assemble(points, cells, facets, regions)
 
 
-def deck(mesh: SolidMesh) -> str:
+def deck(mesh: SolidMesh, *, full: bool = False) -> str:
     """Nodes, elements (:data:`ELEMENT_TYPES`), a node set and a surface for each group, as a deck.
 
     Abaqus and CalculiX can read the deck: it has no elements but those of the solid.
 
     Args:
         mesh: mesh in mm.
+        full: whether hexahedra of 20 nodes have all 27 integration points (C3D20), not 8.
 
     Returns:
         Content of an .inp file.
     """
+    kind = ELEMENT_TYPES[mesh.cells.shape[1]]
     numbers = np.arange(1, len(mesh.cells) + 1)
     elements = np.column_stack([numbers, to_vtk(mesh.cells) + 1])
     lines = ["*HEADING\nwritten by dolfingrip\nlengths in mm\n*NODE\n"]
     # CalculiX reads no number of more than 20 characters
     lines += [f"{i}, {x:.13e}, {y:.13e}, {z:.13e}\n" for i, (x, y, z) in enumerate(mesh.points, 1)]
-    lines.append(f"*ELEMENT, TYPE={ELEMENT_TYPES[mesh.cells.shape[1]]}\n")
-    lines += [_data(element) for element in elements]
+    lines.append(f"*ELEMENT, TYPE={kind.removesuffix('R') if full else kind}\n")
+    lines += [data(element) for element in elements]
     for name, rows in {groups.SOLID: np.arange(len(mesh.cells)), **mesh.regions}.items():
-        lines.append(f"*ELSET, ELSET={name}\n{_data(rows + 1)}")
+        lines.append(f"*ELSET, ELSET={name}\n{data(rows + 1)}")
     for name, facets in mesh.facets.items():
-        lines.append(f"*NSET, NSET={name}\n{_data(np.unique(facets) + 1)}")
+        lines.append(f"*NSET, NSET={name}\n{data(np.unique(facets) + 1)}")
     for name, facets in mesh.facets.items():
         lines.append(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
         places = np.divmod(match(facets, mesh.cells), len(mesh.shape.faces))
@@ -147,8 +149,15 @@ def deck(mesh: SolidMesh) -> str:
     return "".join(lines)
 
 
-def _data(numbers: Ints) -> str:
-    """Lines of whole numbers, 16 in each, as Abaqus allows; a comma tells that a line goes on."""
+def data(numbers: Ints) -> str:
+    """Lines of whole numbers, 16 in each, as Abaqus allows; a comma tells that a line goes on.
+
+    Args:
+        numbers: of nodes or elements, shape (n,).
+
+    Returns:
+        The lines, each with its end.
+    """
     texts = [str(number) for number in numbers]
     return ",\n".join(",".join(texts[i : i + 16]) for i in range(0, len(texts), 16)) + "\n"
 

@@ -317,16 +317,21 @@ class MeshSettings(ConfiguredSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class ExportSettings(ConfiguredSettings):
-    """Write a design as STL or STEP, closed and ready to print, as a configuration, or its mould.
+    """Write a design for a printer, for CAD or another simulator, as a configuration, or its mould.
 
-    --config takes a TOML file, or the run.json of an earlier run. The solid is the whole finger
-    without load, in mm. A table \\[inlet] adds a connector for air; \\[mould] is about the mould.
+    The name's end says who loads it: .stl, .3mf and .step are the whole finger without load, closed
+    and in mm; .inp is a deck for CalculiX and Abaqus; .py a scene for SOFA's SoftRobots; .xml a
+    flexible body for MuJoCo. --config takes a TOML file, or the run.json of an earlier run. A table
+    \\[inlet] adds a connector for air to what is printed; \\[mould] is about the mould.
     """
 
-    files: tuple[Path, ...] = argument((), "Files ending in .stl, .step or .toml.", "FILE")
+    files: tuple[Path, ...] = argument(
+        (), "Files ending in .stl, .3mf, .step, .inp, .py, .xml or .toml.", "FILE"
+    )
     mould: Path | None = option(
         None, "Write the mould of a cast kind: halves, core plate, tray.", metavar="FOLDER"
     )
+    plate: bool = option(False, "Deck: blocked by the force sensor's plate.")
 
 
 @dataclass(frozen=True, kw_only=True)

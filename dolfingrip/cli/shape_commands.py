@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
@@ -9,12 +13,13 @@ from dolfingrip.cli.console import check_writable, console
 from dolfingrip.cli.settings import ExportSettings, MeshSettings, MorphSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs import undeformed
+from dolfingrip.exporting import deck, mujoco, sofa
+from dolfingrip.exporting.asked import elements
 from dolfingrip.files import whole
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.morph import morphed
 from dolfingrip.meshes.quality import check, judge
-from dolfingrip.meshes.solid import SolidMesh, assemble, second_order
 from dolfingrip.report import printable
 
 FORMATS = (".msh", ".vtk", ".inp")
@@ -29,8 +34,7 @@ def mesh(asked: MeshSettings) -> None:
 
     def work() -> None:
         with screen.status("meshing"):
-            linear = undeformed.solid(resolved.changed(mesh={"order": 1}))
-            written = _of_order(_order(resolved), linear)
+            written = elements(resolved, resolved.mesh.order)
         quality = check(written)
         screen.say(quality.summary())
         for said in judge(written, quality, "try another mesh.size_mm"):
@@ -42,48 +46,43 @@ def mesh(asked: MeshSettings) -> None:
     on_root(MPI.COMM_WORLD, work)
 
 
-def _order(config: Config) -> int:
-    """Order of the elements in the files: the one asked for, or the solver's."""
-    if config.mesh.order is not None:
-        return config.mesh.order
-    return 1 if config.solver.element == "P1" else 2
-
-
-def _of_order(order: int, mesh: SolidMesh) -> SolidMesh:
-    """``mesh`` with elements of the first or second order; new edges are straight."""
-
-    if mesh.order == order:
-        return mesh
-    if order == 2:
-        return second_order(mesh)
-    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets, mesh.regions)
-
-
-CONFIGURATION = ".toml"
+CONFIGURATION, DECK = ".toml", ".inp"
+Writer = Callable[[Config, Path], str]
+LOADED: Mapping[str, Writer] = {DECK: deck.write, ".py": sofa.write, ".xml": mujoco.write}
+"""What writes files for other programs, by their suffix."""
 
 
 def export(asked: ExportSettings) -> None:
-    """Write a design as STL or STEP, ready to print, as a configuration, or its mould."""
+    """Write a design for a printer, for CAD or another simulator, or what it is made from."""
     if not asked.files and asked.mould is None:
         raise ConfigError("FILE: none; allowed: a file to write, or --mould FOLDER")
     resolved = configuration.load(asked.config, asked.overrides)
 
-    allowed = (*printable.FORMATS, CONFIGURATION)
+    allowed = (*printable.FORMATS, *LOADED, CONFIGURATION)
     for file in asked.files:
         if file.suffix.lower() not in allowed:
             raise ConfigError(f"FILE {file}: allowed: names that end in {', '.join(allowed)}")
         check_writable(file.parent)
     if asked.mould is not None:
         check_writable(asked.mould)
+    if asked.plate and DECK not in {file.suffix.lower() for file in asked.files}:
+        raise ConfigError(f"--plate: allowed: with a FILE that ends in {DECK}")
     screen = console()
+    loaded: Mapping[str, Writer] = {**LOADED, DECK: partial(deck.write, plate=asked.plate)}
 
     def work() -> None:
         for file in asked.files:
-            if file.suffix.lower() == CONFIGURATION:
+            suffix = file.suffix.lower()
+            if suffix == CONFIGURATION:
                 whole.write(file, configuration.dumps(resolved))
                 screen.say(f"wrote {file}")
                 continue
-            screen.say(f"wrote {file}: {printable.write(resolved, file).summary()}")
+            with screen.status("meshing"):
+                if suffix in loaded:
+                    said = loaded[suffix](resolved, file)
+                else:
+                    said = printable.write(resolved, file).summary()
+            screen.say(f"wrote {file}: {said}")
         if asked.mould is not None:
             with screen.status("making the mould"):
                 made = printable.write_mould(resolved, asked.mould)

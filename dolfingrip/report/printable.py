@@ -1,4 +1,4 @@
-"""A design as a closed solid in a file, STL of its mesh or STEP of its boxes, and its mould."""
+"""A design as a closed solid in a file: STL or 3MF of its mesh, STEP of its boxes; its mould."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import gmsh
 import numpy as np
@@ -35,7 +36,8 @@ from dolfingrip.sections.making import LEAST_WALL_MM
 
 STL: Final = (".stl",)
 STEP: Final = (".step", ".stp")
-FORMATS: Final = (*STL, *STEP)
+MF3: Final = (".3mf",)
+FORMATS: Final = (*STL, *MF3, *STEP)
 
 _STL_HEAD, _STL_TRIANGLE = 84, 50
 """Bytes of a binary STL's head, and of each triangle."""
@@ -105,9 +107,10 @@ def write(config: Config, file: Path) -> Printed:
     suffix = file.suffix.lower()
     if suffix not in FORMATS:
         raise ConfigError(f"{file}: allowed: {', '.join(FORMATS)}")
-    if suffix in STL and config.inlet is None:
+    write_skin = write_3mf if suffix in MF3 else write_stl
+    if suffix not in STEP and config.inlet is None:
         found = surface(config)
-        write_stl(found.points, found.triangles, file)
+        write_skin(found.points, found.triangles, file)
         return Printed(
             found.volume_mm3,
             _voids(Faces(found.points, found.triangles, np.zeros(len(found.triangles), np.int64))),
@@ -120,8 +123,8 @@ def write(config: Config, file: Path) -> Printed:
             gmsh.model.occ.synchronize()
         skin = _skin(body)
         volume, voids = volume_mm3(body), _voids(skin)
-        if suffix in STL:
-            write_stl(skin.points, skin.triangles, file)
+        if suffix not in STEP:
+            write_skin(skin.points, skin.triangles, file)
         else:
             gmsh.model.mesh.clear()
             with whole.replacing(file, check=_ENDS) as (partial,), _silent():
@@ -185,6 +188,51 @@ def write_stl(points: Floats, triangles: Ints, file: Path) -> None:
         meshio.write(partial, meshio.Mesh(points, [("triangle", triangles)]), "stl", binary=True)
 
 
+_TYPES: Final = """<?xml version="1.0" encoding="UTF-8"?>
+<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
+<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
+<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
+</Types>
+"""
+_PARTS: Final = """<?xml version="1.0" encoding="UTF-8"?>
+<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+<Relationship Target="/3D/3dmodel.model" Id="rel0"
+ Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
+</Relationships>
+"""
+_MODEL: Final = """<?xml version="1.0" encoding="UTF-8"?>
+<model unit="millimeter" xml:lang="en-US"
+ xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">
+<resources><object id="1" type="model"><mesh>
+<vertices>{vertices}</vertices>
+<triangles>{triangles}</triangles>
+</mesh></object></resources>
+<build><item objectid="1"/></build>
+</model>
+"""
+
+
+def write_3mf(points: Floats, triangles: Ints, file: Path) -> None:
+    """Write triangles as a 3MF file of one object.
+
+    Source: 3MF Core Specification 1.3, chapters 2 to 4.
+
+    Args:
+        points: corners in mm, shape (n, 3).
+        triangles: rows of ``points``, shape (m, 3), counter-clockwise seen from outside.
+        file: target; an existing file is replaced.
+
+    Raises:
+        WriteError: one line.
+    """
+    vertices = "\n".join(f'<vertex x="{x:.7g}" y="{y:.7g}" z="{z:.7g}"/>' for x, y, z in points)
+    rows = "\n".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in triangles)
+    with whole.stream(file) as memory, ZipFile(memory, "w", ZIP_DEFLATED) as packed:
+        packed.writestr("[Content_Types].xml", _TYPES)
+        packed.writestr("_rels/.rels", _PARTS)
+        packed.writestr("3D/3dmodel.model", _MODEL.format(vertices=vertices, triangles=rows))
+
+
 def surface(config: Config) -> ClosedSurface:
     """The closed surface of the whole design, from its mesh.
 
@@ -204,7 +252,7 @@ def _drawn(config: Config, asked: str) -> BoxSolid | CylinderSolid:
         ConfigError: one line, naming what was ``asked`` for, if it is not made of boxes.
     """
     adapted = config.adapted()
-    without = ", ".join(STL) + (" without [inlet]" if config.inlet else "")
+    without = ", ".join((*STL, *MF3)) + (" without [inlet]" if config.inlet else "")
     if adapted.mesh.file is not None:
         raise ConfigError(f"{asked}: a mesh file has no boxes; allowed: {without}")
     if adapted.form is not None:

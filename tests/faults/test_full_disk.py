@@ -113,7 +113,7 @@ def test_mesh(disk: Disk, refuse: Refuse) -> None:
     refuse(*asked, names="finger.msh", left=20_000)
 
 
-@pytest.mark.parametrize("name", ["finger.stl", "finger.step", "finger.toml"])
+@pytest.mark.parametrize("name", [f"finger.{end}" for end in ("stl", "step", "toml", "3mf", "inp")])
 def test_export(name: str, disk: Disk, refuse: Refuse) -> None:
     (disk.folder / name).write_bytes(b"another finger")
     refuse("export", disk.folder / name, *OPTIONS, names=name, left=4096 * (name[-1] != "l"))

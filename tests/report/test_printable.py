@@ -16,6 +16,7 @@ from support.command import run_command
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.undeformed import solid
+from dolfingrip.meshes.adoption import formats
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.measures import jacobians
 from dolfingrip.report import printable
@@ -56,11 +57,18 @@ def test_closed_and_of_the_right_volume(tmp_path: Path, name: str) -> None:
     drawn = printable.write(design, step)
     assert drawn.volume_mm3 == pytest.approx(expected, rel=1e-9)
     assert drawn.voids == written.voids
+    packed_design = printable.write(design, tmp_path / "design.3mf")
+    assert packed_design.volume_mm3 == pytest.approx(expected, rel=1e-9)
+    packed = pv.PolyData.from_regular_faces(*formats.triangles_of(tmp_path / "design.3mf", 1.0))
+    assert packed.n_open_edges == 0
+    assert packed.volume == pytest.approx(expected, rel=1e-6)
     with session("read again"):
         gmsh.model.occ.importShapes(str(step))
         volumes = [gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.occ.getEntities(3)]
     assert volumes == pytest.approx([expected], rel=1e-9)
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["design.step", "design.stl"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == [
+        "design.3mf", "design.step", "design.stl",
+    ]  # fmt: skip
 
 
 def test_a_mesh_file_has_no_step(tmp_path: Path) -> None:
@@ -86,10 +94,13 @@ def test_a_free_form_has_no_step(tmp_path: Path) -> None:
 
 
 def test_the_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    files = [tmp_path / f"a.{suffix}" for suffix in ("stl", "step", "toml")]
+    files = [
+        tmp_path / f"a.{suffix}" for suffix in ("stl", "step", "toml", "3mf", "inp", "py", "xml")
+    ]
     options = [text for each in SHORT for text in ("--set", each)]
     assert run_command("export", *map(str, files), *options) == 0
     said = capfd.readouterr()
     assert not said.err
     assert [line.split(": ")[0] for line in said.out.splitlines()] == [f"wrote {f}" for f in files]
+    assert "of half a finger, whose forces are half" in said.out
     assert config.load(files[2]).finger.length_mm == 38

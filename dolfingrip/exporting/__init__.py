@@ -1,0 +1,1 @@
+"""Fingers as files that other programs load, one file for each program."""

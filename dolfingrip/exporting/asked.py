@@ -1,0 +1,102 @@
+"""What every file for another program begins with: refusals, and a whole finger of tetrahedra."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs import undeformed
+from dolfingrip.extensions.effect import Adapting, Displaying
+from dolfingrip.meshes.cells import TETRAHEDRON
+from dolfingrip.meshes.groups import SYMMETRY
+from dolfingrip.meshes.solid import SolidMesh, assemble, second_order
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.material import Material
+
+
+def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
+    """The adapted configuration of a finger that other programs can have.
+
+    Args:
+        config: of the finger.
+        suffix: of the file, for the refusal.
+        one_material: whether the program gets one material for all regions.
+
+    Raises:
+        ConfigError: one line, where an effect, a film or trapped air would be lost.
+    """
+    for effect in config.extensions.active():
+        if not isinstance(effect, Adapting | Displaying):
+            raise ConfigError(f"{suffix}: no effect extensions.{effect.name()}; allowed: without")
+    for name in config.film.all:
+        raise ConfigError(f"{suffix}: no film.{name}; allowed: a finger without films")
+    for name, cavity in config.cavity.all.items():
+        if cavity.closed:
+            raise ConfigError(f"{suffix}: no air in cavity.{name}; allowed: closed = false")
+    if one_material and config.material.own:
+        name = config.material.own[0]
+        raise ConfigError(f"{suffix}: no material.{name}; allowed: one material")
+    return config.adapted()
+
+
+def no_law(material: Material, suffix: str, known: str) -> ConfigError:
+    """The refusal of a law of the material that the other program has not.
+
+    Args:
+        material: that has it.
+        suffix: of the file.
+        known: laws that it has.
+    """
+    return ConfigError(f'{suffix}: no law "{material.law}"; allowed: {known}')
+
+
+def elements(config: Config, order: int | None = None) -> SolidMesh:
+    """The finger in elements of the first or second order, the edges of new nodes straight.
+
+    Args:
+        config: of the finger.
+        order: of the elements; None: that of the solver's.
+
+    Raises:
+        MeshError: one line, if it cannot be meshed.
+    """
+    found = undeformed.solid(config.changed(mesh={"order": 1}))
+    order = order or (1 if config.solver.element == "P1" else 2)
+    if found.order == order:
+        return found
+    return second_order(found) if order == 2 else _linear(found)
+
+
+def _linear(mesh: SolidMesh) -> SolidMesh:
+    cells = mesh.cells[:, : mesh.shape.corners]
+    return assemble(mesh.points, cells, mesh.facets, mesh.regions)
+
+
+def tetrahedra(config: Config, suffix: str) -> SolidMesh:
+    """The whole finger in linear tetrahedra.
+
+    Args:
+        config: adapted.
+        suffix: of the file, for the refusal.
+
+    Raises:
+        ConfigError: one line, if it cannot be meshed so.
+    """
+    if config.mesh.file is None:
+        config = config.changed(solver={"element": "P1"})
+    found = elements(config, 1)
+    if found.shape is not TETRAHEDRON:
+        raise ConfigError(f"mesh.file = {config.mesh.file}: {suffix}: allowed: of tetrahedra")
+    return mirrored(found) if SYMMETRY in found.facets else found
+
+
+def mirrored(half: SolidMesh) -> SolidMesh:
+    """A whole finger from its half y ≥ 0, of linear tetrahedra."""
+    shared = np.unique(half.facets[SYMMETRY])
+    image = len(half.points) + np.arange(len(half.points))
+    image[shared] = shared  # what is then unused, `assemble` leaves out
+    return assemble(
+        np.vstack([half.points, half.points * [1.0, -1.0, 1.0]]),
+        np.vstack([half.cells, image[half.cells[:, [0, 2, 1, 3]]]]),
+        {n: np.vstack([f, image[f]]) for n, f in half.facets.items() if n != SYMMETRY},
+    )
