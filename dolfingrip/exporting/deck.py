@@ -42,12 +42,9 @@ GAP_N_MM: Final = 1e4
 MM_S2, T_MM3 = 1e3, 1e-12
 """mm/s² per m/s², and t/mm³ per kg/m³."""
 
-STATIC: Final = "*STATIC\n0.25, 1., 1e-5, 0.25\n"
-"""A step's first, whole, least and largest increment. CalculiX ends longer ones too early."""
-
 
 def write(config: Config, file: Path, *, plate: bool = False) -> str:
-    """Write a deck with a step for each pressure of the experiment.
+    """Write a deck with a step through the pressures of the experiment, one in a second.
 
     Args:
         config: of the finger, its plate and the experiment's pressures.
@@ -77,7 +74,7 @@ def write(config: Config, file: Path, *, plate: bool = False) -> str:
     if plate:
         parts.append(_plate(config, mesh))
     whole.write(file, "".join([*parts, *_steps(config, mesh, pressures, plate)]))
-    said = f"{len(mesh.cells)} elements, {len(pressures) - 1} steps to {pressures[-1]:g} kPa"
+    said = f"{len(mesh.cells)} elements, {len(pressures) - 1} s for {max(pressures):g} kPa"
     if SYMMETRY in mesh.facets:
         said += ", of half a finger, whose forces are half"
     return f"{said}; its walls may pass through one another"
@@ -174,18 +171,26 @@ def _plate(config: Config, mesh: SolidMesh) -> str:
 def _steps(
     config: Config, mesh: SolidMesh, pressures: Sequence[float], plate: bool
 ) -> Iterator[str]:
-    """A step to rest if there is weight, and one to each pressure."""
-    head = f"*STEP, NLGEOM, INC=1000\n{STATIC}"
-    results = [f"*NODE PRINT, NSET={TIP}, FREQUENCY=1000\nU\n"]
+    """A step to rest if there is weight, and one through all pressures, a second for each.
+
+    A step for each would begin without CalculiX' extrapolation, which its iterations need.
+    """
+    results = [f"*NODE PRINT, NSET={TIP}, FREQUENCY=1\nU\n"]
     if plate:
-        results.append(f"*NODE PRINT, NSET={PLATE}, FREQUENCY=1000\nRF\n")
-    results += ["*NODE FILE, FREQUENCY=1000\nU, RF\n*EL FILE, FREQUENCY=1000\nS\n*END STEP\n"]
+        results.append(f"*NODE PRINT, NSET={PLATE}, FREQUENCY=1\nRF\n")
+    results.append("*NODE FILE, FREQUENCY=4\nU, RF\n*EL FILE, FREQUENCY=4\nS\n*END STEP\n")
+    amplitude = [number for i, each in enumerate(pressures) for number in (i, each * KPA)]
+    yield f"*AMPLITUDE, NAME=supply\n{_numbers(amplitude)}"
     if size := config.gravity.acceleration_m_s2:
         axis = np.asarray(config.gravity.direction) / np.linalg.norm(config.gravity.direction)
-        yield f"{head}*DLOAD\n{SOLID}, GRAV, {_numbers([MM_S2 * size, *axis])}"
+        yield f"{_static(1)}*DLOAD\n{SOLID}, GRAV, {_numbers([MM_S2 * size, *axis])}"
         yield "".join(results)
-    for pressure in pressures[1:]:
-        yield f"{head}*DSLOAD\n"
-        for name in cavities(mesh.facets):
-            yield f"{name}, P, {pressure * KPA * config.cavity.ratio(name):.12g}\n"
-        yield "".join(results)
+    yield f"{_static(len(pressures) - 1)}*DSLOAD, AMPLITUDE=supply\n"
+    for name in cavities(mesh.facets):
+        yield f"{name}, P, {config.cavity.ratio(name):.12g}\n"
+    yield "".join(results)
+
+
+def _static(seconds: int) -> str:
+    """The head of a step: first, whole, least and largest increment (s)."""
+    return f"*STEP, NLGEOM, INC=10000\n*STATIC\n0.25, {seconds}., 1e-5, 0.25\n"

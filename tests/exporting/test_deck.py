@@ -135,7 +135,7 @@ def test_the_tip_of_the_free_finger(element: str, tmp_path: Path) -> None:
     """The reference is our own run; CalculiX' tolerance leaves 2e-4."""
     asked = finger(f'solver.element="{element}"')
     said = deck.write(asked, tmp_path / "free.inp")
-    assert said.startswith(f"{541 if element == 'P2' else 158} elements, 1 steps to 50 kPa")
+    assert said.startswith(f"{541 if element == 'P2' else 158} elements, 1 s for 50 kPa")
     mesh = elements(asked)
     moved = np.full_like(mesh.points, np.nan)
     rows = solved(tmp_path / "free.inp")[-1][1]
@@ -174,7 +174,7 @@ def test_regions_weight_and_cavities(tmp_path: Path) -> None:
     text = (tmp_path / "cast.inp").read_text(encoding="utf-8")
     for line in (
         "*SOLID SECTION, ELSET=film, MATERIAL=film", "*SOLID SECTION, ELSET=rest, MATERIAL=rest",
-        "solid, GRAV, 9810, 0, 0, 1", "cavity, P, 0.01", "*DENSITY\n1.19e-09",
+        "solid, GRAV, 9810, 0, 0, 1", "cavity, P, 0.5", "0, 0, 1, 0.02", "*DENSITY\n1.19e-09",
     ):  # fmt: skip
         assert f"{line}\n" in text
     assert "*ELEMENT, TYPE=C3D20\n" in text  # more points than C3D20R, which a cast finger needs
