@@ -66,6 +66,9 @@ def jacobians(mesh: SolidMesh) -> Floats:
     A first-order tetrahedron has one, which is constant. Those of a second-order tetrahedron and of
     hexahedra of first and second order are polynomials, given at the 20, 27 and 216 points that
     determine them. For a straight tetrahedron it is six times the volume, for a box once.
+
+    Args:
+        mesh: in mm.
     """
     nodes = mesh.cells.shape[1]
     x = mesh.points[mesh.cells]

@@ -141,7 +141,7 @@ def _supports(mesh: SolidMesh) -> str:
     return f"*BOUNDARY\n{CLAMP}, 1, 3\n{across}"
 
 
-def facing(config: Config, mesh: SolidMesh) -> Ints:
+def _facing(config: Config, mesh: SolidMesh) -> Ints:
     """Nodes of the skin that may touch the plate: of facets that lie in its length from the tip."""
     length = float(mesh.points[:, 2].max())
     start = length - config.plate.contact_length_mm - 1e-6 * length
@@ -154,7 +154,7 @@ def _plate(config: Config, mesh: SolidMesh) -> str:
 
     The reaction of the point is the plate's force.
     """
-    normal, nodes = normal_of(config.plate), facing(config, mesh)
+    normal, nodes = normal_of(config.plate), _facing(config, mesh)
     if not len(nodes):
         words = f"{config.plate.contact_length_mm:g}: allowed: longer than the elements at the tip"
         raise ConfigError(f"plate.contact_length_mm = {words}")

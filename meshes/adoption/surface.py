@@ -159,7 +159,12 @@ def edge_counts(triangles: Ints) -> tuple[Ints, Ints]:
 
 
 def parts_of(links: Ints, count: int) -> Ints:
-    """(count,) number of the connected part of each item, from (k, 2) links."""
+    """(count,) number of the connected part of each item.
+
+    Args:
+        links: (k, 2) items that are connected.
+        count: number of items.
+    """
     graph = sp.coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), (count, count))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 

@@ -25,7 +25,11 @@ FACING = "facing plate"
 
 
 def normal_of(plate: PlateSettings) -> np.ndarray:
-    """(3,) normal of the tilted plate, towards the finger."""
+    """(3,) normal of the tilted plate, towards the finger.
+
+    Args:
+        plate: of the configuration.
+    """
     tilt = np.deg2rad(plate.tilt_deg)
     turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
     return np.asarray(turn @ np.asarray(plate.normal, dtype=float))

@@ -15,6 +15,10 @@ REST = "rest"
 def parts_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
     """Rows of the mesh's cells for each part; empty if all cells have one material.
 
+    Args:
+        config: materials and films.
+        mesh: with the regions that they name.
+
     Raises:
         MeshError: one line, if the mesh has no such region, or two regions share cells.
     """
