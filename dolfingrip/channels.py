@@ -351,6 +351,44 @@ GRIPPER: Final = (
 )  # fmt: skip
 """The readings of a gripper with its food, in the laboratory's frame: z points upwards."""
 
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of a deformed body that pictures are coloured by.
+
+    Attributes:
+        name: name in commands and pages.
+        array: name in ``fields.pvd``, with its unit at the end.
+        title: name in words.
+        unit: printed unit.
+        least: lowest value of the scale, which does not change from step to step.
+    """
+
+    name: str
+    array: str
+    title: str
+    unit: str
+    least: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """The title with the unit."""
+        return f"{self.title} ({self.unit})"
+
+
+MOVED = Field("displacement", "displacement_mm", "Displacement magnitude", "mm")
+STRETCH = Field("stretch", "principal_stretch", "Largest principal stretch", "–", least=1.0)
+MISES = Field("mises", "von_mises_MPa", "Von Mises stress", "MPa")
+STRESS = Field("stress", "principal_stress_MPa", "Largest principal Cauchy stress", "MPa")
+ENERGY = Field("energy", "strain_energy_mJ_mm3", "Strain energy density", "mJ/mm³")
+CONTACT = Field("contact", "contact_pressure_kPa", "Contact pressure", "kPa")
+
+Quantity = Literal["displacement", "stretch", "mises", "stress", "energy", "contact"]
+"""Names of the fields."""
+
+FIELDS: Final = {each.name: each for each in (MOVED, STRETCH, MISES, STRESS, ENERGY, CONTACT)}
+"""All fields by name."""
+
 CHANNELS: Final[Mapping[str, Channel]] = {
     each.name: each
     for each in (*list(globals().values()), *TIP_ROTATIONS, *GRIPPER)

@@ -22,7 +22,11 @@ BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 INK, GREY, PALE = "#222222", "#7F7F7F", "#C8CACC"
 """Colours of text and outlines, of secondary lines, of fixtures (clamp, plate)."""
 
-_COLOUR_MAPS = {"displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.86)}
+_COLOUR_MAPS = {
+    "displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.86),
+    "mises": ("PuRd", 0.03, 0.86), "stress": ("OrRd", 0.03, 0.86),
+    "energy": ("YlGn", 0.03, 0.86), "contact": ("BuPu", 0.03, 0.86),
+}  # fmt: skip
 
 DPI = 300
 """Dots per inch of every file written."""
@@ -63,12 +67,12 @@ def tint(colour: str) -> tuple[float, float, float]:
 def colour_map(quantity: str) -> Colormap:
     """Return the colour map of a field; each field has its own, so that nobody mixes them up.
 
-    Both run from light to dark (ColorBrewer: safe for any colour vision and in grey print). An
+    All run from light to dark (ColorBrewer: safe for any colour vision and in grey print). An
     unloaded finger is light, so its edges and the shading of its bellows can be seen; the ends
     are cut off, white being the paper and black the edges.
 
     Args:
-        quantity: ``displacement`` or ``stretch``.
+        quantity: name of a field.
     """
     name, low, high = _COLOUR_MAPS[quantity]
     colours = mpl.colormaps[name](np.linspace(low, high, 256))

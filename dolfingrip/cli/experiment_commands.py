@@ -12,7 +12,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import ANGLE, FORCE, PRESSURE
+from dolfingrip.channels import ANGLE, FORCE, PRESSURE, Quantity
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
@@ -30,7 +30,6 @@ from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.synthetic import check_noise
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.report import Quantity
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections import protocol_file
 from dolfingrip.sections.tables import assignments

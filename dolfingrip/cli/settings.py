@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 
+from dolfingrip.channels import Quantity
 from dolfingrip.cli.command import NOTHING, argument, option
 from dolfingrip.design.campaign.policy import GraspSearch
 from dolfingrip.experiments.description import Option
@@ -155,9 +156,7 @@ class RunSettings(ConfiguredSettings):
     render: tuple[float, ...] = option(
         (), "Draw the finger at these.", metavar="kPa,kPa,…", read=_pressures
     )
-    colour_by: Literal["displacement", "stretch"] = option(
-        "displacement", "Colours of these pictures."
-    )
+    colour_by: Quantity = option("displacement", "Field that colours these pictures.")
     video: bool = option(False, "Draw video.mp4 and video.gif of ten seconds.")
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, CHANNELS, FORCE, PRESSURE
+from dolfingrip.channels import ANGLE, CHANNELS, FORCE, MOVED, PRESSURE
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.gradients import COG, shape_number
@@ -220,11 +220,11 @@ def _copies(part: Part, stand: Stand, name: str) -> list[Part]:
         if side < 0:
             skin = replace(skin, triangles=skin.triangles[:, ::-1])
         skin = replace(skin, points=frames[0])
-        displacement: Floats = np.linalg.norm(part.frames[1:] - part.frames[0], axis=2)
+        moved: Floats = np.linalg.norm(part.frames[1:] - part.frames[0], axis=2)
         found.append(
             replace(
-                part, name=name, skin=skin, frames=frames, displacement=displacement,
-                mirrored=False, cut=False,
+                part, name=name, skin=skin, frames=frames, mirrored=False, cut=False,
+                fields={**part.fields, MOVED.name: moved},
             )
         )  # fmt: skip
     return found

@@ -1,4 +1,4 @@
-"""Solved designs, and interpolation between them: shapes, stretches and readings."""
+"""Solved designs, and interpolation between them: shapes, fields and readings."""
 
 from __future__ import annotations
 
@@ -206,12 +206,10 @@ def _blended(parts: Sequence[Part], weights: Floats) -> Part:
 
     first = parts[0]
     frames = summed([part.frames for part in parts])
-    stretches = [part.stretch for part in parts if part.stretch is not None]
-    moved = [part.displacement for part in parts if part.displacement is not None]
+    known = [name for name in first.fields if all(name in part.fields for part in parts)]
     return replace(
         first,
         skin=replace(first.skin, points=frames[0]),
         frames=frames,
-        stretch=summed(stretches) if len(stretches) == len(parts) else None,
-        displacement=summed(moved) if len(moved) == len(parts) else None,
+        fields={name: summed([part.fields[name] for part in parts]) for name in known},
     )

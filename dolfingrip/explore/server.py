@@ -29,7 +29,7 @@ from dolfingrip.explore.space import Space
 from dolfingrip.files.whole import WriteError
 from dolfingrip.foods.index import KINDS
 from dolfingrip.report.page import front, html
-from dolfingrip.report.page.scene import palettes
+from dolfingrip.report.page.scene import shown_fields
 from dolfingrip.report.page.sources import EXPLORED
 from dolfingrip.sections.gripper import ALPHA_DEG
 
@@ -49,7 +49,7 @@ def rendered(space: Space, view: str) -> tuple[str, str]:
     axes = [] if designs is None else _axes(space)
     data = {
         "sliders": space.sliders,
-        "palettes": palettes(),
+        "fields": shown_fields(),
         "front": None if designs is None else html.front_data(designs),
         "alpha_deg": ALPHA_DEG,
         "axes": axes,

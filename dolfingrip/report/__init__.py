@@ -2,12 +2,8 @@
 
 import os
 import sys
-from typing import Literal
 
 # Pictures with no X server; naming EGL keeps VTK from trying one first, and from complaining.
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 if sys.platform == "linux":
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-
-Quantity = Literal["displacement", "stretch"]
-"""What a deformed shape is coloured by."""

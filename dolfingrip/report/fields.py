@@ -15,6 +15,7 @@ import numpy.typing as npt
 import pyvista as pv
 from vtkmodules.vtkCommonCore import vtkObject
 
+from dolfingrip.channels import FIELDS, MOVED
 from dolfingrip.files.columns import Columns, branches, read_csv, required
 from dolfingrip.meshes.cells import from_vtk
 
@@ -192,32 +193,35 @@ def read_point_data(grid: Any, name: str, source: npt.NDArray[np.int64]) -> npt.
     return np.asarray(grid.point_data[name], dtype=np.float64)[source]
 
 
-def read_steps(files: Sequence[Path]) -> tuple[FieldMesh, list[Floats], list[Floats]]:
+def read_steps(files: Sequence[Path]) -> tuple[FieldMesh, list[Floats], dict[str, list[Floats]]]:
     """Read the fields of steps.
 
     Args:
         files: of the steps, one or more.
 
     Returns:
-        The mesh at rest, and for each step displacements (mm), shape (nodes, 3), and largest
-        principal stretches, shape (nodes,); no stretches if the files have none.
+        The mesh at rest; for each step displacements (mm), shape (nodes, 3); and by the name of
+        each further field that the files have, its values, shape (nodes,), for each step.
 
     Raises:
         ValueError: one line, if a file is missing or holds something else, or meshes differ.
     """
     mesh: FieldMesh | None = None
-    displacements, stretches, points = [], [], 0
+    displacements, points = [], 0
+    found: dict[str, list[Floats]] = {}
     for file in files:
         grid = read_grid(file)
         if mesh is None:
             mesh, points = read_mesh(grid), grid.n_points
         if grid.n_points != points:
             raise ValueError(f"{file.parent}: steps on different meshes")
-        displacements.append(read_point_data(grid, "displacement_mm", mesh.source))
-        if "principal_stretch" in grid.point_data:
-            stretches.append(read_point_data(grid, "principal_stretch", mesh.source))
+        displacements.append(read_point_data(grid, MOVED.array, mesh.source))
+        for name, field in FIELDS.items():
+            if field is not MOVED and field.array in grid.point_data:
+                values = read_point_data(grid, field.array, mesh.source)
+                found.setdefault(name, []).append(values)
     assert mesh is not None
-    return mesh, displacements, stretches
+    return mesh, displacements, {k: v for k, v in found.items() if len(v) == len(displacements)}
 
 
 def _merge(grid: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:

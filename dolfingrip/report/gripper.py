@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 from scipy.spatial.transform import Rotation
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-from dolfingrip.channels import PRESSURE, TIME
+from dolfingrip.channels import FIELDS, PRESSURE, TIME
 from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.fields import COLLECTION
@@ -67,7 +67,7 @@ class Moment:
         food: (m, 3) positions of the food's surface, seen from the gripper.
         table_mm: height of the table, seen from the gripper.
         displacement: (n, 3) displacements (mm) of the skin, in the laboratory's directions.
-        stretch: (n,) largest principal stretches of the skin (–).
+        fields: (n,) values of the skin by the names of further fields.
         time_s: time of the row.
         label: time, pressure and stage in words.
     """
@@ -76,7 +76,7 @@ class Moment:
     food: Floats
     table_mm: float
     displacement: Floats
-    stretch: Floats
+    fields: Mapping[str, Floats]
     time_s: float
     label: str
 
@@ -127,8 +127,8 @@ def label(time_s: float, pressure_kPa: float, branch: str) -> str:
 def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> None:
     """Write fingers, food and table at each moment as one ParaView collection.
 
-    The table stands still at z = 0. The fingers have their displacement and largest principal
-    stretch; ``finger`` is 0 for the thumb, 1 and 2 for the fingers.
+    The table stands still at z = 0. The fingers have their displacement and all
+    further fields; ``finger`` is 0 for the thumb, 1 and 2 for the fingers.
 
     Args:
         file: the collection; its parts stand in a folder of its stem beside it.
@@ -145,7 +145,8 @@ def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Mom
         points = (moment.skin + up).astype(np.float32)
         fingers = surface_of(points, skin.triangles)
         fingers["displacement_mm"] = moment.displacement.astype(np.float32)
-        fingers["principal_stretch"] = moment.stretch.astype(np.float32)
+        for name, values in moment.fields.items():
+            fingers[FIELDS[name].array] = values.astype(np.float32)
         fingers["finger"] = skin.side.astype(np.int8)
         _write_vtp(fingers, folder / f"fingers{i:04d}.vtp")
         food.points = moment.food + up
@@ -193,7 +194,7 @@ def moments_of(
     fields: Path, config: Config, result: Columns, body: GraspedBody
 ) -> tuple[Skin, list[Moment]]:
     """The fingers' skin, and the positions of all bodies at each row."""
-    mesh, displacements, stretches = read_steps(list_steps(fields))
+    mesh, displacements, further = read_steps(list_steps(fields))
     skin, half = extract_skin(mesh, mirror=False), halved(config, body)
     extent = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     placement = placed(stands_of(config, body), extent, half=half)
@@ -205,15 +206,15 @@ def moments_of(
         turned = Rotation.from_rotvec(turn, degrees=True)
         food = turned.apply(body.surface.points) + place
         table = float(result["table_z_mm"][row])
-        stretch = stretches[row][skin.node]
+        shown = {name: values[row][skin.node] for name, values in further.items()}
         moved = to_world(frames, displacement[skin.node])
         fingers = rest + moved
         if half:
             fingers, moved = (np.concatenate([v, v * MIRROR]) for v in (fingers, moved))
-            stretch = np.concatenate([stretch, stretch])
+            shown = {name: np.concatenate([v, v]) for name, v in shown.items()}
         time_s, pressure = (float(result[name][row]) for name in (TIME.name, PRESSURE.name))
         said = label(time_s, pressure, str(result["branch"][row]))
-        moments.append(Moment(fingers, food, table, moved, stretch, time_s, said))
+        moments.append(Moment(fingers, food, table, moved, shown, time_s, said))
     coloured = _coloured(skin, placement)
     return (_completed(coloured) if half else coloured), moments
 

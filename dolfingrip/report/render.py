@@ -18,10 +18,10 @@ from typing import Any, Literal
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from dolfingrip.channels import TIME, Channel
+from dolfingrip.channels import FIELDS, TIME, Channel, Quantity
 from dolfingrip.charts.theme import DPI, colour_map
 from dolfingrip.files.columns import Columns
-from dolfingrip.report import Quantity, video
+from dolfingrip.report import video
 from dolfingrip.report.fields import find_steps, list_steps, load_result, read_steps
 from dolfingrip.report.layout import around, save_pictures, trim
 from dolfingrip.report.scene import Image, Plate, View, draw_shapes
@@ -31,10 +31,6 @@ __all__ = ["Pictures", "Plate", "Quantity", "Shown", "draw"]
 
 Shown = Literal["whole", "half", "section"]
 
-LABELS = {
-    "displacement": "Displacement magnitude (mm)",
-    "stretch": "Largest principal stretch (–)",
-}
 SIDE, CUT = View(), View(azimuth_deg=0.0, elevation_deg=0.0)
 
 STRIP_MARGIN_PX = DPI // 12
@@ -51,7 +47,7 @@ class Pictures:
         px_per_mm: pixels that a millimetre takes.
         view: direction of the camera.
         colour_by: quantity of the colours.
-        range_: values at the ends of the colour scale (mm, or – for the stretch).
+        range_: values at the ends of the colour scale, in the field's unit.
         open_ended: whether values above the range occur.
     """
 
@@ -108,7 +104,7 @@ class Pictures:
         return {
             "px_per_mm": self.px_per_mm, "view": self.view,
             "colour_map": colour_map(self.colour_by), "range_": self.range_,
-            "scale_label": LABELS[self.colour_by], "open_ended": self.open_ended,
+            "scale_label": FIELDS[self.colour_by].label, "open_ended": self.open_ended,
         }  # fmt: skip
 
 
@@ -127,9 +123,9 @@ def draw(
 
     Args:
         fields: ParaView collection whose steps are the rows of the result, in order, with point
-            data ``displacement_mm`` (vector) and ``principal_stretch`` (scalar, –).
+            data ``displacement_mm`` (vector) and the arrays of ``channels.FIELDS``.
         pressures_kPa: Pressures to draw, each one a row of the result.
-        colour_by: ``displacement`` (magnitude, mm) or ``stretch`` (largest principal stretch, –).
+        colour_by: name of a field, such as ``displacement`` (magnitude, mm).
         shown: ``whole``: a half finger y ≥ 0 is completed by its mirror image. ``half``: it is
             drawn as it is, cut open towards the reader. ``section``: the cut y = 0 through the
             cavity alone, seen from the side; fields of a whole finger are refused.
@@ -219,13 +215,13 @@ def _drawn(
     between: Callable[[list[Floats]], list[Floats]] = list,
 ) -> Pictures:
     """Pictures of steps, or of what ``between`` makes of their displacements and colours."""
-    if colour_by not in LABELS:
-        raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(LABELS)}")
-    mesh, displacements, values = read_steps(files)
-    if colour_by == "displacement":
-        values = [np.linalg.norm(each, axis=1) for each in displacements]
-    elif not values:
-        raise ValueError(f"{files[0].parent}: no stretches; allowed: displacement")
+    if colour_by not in FIELDS:
+        raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(FIELDS)}")
+    mesh, displacements, known = read_steps(files)
+    known["displacement"] = [np.linalg.norm(each, axis=1) for each in displacements]
+    if colour_by not in known:
+        raise ValueError(f"{files[0].parent}: no {colour_by}; allowed: {', '.join(known)}")
+    values = known[colour_by]
     skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
     range_, open_ended = _range([value[skin.node] for value in values], colour_by)
     view = CUT if shown == "section" else SIDE
@@ -245,9 +241,9 @@ def _drawn(
 def _range(values: Sequence[Floats], colour_by: Quantity) -> tuple[tuple[float, float], bool]:
     """Ends of the colour scale of all pictures, and whether values exceed it."""
     every = np.concatenate(values)
-    low = 0.0 if colour_by == "displacement" else 1.0
+    low = FIELDS[colour_by].least
     highest = float(every.max())
-    # Stretch peaks at sharp edges; a few nodes there would leave the rest in one colour.
+    # Stretch and stress peak at sharp edges; a few nodes there would leave the rest in one colour.
     high = highest if colour_by == "displacement" else float(np.quantile(every, 0.995))
     if high - low < 1e-6:
         return (low, low + 1.0), False

@@ -75,8 +75,8 @@ def test_fields_have_fingers_food_and_table(tmp_path: Path) -> None:
     placed = body.surface.points + np.array(body.body.centre_mm)
     moved, stretch = np.full((4, 3), 0.5), np.full(4, 1.25)
     moments = [
-        Moment(points, placed, 0.0, moved, stretch, 0.0, ""),
-        Moment(points, placed, -30.0, moved, stretch, 3.5, ""),
+        Moment(points, placed, 0.0, moved, {"stretch": stretch}, 0.0, ""),
+        Moment(points, placed, -30.0, moved, {"stretch": stretch}, 3.5, ""),
     ]
     write_scene(tmp_path / "grasp.pvd", skin, body, moments)
     files = list_steps(tmp_path / "grasp.pvd")

@@ -226,7 +226,7 @@ class Explorer {
     if (this.stage) {
       await this.stage.replace(scenes);
     } else {
-      this.stage = new Stage(scenes, data.palettes);
+      this.stage = new Stage(scenes, data.fields);
       this.stage.onTime(([time]) => {
         for (const chart of this.charts) chart.mark({ 0: time });
       });

@@ -9,11 +9,12 @@ const $ = (id) => document.getElementById(id);
 const PRINT = { width: 900, height: 600 }; // pixels of the picture that is printed
 
 export class Front {
-  constructor(spec, palettes, there) {
+  constructor(spec, fields, there) {
     this.spec = spec;
+    this.fields = fields;
     this.models = [];
     if (there && spec.models.length) {
-      this.viewer = new Viewer($('design-view'), { palettes, label: 'Shape of the design' });
+      this.viewer = new Viewer($('design-view'), { fields, label: 'Shape of the design' });
       this.viewer.setLayers({ ghost: false });
     } else {
       $('design-view').hidden = true;
@@ -42,7 +43,7 @@ export class Front {
     $('design-printed').removeAttribute('src');
     if (none) return;
     const first = !this.models.some(Boolean);
-    this.models[model] ??= await unpack(this.spec.models[model]);
+    this.models[model] ??= await unpack(this.spec.models[model], this.fields);
     if (this.wanted !== index) return;
     this.viewer.show([this.models[model]], { keepCamera: !first });
     $('design-printed').src = this.viewer.image(PRINT.width, PRINT.height);

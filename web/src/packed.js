@@ -48,26 +48,24 @@ function displacements(part) {
   return found;
 }
 
-async function unpackPart(part, stretch) {
-  const [triangles, lines, creases, positions, values, told] = await Promise.all([
+async function unpackPart(part, ends, fields) {
+  const names = Object.keys(part.fields);
+  const [triangles, lines, creases, positions, ...told] = await Promise.all([
     unpackNumbers(part.triangles),
     unpackNumbers(part.lines),
     unpackNumbers(part.creases),
     unpackNumbers(part.positions),
-    part.stretch ? unpackNumbers(part.stretch) : null,
-    part.displacement ? unpackNumbers(part.displacement) : null,
+    ...names.map((name) => unpackNumbers(part.fields[name])),
   ]);
   const found = { ...part, triangles, lines, creases, positions, values: {} };
   if (part.colour !== null) return found;
-  const field = (numbers, low, high, unloaded) => {
-    const all = new Float32Array(part.vertices * part.frames).fill(unloaded);
-    numbers.forEach((v, i) => (all[part.vertices + i] = low + ((high - low) * v) / 65535));
-    return all;
-  };
-  found.values.displacement = told
-    ? field(told, 0, part.displacement.most, 0)
-    : displacements(found);
-  if (values) found.values.stretch = field(values, ...stretch, 1);
+  names.forEach((name, at) => {
+    const [low, high] = ends[name];
+    const all = new Float32Array(part.vertices * part.frames).fill(fields[name].least);
+    told[at].forEach((v, i) => (all[part.vertices + i] = low + ((high - low) * v) / 65535));
+    found.values[name] = all;
+  });
+  found.values.displacement ??= displacements(found);
   return found;
 }
 
@@ -77,10 +75,11 @@ async function unpackPart(part, stretch) {
  * Frame 0 of each part is the unloaded shape; frame k + 1 is step k.
  *
  * @param {object} packed as `packing.py` writes it
+ * @param {Object<string, {least: number}>} fields value of each field in the unloaded shape
  * @returns {Promise<object>} `parts`, and the largest value of each field at each step in `peaks`
  */
-export async function unpack(packed) {
-  const parts = await Promise.all(packed.parts.map((p) => unpackPart(p, packed.stretch)));
+export async function unpack(packed, fields) {
+  const parts = await Promise.all(packed.parts.map((p) => unpackPart(p, packed.fields, fields)));
   const peaks = {};
   for (const part of parts) {
     for (const [name, values] of Object.entries(part.values)) {

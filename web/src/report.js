@@ -14,7 +14,7 @@ async function begin() {
   root.classList.add('scripted');
   const apply = themes(views);
   const there = webgl().there;
-  const stage = data.scenes.length ? new Stage(data.scenes, data.palettes) : null;
+  const stage = data.scenes.length ? new Stage(data.scenes, data.fields) : null;
   const charts = data.charts.map((spec) =>
     lineChart(document.getElementById(spec.id), spec, {
       pick: (scene, index) => stage?.pick(scene, index),
@@ -32,7 +32,7 @@ async function begin() {
       views.push(stage);
     }
   }
-  if (data.front) views.push(new Front(data.front, data.palettes, there));
+  if (data.front) views.push(new Front(data.front, data.fields, there));
   apply();
   root.dataset.ready = there ? 'webgl' : 'flat';
 }

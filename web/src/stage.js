@@ -4,10 +4,6 @@ import { element, formatted, joined, ticks } from './format.js';
 import { unpack } from './packed.js';
 import { Viewer } from './viewer.js';
 
-const FIELDS = {
-  displacement: { label: 'Displacement', unit: 'mm', least: 0 },
-  stretch: { label: 'Largest stretch', unit: '–', least: 1 },
-};
 const FILM = { count: 6, width: 220, height: 165 };
 const PRINT = { width: 1400, height: 800, afterMs: 700 };
 const STEPS_A_SECOND = 4; // of the animation
@@ -37,11 +33,11 @@ function timeOf({ control }, value) {
 export class Stage {
   /**
    * @param {object[]} scenes packed
-   * @param {Object<string, number[]>} palettes
+   * @param {Object<string, object>} fields title, unit, least value and colours of each
    */
-  constructor(scenes, palettes) {
+  constructor(scenes, fields) {
     this.scenes = scenes;
-    this.palettes = palettes;
+    this.fields = fields;
     this.models = [];
     this.listeners = [];
     this.shown = this.#first();
@@ -83,7 +79,7 @@ export class Stage {
 
   /** Make the 3D view; it may fail, and the slider then moves the curves alone. */
   async begin(dark) {
-    this.viewer = new Viewer($('view'), { palettes: this.palettes, label: this.scenes[0].alt });
+    this.viewer = new Viewer($('view'), { fields: this.fields, label: this.scenes[0].alt });
     this.viewer.setTheme(dark);
     this.#probe();
     await this.#show(this.shown);
@@ -165,6 +161,9 @@ export class Stage {
     });
     $('play').addEventListener('click', () => this.#play());
     const choice = $('field');
+    for (const [name, { label }] of Object.entries(this.fields)) {
+      choice.append(element('option', { value: name }, label));
+    }
     choice.addEventListener('change', () => this.#setField(choice.value));
     for (const name of ['ghost', 'lines', 'section']) {
       const button = $(name);
@@ -201,7 +200,7 @@ export class Stage {
   }
 
   async #show(shown, keepCamera = false) {
-    await Promise.all(shown.map(async (i) => (this.models[i] ??= await unpack(this.scenes[i]))));
+    await Promise.all(shown.map(async (i) => (this.models[i] ??= await unpack(this.scenes[i], this.fields))));
     if (shown !== this.shown) return;
     this.viewer.show(shown.map((i) => this.models[i]), { keepCamera });
     const captions = $('captions');
@@ -213,8 +212,9 @@ export class Stage {
         captions.append(caption);
       });
     }
-    const stretched = shown.some((i) => this.scenes[i].stretch);
-    $('field').querySelector('[value=stretch]').disabled = !stretched;
+    for (const choice of $('field').options) {
+      choice.disabled = !shown.some((i) => this.models[i].peaks[choice.value]);
+    }
     const cut = shown.some((i) => this.scenes[i].parts.some((part) => part.section || part.cut));
     $('section').disabled = !cut;
     this.#setField($('field').value);
@@ -223,11 +223,11 @@ export class Stage {
   #setField(name) {
     if (!this.viewer) return;
     const highest = Math.max(
-      ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [FIELDS[name].least]),
+      ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [this.fields[name].least]),
     );
     // a shape without load has no scale
     $('bar').parentElement.classList.toggle('still', this.scenes[this.lead].steps < 2);
-    this.range = [FIELDS[name].least, Math.max(highest, FIELDS[name].least + 1e-6)];
+    this.range = [this.fields[name].least, Math.max(highest, this.fields[name].least + 1e-6)];
     this.field = name;
     this.viewer.setField(name, this.range);
     this.#scale();
@@ -236,8 +236,7 @@ export class Stage {
   }
 
   #scale() {
-    const { label, unit } = FIELDS[this.field];
-    const rgb = this.palettes[this.field];
+    const { label, unit, rgb } = this.fields[this.field];
     const colours = Array.from({ length: 33 }, (_, i) => {
       const at = 3 * Math.round((i * 255) / 32);
       return `rgb(${rgb[at]},${rgb[at + 1]},${rgb[at + 2]})`;
@@ -245,7 +244,7 @@ export class Stage {
     const bar = $('bar');
     bar.replaceChildren();
     bar.style.setProperty('--colours', colours.join(','));
-    $('scale-title').textContent = unit === '–' ? `${label} (–)` : `${label} (${unit})`;
+    $('scale-title').textContent = `${label} (${unit})`;
     const [low, high] = this.range;
     for (const v of ticks(low, high, 5)) {
       const tick = element('i', {}, formatted(v));
@@ -259,14 +258,14 @@ export class Stage {
   #markPeak(times) {
     const most = Math.max(...this.shown.map((i) => {
       const peaks = this.models[i]?.peaks[this.field];
-      if (!peaks) return FIELDS[this.field].least;
+      if (!peaks) return this.fields[this.field].least;
       const from = Math.floor(times[i]);
       const to = Math.min(from + 1, peaks.length - 1);
       return peaks[from] + (peaks[to] - peaks[from]) * (times[i] - from);
     }));
     const [low, high] = this.range;
     this.peak.style.setProperty('--at', `${clamped((100 * (most - low)) / (high - low), 0, 100)}%`);
-    const text = `largest now: ${joined(formatted(most), FIELDS[this.field].unit)}`;
+    const text = `largest now: ${joined(formatted(most), this.fields[this.field].unit)}`;
     this.peak.title = text;
     $('peak').textContent = text;
   }
@@ -284,7 +283,7 @@ export class Stage {
         note.hidden = !found;
         if (!found) return;
         const value = found.value === null
-          ? '' : `: ${joined(formatted(found.value), FIELDS[this.field].unit)}`;
+          ? '' : `: ${joined(formatted(found.value), this.fields[this.field].unit)}`;
         note.textContent = found.part + value;
         const box = $('view').getBoundingClientRect();
         const left = Math.min(event.clientX - box.left + 14, box.width - note.offsetWidth - 4);

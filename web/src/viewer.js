@@ -1,8 +1,8 @@
 /**
  * The 3D view of one model or of several side by side, all seen by one camera.
  *
- *     const viewer = new Viewer(box, { palettes });   // throws where there is no WebGL 2
- *     viewer.show([await unpack(packed)]);            // one pane for each model
+ *     const viewer = new Viewer(box, { fields });   // throws where there is no WebGL 2
+ *     viewer.show([await unpack(packed, fields)]);            // one pane for each model
  *     viewer.setTimes([2.5]);                         // for each pane: between its steps 2 and 3
  *     viewer.setField('stretch', [1, 1.6]);           // colours, and the ends of their scale
  *     viewer.setLayers({ ghost: true, lines: true, section: false });
@@ -62,10 +62,10 @@ function grid(count, width, height) {
 export class Viewer {
   /**
    * @param {HTMLElement} box which the canvas fills
-   * @param {{palettes: Object<string, number[]>, label?: string}} options colours of each field
+   * @param {{fields: Object<string, {rgb: number[]}>, label?: string}} options colours of each field
    *     as 256 times red, green, blue; `label`: what the canvas is called for those who cannot see
    */
-  constructor(box, { palettes, label = '' }) {
+  constructor(box, { fields, label = '' }) {
     this.box = box;
     this.panes = [];
     this.field = 'displacement';
@@ -87,7 +87,7 @@ export class Viewer {
     });
     this.renderer.setClearColor(0, 0);
     this.palettes = Object.fromEntries(
-      Object.entries(palettes).map(([name, rgb]) => [name, texture(rgb)]),
+      Object.entries(fields).map(([name, { rgb }]) => [name, texture(rgb)]),
     );
     this.eye = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 1, 5000);
     this.eye.up.set(0, 0, 1);
@@ -134,7 +134,7 @@ export class Viewer {
     this.draw();
   }
 
-  /** Colour by `displacement` (mm) or `stretch` (–), with the scale's ends. */
+  /** Colour by a field, such as `stretch`, with the scale's ends in its unit. */
   setField(name, range) {
     this.field = name;
     this.range = range;

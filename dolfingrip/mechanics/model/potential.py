@@ -60,6 +60,8 @@ class Potential(Term):
     Attributes:
         global_unknowns, sheets: the arguments.
         by_part: the argument ``strain_energies``, by names of parts; () is the whole.
+        solids: strain energies of the solid with their stresses and where they are integrated.
+        degree: degree of the quadrature of those without a rule of their own.
         gradient: ∂Π/∂u as a UFL form, linear in its test function.
     """
 
@@ -87,6 +89,7 @@ class Potential(Term):
             assert domain is not None
             apart += sheet_parts(u, sheets, domain, sheet_degree(space))
         parts = [*solids, *apart]
+        self.degree, self.solids = degree, found
         fields = [u] if p is None else [u, p]
         self._comm = space.mesh.comm
         if not isinstance(strain_energies, Mapping):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -45,13 +45,13 @@ class Fields:
     Attributes:
         mesh: at rest.
         displacements: shape (nodes, 3) in mm, for each step.
-        stretches: shape (nodes,), for each step; empty if the files have none.
+        further: by the name of each further field, shape (nodes,), for each step.
         rows: row of the result of each step.
     """
 
     mesh: FieldMesh
     displacements: Sequence[Floats]
-    stretches: Sequence[Floats]
+    further: Mapping[str, Sequence[Floats]]
     rows: npt.NDArray[np.int64]
 
 
@@ -117,7 +117,7 @@ def unloaded_shape(config: Config) -> Scene:
     mesh = solid(config.changed(mesh={"order": 1}))
     corners = mesh.cells[:, : mesh.shape.corners]
     shape = FieldMesh(mesh.points, corners, np.arange(len(mesh.points)))
-    still = Fields(shape, [np.zeros_like(shape.points)], [], np.zeros(1, dtype=np.int64))
+    still = Fields(shape, [np.zeros_like(shape.points)], {}, np.zeros(1, dtype=np.int64))
     found = parts(still, "design", replace(DETAIL, most_places=0), clamped=False)
     load = Load("", "", np.zeros(1), [""], still.rows)
     return Scene("design", "Shape of the design", "design", found, load, towards(FINGER_VIEW))
@@ -125,8 +125,8 @@ def unloaded_shape(config: Config) -> Scene:
 
 def _part(fields: Fields, skin: Skin, name: str, **kind: Any) -> Part:
     frames = [skin.points, *(skin.move(each) for each in fields.displacements)]
-    stretch = np.array([each[skin.node] for each in fields.stretches]) if fields.stretches else None
-    return Part(name, skin, np.array(frames) * UPRIGHT, stretch=stretch, **kind)
+    further = {k: np.array([each[skin.node] for each in v]) for k, v in fields.further.items()}
+    return Part(name, skin, np.array(frames) * UPRIGHT, fields=further, **kind)
 
 
 def block(name: str, low: Floats, high: Floats, axes: Floats, centre: Floats) -> Part:

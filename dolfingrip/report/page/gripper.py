@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from dolfingrip.channels import MOVED
 from dolfingrip.charts.theme import PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
@@ -45,14 +47,14 @@ def parts(
     count = min(len(moments), detail.most_steps)
     rows = np.unique(np.round(np.linspace(0, len(moments) - 1, count)).astype(np.int64))
     displacements = [np.linalg.norm(moments[row].displacement, axis=1) for row in rows]
-    stretches = [moments[row].stretch for row in rows]
+    fields = {
+        name: np.array([moments[row].fields[name] for row in rows]) for name in moments[0].fields
+    }
+    fields[MOVED.name] = np.array(displacements)
     up = np.array([0.0, 0.0, 1.0])
     places = np.array([moments[row].skin - up * moments[row].table_mm for row in rows])
     frames = np.concatenate([places[:1], places])
-    found = [
-        _finger(skin, number, name, frames, np.array(displacements), np.array(stretches))
-        for number, name in enumerate(NAMES)
-    ]
+    found = [_finger(skin, number, name, frames, fields) for number, name in enumerate(NAMES)]
     food = np.array([moments[row].food - up * moments[row].table_mm for row in rows])
     found.append(food_part(body, np.concatenate([food[:1], food])))
     found.append(table_part(np.concatenate([frames[0], food[0]])))
@@ -60,13 +62,13 @@ def parts(
 
 
 def _finger(
-    skin: Skin, number: int, name: str, frames: Floats, displacement: Floats, stretch: Floats
+    skin: Skin, number: int, name: str, frames: Floats, fields: Mapping[str, Floats]
 ) -> Part:
     """One finger of the skin."""
     mine = skin.side == number
     return Part(
         name, replace(skin, points=frames[0]).part(mine), frames[:, mine],
-        displacement=displacement[:, mine], stretch=stretch[:, mine], cut=True,
+        fields={each: values[:, mine] for each, values in fields.items()}, cut=True,
     )  # fmt: skip
 
 

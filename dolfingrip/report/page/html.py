@@ -25,7 +25,7 @@ from dolfingrip.charts.chart import Axis, Chart, Numbers
 from dolfingrip.files.columns import TextTable
 from dolfingrip.report.page.content import Front, Page, as_data, plain
 from dolfingrip.report.page.numbers import said
-from dolfingrip.report.page.scene import palettes
+from dolfingrip.report.page.scene import shown_fields
 
 LARGEST_MB: Final = 15.0
 """Size that a page does not exceed."""
@@ -229,7 +229,7 @@ def bars(chart: Chart) -> list[dict[str, Any]]:
 def _data(page: Page, charts: list[dict[str, Any]]) -> dict[str, Any]:
     shown = [{k: v for k, v in chart.items() if k != "table"} for chart in charts]
     front = front_data(page.front) if page.front else None
-    return {"scenes": page.scenes, "charts": shown, "front": front, "palettes": palettes()}
+    return {"scenes": page.scenes, "charts": shown, "front": front, "fields": shown_fields()}
 
 
 def front_data(front: Front) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, CHORD_ANGLE, FORCE
+from dolfingrip.channels import ANGLE, CHORD_ANGLE, FORCE, STRETCH
 from dolfingrip.files.run import GraspKind
 from dolfingrip.report.page.content import Check, KeyNumber
 from dolfingrip.report.page.finger import Fields
@@ -128,9 +128,9 @@ def _grasp(run: Run) -> list[KeyNumber]:
 
 def _stretch(run: Run, fields: Fields | None, there: set[str]) -> list[KeyNumber]:
     name = "Largest stretch"
-    if fields is None or not fields.stretches or name in there:
+    if fields is None or STRETCH.name not in fields.further or name in there:
         return []
-    most = max(float(each.max()) for each in fields.stretches)
+    most = max(float(each.max()) for each in fields.further[STRETCH.name])
     if run.result.config.material.law != PRINTED:
         return [KeyNumber(name, said(most), "", "at a node, over all steps")]
     good = most <= STRETCH_LIMIT

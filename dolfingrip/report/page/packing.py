@@ -21,13 +21,23 @@ LEVELS: Final = 65535
 """Steps of a quantised number: 90 mm are told to 0.7 µm."""
 
 
+COARSE: Final = 51
+"""Steps between the values of a field that is shown by colours, which then packs well."""
+
+
 def quantised(
-    values: npt.NDArray[np.float64], low: npt.ArrayLike, high: npt.ArrayLike
+    values: npt.NDArray[np.float64], low: npt.ArrayLike, high: npt.ArrayLike, step: int = 1
 ) -> npt.NDArray[np.uint16]:
-    """Values as 16-bit steps between ``low`` and ``high``, which they do not leave."""
+    """Return values as 16-bit steps between two ends, which they do not leave.
+
+    Args:
+        values: shape (…, axes), or any with ends that are numbers.
+        low, high: the ends.
+        step: distance of the steps that are taken; it divides :data:`LEVELS`.
+    """
     low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
     span = np.where(high > low, high - low, 1.0)
-    return np.round(np.clip((values - low) / span, 0, 1) * LEVELS).astype("<u2")
+    return (np.round(np.clip((values - low) / span, 0, 1) * (LEVELS // step)) * step).astype("<u2")
 
 
 def pack_numbers(numbers: npt.NDArray[Any], stride: int = 1) -> dict[str, Any]:

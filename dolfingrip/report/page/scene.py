@@ -5,17 +5,18 @@ Places are in mm, z points upwards. A finger hangs from its clamp and bends to t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import to_rgb
 
+from dolfingrip.channels import FIELDS
 from dolfingrip.charts.theme import colour_map
 from dolfingrip.report.page.content import plain
-from dolfingrip.report.page.packing import pack_indices, pack_numbers, quantised
+from dolfingrip.report.page.packing import COARSE, pack_indices, pack_numbers, quantised
 from dolfingrip.report.scene import View, split_at_creases
 from dolfingrip.report.skin import Skin
 
@@ -38,8 +39,8 @@ class Part:
         frames: places in mm, shape (1 + steps, points, 3): unloaded, then each step; shape
             (1, points, 3) if it never moves.
         colour: of a part without field, as Matplotlib knows it; "" if it has the field's colours.
-        stretch: largest principal stretch at each step, shape (steps, points); None: not known.
-        displacement: shape (steps, points), mm; None: the distance from the unloaded place.
+        fields: values at each step, shape (steps, points), by the names of fields; without the
+            displacement it is the distance from the unloaded place.
         mirrored: whether its mirror image in y = 0 is drawn, too.
         section: whether it is the section y = 0, drawn in place of the mirror image.
         cut: whether it can be cut open at y = 0, without its half y < 0.
@@ -49,8 +50,7 @@ class Part:
     skin: Skin
     frames: Floats
     colour: str = ""
-    stretch: Floats | None = None
-    displacement: Floats | None = None
+    fields: Mapping[str, Floats] = field(default_factory=dict)
     mirrored: bool = False
     section: bool = False
     cut: bool = False
@@ -97,10 +97,11 @@ class Scene:
 
     def packed(self) -> dict[str, Any]:
         """The scene as ``web/src/packed.js`` reads it."""
-        known = [part.stretch for part in self.parts if part.stretch is not None]
-        ends = None
-        if known:
-            ends = [min(float(s.min()) for s in known), max(float(s.max()) for s in known)]
+        names = dict.fromkeys(name for part in self.parts for name in part.fields)
+        ends = {}
+        for name in names:
+            known = [part.fields[name] for part in self.parts if name in part.fields]
+            ends[name] = [f(float(getattr(v, f.__name__)()) for v in known) for f in (min, max)]
         steps = len(self.load.values)
         values = self.load.values
         found: dict[str, Any] = plain(
@@ -111,7 +112,7 @@ class Scene:
                 "steps": steps,
                 "solved": self.solved,
                 "view": self.towards,
-                "stretch": ends,
+                "fields": ends,
                 "control": {
                     "label": self.load.label,
                     "unit": self.load.unit,
@@ -138,16 +139,23 @@ def towards(view: View) -> Floats:
     return direction * UPRIGHT if view.up < 0 else direction
 
 
-def palettes() -> dict[str, list[int]]:
-    """Colours of each field, from low to high: 256 times red, green, blue."""
+def shown_fields() -> dict[str, dict[str, Any]]:
+    """Title, unit and lowest value of each field, and its colours from low to high.
+
+    Returns:
+        By the fields' names; colours are 256 times red, green, blue.
+    """
     ramp = np.linspace(0, 1, 256)
     return {
-        name: np.round(255 * colour_map(name)(ramp)[:, :3]).astype(int).ravel().tolist()
-        for name in ("displacement", "stretch")
-    }
+        name: {
+            "label": each.title, "unit": each.unit, "least": each.least,
+            "rgb": np.round(255 * colour_map(name)(ramp)[:, :3]).astype(int).ravel().tolist(),
+        }
+        for name, each in FIELDS.items()
+    }  # fmt: skip
 
 
-def _packed(part: Part, ends: list[float] | None) -> dict[str, Any]:
+def _packed(part: Part, ends: Mapping[str, list[float]]) -> dict[str, Any]:
     skin = part.skin
     source, triangles = split_at_creases(skin)
     first = np.full(len(skin.points), 0, dtype=np.int64)
@@ -172,13 +180,8 @@ def _packed(part: Part, ends: list[float] | None) -> dict[str, Any]:
     found["lines"] = pack_indices(first[skin.edges], count)
     found["creases"] = pack_indices(first[skin.creases], count)
     found["positions"] = pack_numbers(steps.reshape(len(frames), -1), 3)
-    found["stretch"] = found["displacement"] = None
-    if part.stretch is not None and ends is not None:
-        found["stretch"] = pack_numbers(quantised(part.stretch[:, source], *ends))
-    if part.displacement is not None:
-        most = float(part.displacement.max()) or 1.0
-        found["displacement"] = {
-            "most": most,
-            **pack_numbers(quantised(part.displacement[:, source], 0.0, most)),
-        }
+    found["fields"] = {
+        name: pack_numbers(quantised(values[:, source], ends[name][0], ends[name][1], COARSE))
+        for name, values in part.fields.items()
+    }
     return found

@@ -490,28 +490,28 @@
     }
     return found;
   }
-  async function unpackPart(part, stretch) {
-    const [triangles, lines, creases, positions, values, told] = await Promise.all([
+  async function unpackPart(part, ends2, fields) {
+    const names = Object.keys(part.fields);
+    const [triangles, lines, creases, positions, ...told] = await Promise.all([
       unpackNumbers(part.triangles),
       unpackNumbers(part.lines),
       unpackNumbers(part.creases),
       unpackNumbers(part.positions),
-      part.stretch ? unpackNumbers(part.stretch) : null,
-      part.displacement ? unpackNumbers(part.displacement) : null
+      ...names.map((name) => unpackNumbers(part.fields[name]))
     ]);
     const found = { ...part, triangles, lines, creases, positions, values: {} };
     if (part.colour !== null) return found;
-    const field = (numbers, low, high, unloaded) => {
-      const all = new Float32Array(part.vertices * part.frames).fill(unloaded);
-      numbers.forEach((v, i) => all[part.vertices + i] = low + (high - low) * v / 65535);
-      return all;
-    };
-    found.values.displacement = told ? field(told, 0, part.displacement.most, 0) : displacements(found);
-    if (values) found.values.stretch = field(values, ...stretch, 1);
+    names.forEach((name, at) => {
+      const [low, high] = ends2[name];
+      const all = new Float32Array(part.vertices * part.frames).fill(fields[name].least);
+      told[at].forEach((v, i) => all[part.vertices + i] = low + (high - low) * v / 65535);
+      found.values[name] = all;
+    });
+    found.values.displacement ??= displacements(found);
     return found;
   }
-  async function unpack(packed) {
-    const parts = await Promise.all(packed.parts.map((p) => unpackPart(p, packed.stretch)));
+  async function unpack(packed, fields) {
+    const parts = await Promise.all(packed.parts.map((p) => unpackPart(p, packed.fields, fields)));
     const peaks = {};
     for (const part of parts) {
       for (const [name, values] of Object.entries(part.values)) {
@@ -922,10 +922,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var Viewer = class {
     /**
      * @param {HTMLElement} box which the canvas fills
-     * @param {{palettes: Object<string, number[]>, label?: string}} options colours of each field
+     * @param {{fields: Object<string, {rgb: number[]}>, label?: string}} options colours of each field
      *     as 256 times red, green, blue; `label`: what the canvas is called for those who cannot see
      */
-    constructor(box, { palettes, label = "" }) {
+    constructor(box, { fields, label = "" }) {
       this.box = box;
       this.panes = [];
       this.field = "displacement";
@@ -947,7 +947,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       });
       this.renderer.setClearColor(0, 0);
       this.palettes = Object.fromEntries(
-        Object.entries(palettes).map(([name, rgb]) => [name, texture(rgb)])
+        Object.entries(fields).map(([name, { rgb }]) => [name, texture(rgb)])
       );
       this.eye = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 1, 5e3);
       this.eye.up.set(0, 0, 1);
@@ -990,7 +990,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.panes.forEach((pane, i) => pane.setTime(times[i] ?? 0));
       this.draw();
     }
-    /** Colour by `displacement` (mm) or `stretch` (–), with the scale's ends. */
+    /** Colour by a field, such as `stretch`, with the scale's ends in its unit. */
     setField(name, range) {
       this.field = name;
       this.range = range;
@@ -1167,10 +1167,6 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   };
 
   // src/stage.js
-  var FIELDS = {
-    displacement: { label: "Displacement", unit: "mm", least: 0 },
-    stretch: { label: "Largest stretch", unit: "–", least: 1 }
-  };
   var FILM = { count: 6, width: 220, height: 165 };
   var PRINT = { width: 1400, height: 800, afterMs: 700 };
   var STEPS_A_SECOND = 4;
@@ -1194,11 +1190,11 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var Stage = class {
     /**
      * @param {object[]} scenes packed
-     * @param {Object<string, number[]>} palettes
+     * @param {Object<string, object>} fields title, unit, least value and colours of each
      */
-    constructor(scenes, palettes) {
+    constructor(scenes, fields) {
       this.scenes = scenes;
-      this.palettes = palettes;
+      this.fields = fields;
       this.models = [];
       this.listeners = [];
       this.shown = this.#first();
@@ -1235,7 +1231,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     /** Make the 3D view; it may fail, and the slider then moves the curves alone. */
     async begin(dark) {
-      this.viewer = new Viewer($2("view"), { palettes: this.palettes, label: this.scenes[0].alt });
+      this.viewer = new Viewer($2("view"), { fields: this.fields, label: this.scenes[0].alt });
       this.viewer.setTheme(dark);
       this.#probe();
       await this.#show(this.shown);
@@ -1310,6 +1306,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       });
       $2("play").addEventListener("click", () => this.#play());
       const choice = $2("field");
+      for (const [name, { label }] of Object.entries(this.fields)) {
+        choice.append(element("option", { value: name }, label));
+      }
       choice.addEventListener("change", () => this.#setField(choice.value));
       for (const name of ["ghost", "lines", "section"]) {
         const button = $2(name);
@@ -1344,7 +1343,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.#film();
     }
     async #show(shown, keepCamera = false) {
-      await Promise.all(shown.map(async (i) => this.models[i] ??= await unpack(this.scenes[i])));
+      await Promise.all(shown.map(async (i) => this.models[i] ??= await unpack(this.scenes[i], this.fields)));
       if (shown !== this.shown) return;
       this.viewer.show(shown.map((i) => this.models[i]), { keepCamera });
       const captions = $2("captions");
@@ -1356,8 +1355,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           captions.append(caption);
         });
       }
-      const stretched = shown.some((i) => this.scenes[i].stretch);
-      $2("field").querySelector("[value=stretch]").disabled = !stretched;
+      for (const choice of $2("field").options) {
+        choice.disabled = !shown.some((i) => this.models[i].peaks[choice.value]);
+      }
       const cut = shown.some((i) => this.scenes[i].parts.some((part) => part.section || part.cut));
       $2("section").disabled = !cut;
       this.#setField($2("field").value);
@@ -1365,10 +1365,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     #setField(name) {
       if (!this.viewer) return;
       const highest = Math.max(
-        ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [FIELDS[name].least])
+        ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [this.fields[name].least])
       );
       $2("bar").parentElement.classList.toggle("still", this.scenes[this.lead].steps < 2);
-      this.range = [FIELDS[name].least, Math.max(highest, FIELDS[name].least + 1e-6)];
+      this.range = [this.fields[name].least, Math.max(highest, this.fields[name].least + 1e-6)];
       this.field = name;
       this.viewer.setField(name, this.range);
       this.#scale();
@@ -1376,8 +1376,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.#film();
     }
     #scale() {
-      const { label, unit } = FIELDS[this.field];
-      const rgb = this.palettes[this.field];
+      const { label, unit, rgb } = this.fields[this.field];
       const colours = Array.from({ length: 33 }, (_, i) => {
         const at = 3 * Math.round(i * 255 / 32);
         return `rgb(${rgb[at]},${rgb[at + 1]},${rgb[at + 2]})`;
@@ -1385,7 +1384,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const bar = $2("bar");
       bar.replaceChildren();
       bar.style.setProperty("--colours", colours.join(","));
-      $2("scale-title").textContent = unit === "–" ? `${label} (–)` : `${label} (${unit})`;
+      $2("scale-title").textContent = `${label} (${unit})`;
       const [low, high] = this.range;
       for (const v of ticks(low, high, 5)) {
         const tick = element("i", {}, formatted(v));
@@ -1398,14 +1397,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     #markPeak(times) {
       const most = Math.max(...this.shown.map((i) => {
         const peaks = this.models[i]?.peaks[this.field];
-        if (!peaks) return FIELDS[this.field].least;
+        if (!peaks) return this.fields[this.field].least;
         const from = Math.floor(times[i]);
         const to = Math.min(from + 1, peaks.length - 1);
         return peaks[from] + (peaks[to] - peaks[from]) * (times[i] - from);
       }));
       const [low, high] = this.range;
       this.peak.style.setProperty("--at", `${clamped(100 * (most - low) / (high - low), 0, 100)}%`);
-      const text = `largest now: ${joined(formatted(most), FIELDS[this.field].unit)}`;
+      const text = `largest now: ${joined(formatted(most), this.fields[this.field].unit)}`;
       this.peak.title = text;
       $2("peak").textContent = text;
     }
@@ -1421,7 +1420,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           const found = this.viewer.probe(event.clientX, event.clientY);
           note.hidden = !found;
           if (!found) return;
-          const value = found.value === null ? "" : `: ${joined(formatted(found.value), FIELDS[this.field].unit)}`;
+          const value = found.value === null ? "" : `: ${joined(formatted(found.value), this.fields[this.field].unit)}`;
           note.textContent = found.part + value;
           const box = $2("view").getBoundingClientRect();
           const left = Math.min(event.clientX - box.left + 14, box.width - note.offsetWidth - 4);
@@ -1721,7 +1720,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       if (this.stage) {
         await this.stage.replace(scenes);
       } else {
-        this.stage = new Stage(scenes, data.palettes);
+        this.stage = new Stage(scenes, data.fields);
         this.stage.onTime(([time]) => {
           for (const chart of this.charts) chart.mark({ 0: time });
         });
