@@ -139,9 +139,7 @@ def test_bad_questions_are_answered_in_one_line(quadratic_run: Path, tmp_path: P
     fields = quadratic_run / "fields.pvd"
     with pytest.raises(ValueError, match=r"^pressure_kPa = 33: .*allowed: 0, 50, 100, 150, 200$"):
         draw(fields, [33])
-    with pytest.raises(
-        ValueError, match=r"^colour_by = strain: allowed: displacement, stretch,"
-    ):
+    with pytest.raises(ValueError, match=r"^colour_by = strain: allowed: displacement, stretch,"):
         draw(fields, [0], colour_by="strain")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"no mises; allowed: stretch, displacement$"):
         draw(fields, [0], colour_by="mises")
