@@ -67,7 +67,9 @@ def geometric_variation(v: Expr, w: Expr) -> Expr:
 def current_area_vector(u: Expr, normal: Expr) -> Expr:
     """Nanson's formula: n da = cof(F) N dA, (3,), per reference area.
 
-    ``normal`` is N, the unit normal of the undeformed surface.
+    Args:
+        u: displacement (mm).
+        normal: N, the unit normal of the undeformed surface.
     """
     f = deformation_gradient(u)
     return ufl.cofac(f) * normal
