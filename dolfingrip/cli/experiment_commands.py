@@ -174,11 +174,13 @@ def _pictures(
             curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
             if (own := drawer(experiment.pictures)) is not None:
                 return [curve_file, *own.draw(out, result.config, columns)]
+            files = [curve_file]
+            reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
+            if not reached and not video:
+                return files
             from dolfingrip.report import render
 
-            files = [curve_file]
             look: dict[str, Any] = {"colour_by": colour_by, "plate": _plate(result)}
-            reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
             if reached:
                 drawn = render.draw(out / "fields.pvd", reached, **look)
                 files += drawn.save_each(out)
