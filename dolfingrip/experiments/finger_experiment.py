@@ -9,6 +9,7 @@ from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, 
 from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
     from dolfingrip.sections.geometry.geometry import Geometry
@@ -70,6 +71,29 @@ class FingerExperiment(Experiment):
         from dolfingrip.experiments.results import doubts
 
         return [doubt.sentence for doubt in doubts.of_motion(result)]
+
+
+class WholeFingerExperiment(FingerExperiment):
+    """An experiment that asks how the finger moves sideways, too: both halves are meshed.
+
+    Attributes:
+        lacking: what half a finger has not.
+    """
+
+    lacking: ClassVar[str]
+    measured: ClassVar = False
+    gradients: ClassVar = False
+
+    def settings(self, config: Config) -> Config:
+        return config.changed(mesh={"half": False})
+
+    def _rig(self, config: Config, comm: MPI.Comm, profile: Profile, **further: Any) -> FingerRig:
+        """Build the finger's rig; refuse half a finger of a mesh file."""
+        rig = super()._rig(config, comm, profile, **further)
+        if rig.newton.model.domain.half:
+            words = f"half a finger, which has no {self.lacking}; allowed: a whole one"
+            raise ConfigError(f"mesh.file = {config.mesh.file}: {words}")
+        return rig
 
 
 def notes(config: Config) -> list[str]:

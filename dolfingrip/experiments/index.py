@@ -14,6 +14,7 @@ NAMES = (
     "cycle",
     "coupon",
     "push",
+    "vibration",
     "grasp",
 )
 """The name of each experiment's file."""

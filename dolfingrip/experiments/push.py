@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, ClassVar
 from dolfingrip.channels import ANGLE, PRESSURE
 from dolfingrip.experiments.description import Curve, Plot
 from dolfingrip.experiments.experiment import MPI, Config, Profile
-from dolfingrip.experiments.finger_experiment import FingerExperiment
+from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, dead_loads, stiffness
-from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
 
-class Push(FingerExperiment):
+class Push(WholeFingerExperiment):
     """Stiffness of the free finger's tip against loads in x and y, pressurised.
 
     A dead load f is spread evenly over the tip face, Π −= f · ∫u dA / A, so that it works on the
@@ -37,18 +36,9 @@ class Push(FingerExperiment):
             Curve(STIFFNESSES[1].name, "y, sideways"),
         ),
     )
-    measured: ClassVar = False
-    gradients: ClassVar = False
-
-    def settings(self, config: Config) -> Config:
-        return config.changed(mesh={"half": False})
+    lacking: ClassVar = "stiffness in y"
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
         rig = self._rig(config, comm, profile, adds=dead_loads)
-        if rig.newton.model.domain.half:
-            raise ConfigError(
-                f"mesh.file = {config.mesh.file}: half a finger, which has no stiffness in y; "
-                "allowed: a whole one"
-            )
         rig.further = stiffness(rig.newton)
         return rig

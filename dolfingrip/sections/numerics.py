@@ -15,6 +15,7 @@ class Solver(Section):
 
     role: ClassVar = Role.NUMERICS
     effort: ClassVar = ("time_limit_s", "linear", "memory_GB")
+    later: ClassVar = {"time_error_mm": 0.01, "hht_alpha": -0.05}
 
     element: Literal["P1", "P2", "P2-P1", "S2"] | None = Field(
         None,
@@ -43,7 +44,18 @@ class Solver(Section):
     )
     max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
     max_step_s: float | None = Field(
-        None, gt=0, description="largest step in time; default: as long as the pressure's allows"
+        None,
+        gt=0,
+        description="largest step in time; default: as the pressure's allows, dynamic 0.02 s",
+    )
+    time_error_mm: float = Field(
+        0.01, gt=0, le=10, description="dynamic: error of a step in time, which sets its length"
+    )
+    hht_alpha: float = Field(
+        -0.05,
+        ge=-1 / 3,
+        le=0,
+        description="dynamic: damping of what steps do not resolve; 0: Newmark's scheme without",
     )
     min_step_kPa: float = Field(0.1, gt=0, description="smallest step before a failure is called")
     time_limit_s: float | None = Field(

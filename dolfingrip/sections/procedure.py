@@ -32,7 +32,7 @@ class ExperimentSettings(Section):
     """Readings to take, in order: from rest to the maximum, and back if asked."""
 
     role: ClassVar = Role.PROCEDURE
-    later: ClassVar = {"snaps": True, "min_pressure_kPa": 0.0}
+    later: ClassVar = {"snaps": True, "min_pressure_kPa": 0.0, "dynamic": False}
 
     control: Literal["pressure", "volume", "auto"] = Field(
         "pressure",
@@ -64,6 +64,7 @@ class ExperimentSettings(Section):
     cycles: int = Field(1, ge=1, le=10_000, description="how often; more than one unloads, too")
     hold_s: float = Field(0.0, ge=0, description="wait at the maximum of each cycle")
     rest_s: float = Field(0.0, ge=0, description="wait unpressurised after each cycle")
+    dynamic: bool = Field(False, description="with inertia, in the time of ramps and waits")
     hold_readings: int = Field(4, ge=1, le=1000, description="readings of a wait, ever sparser")
 
     @model_validator(mode="before")
@@ -97,6 +98,8 @@ class ExperimentSettings(Section):
         yield from self.up_to("step_kPa", "max_pressure_kPa" if raised else self.largest_kPa)
         if self.control != "pressure" and min(self.max_pressure_kPa, self.min_pressure_kPa) < 0:
             yield Refusal("control", 'allowed with suction: "pressure"')
+        if self.dynamic and self.control != "pressure":
+            yield Refusal("control", 'allowed with dynamic: "pressure"')
         if self.control == "auto" and (self.unload or self.cycles > 1):
             yield Refusal(
                 "control", 'allowed with unload or cycles: "pressure" or "volume"', "auto"

@@ -106,6 +106,18 @@ def weight_value(config: Setup, part: str = REST) -> np.ndarray:
     return np.asarray(size * direction / np.linalg.norm(direction))
 
 
+def densities(site: Site) -> dict[tuple[str, ...], float]:
+    """Density (kg/m³) of each part that has mass, by its name; () is the whole.
+
+    Args:
+        site: of the finger. Its films that are layers have none.
+    """
+    config, parts = site.config, site.domain.parts
+    layers = {film.region for film in config.film.layers.values()}
+    names: list[tuple[str, ...]] = [(part,) for part in parts if part not in layers] or [()]
+    return {name: config.material.of("".join(name)).density_kg_m3 for name in names}
+
+
 def dead_weight(site: Site) -> DeadWeight | None:
     """The weight of all parts of a model under construction; None without gravity.
 
@@ -121,10 +133,5 @@ def dead_weight(site: Site) -> DeadWeight | None:
     site.parameters |= {weight_name(part): constant for part, constant in constants.items()}
     if not config.gravity.acceleration_m_s2:
         return None
-    if not domain.parts:
-        return DeadWeight(site.u, domain, {(): constants[REST]})
-    layers = {film.region for film in config.film.layers.values()}
-    weights: dict[tuple[str, ...], fem.Constant] = {
-        (part,): constants.get(part, constants[REST]) for part in domain.parts if part not in layers
-    }
+    weights = {name: constants.get("".join(name), constants[REST]) for name in densities(site)}
     return DeadWeight(site.u, domain, weights)

@@ -14,7 +14,7 @@ from petsc4py import PETSc
 
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import KPA, Config, ConfigError
-from dolfingrip.experiments.rigs.base_material import BaseMaterial, dead_weight
+from dolfingrip.experiments.rigs.base_material import BaseMaterial, dead_weight, densities
 from dolfingrip.experiments.rigs.films import layer_energy, sheets
 from dolfingrip.experiments.rigs.fixture import moving_clamp, normal_of, supply, surround
 from dolfingrip.experiments.rigs.regions import REST
@@ -32,6 +32,7 @@ from dolfingrip.mechanics.model.element import (
     pressure_field,
 )
 from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.inertia import Inertia
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
@@ -290,7 +291,12 @@ def build(
     )
     surround(site, plate=plate)
     added = adds(site)
-    potential, terms = total_potential(config, site, base, added.loads, energies)
+    motion: list[Inertia] = []
+    if config.experiment.dynamic:
+        alpha, error_mm = config.solver.hht_alpha, config.solver.time_error_mm
+        motion.append(Inertia(u, domain, densities(site), alpha, error_mm))
+    loads = [*added.loads, *(each.energy for each in motion)]
+    potential, terms = total_potential(config, site, base, loads, energies)
     regulator = Control(site.pressure, KPA)
     stages = supply(config, regulator)
     supports = at_rest(u.function_space, site.domain, site.held)
@@ -301,7 +307,7 @@ def build(
         supports,
         {"pressure_kPa": stages or regulator, **added.controls},
         [*terms, *added.terms],
-        [site.history] if stages is None else [site.history, stages],
+        [site.history, *motion, *([] if stages is None else [stages])],
         p=site.p,
         global_unknowns=added.global_unknowns,
         constraint=moving_clamp(site, supports),

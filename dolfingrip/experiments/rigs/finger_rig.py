@@ -97,8 +97,8 @@ class FingerRig(Rig):
 
     def longest(self) -> dict[str, float]:
         longest = {}
-        if self._config.solver.max_step_s is not None:
-            longest["time_s"] = self._config.solver.max_step_s
+        if self._config.experiment.dynamic or self._config.solver.max_step_s is not None:
+            longest["time_s"] = self._config.solver.max_step_s or LONGEST_S
         if self._by_pressure:
             return {"pressure_kPa": self._config.solver.max_step_kPa, **longest}
         ratio = self._config.experiment.step_volume_ratio
@@ -194,6 +194,9 @@ class FingerRig(Rig):
         search = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
         return search.is_near(attempted["pressure_kPa"])
 
+
+LONGEST_S = 0.02
+"""Longest step in time of a finger with inertia, if no other is asked for."""
 
 UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
 

@@ -176,6 +176,10 @@ class Model:
         for memory in self._remembering:
             memory.set_time(self.time_s, step_s)
 
+    def step_error(self) -> float:
+        """Largest error of the converged load step by the allowed one."""
+        return max((memory.step_error() for memory in self._remembering), default=0.0)
+
     def accept_step(self) -> None:
         """Take the present, converged state as the start of the next load step."""
         for memory in self._remembering:

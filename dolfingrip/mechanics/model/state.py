@@ -60,6 +60,10 @@ class Memory:
     def set_time(self, time_s: float, step_s: float) -> None:
         """Set the time at the load step's end and the step's length (s)."""
 
+    def step_error(self) -> float:
+        """Error of a converged load step by the allowed one, the same on all ranks; 0 if none."""
+        return 0.0
+
     def accept(self) -> None:
         """Store the values at the end of a load step that has converged."""
 

@@ -128,9 +128,18 @@ class LoadPath:
             solve = self._solve(good, at(reach), guess, taken, last=last)
             iterations = self.newton.counts.iterations - before
             rejected = self._accept() if solve.converged else ""
+            error = self.model.step_error() if solve.converged and not rejected else 0.0
+            if error > 1 and not last:
+                self.model.restore(good)
+                self._predictor.restart(self._place)
+                self._length = taken * self._policy.length.by_error(error)
+                continue
             if solve.converged and not rejected:
                 self._stiffest = max(self._stiffest, self._stiffness(taken, good))
                 self._adapt(taken, guess, solve.iterations, good)
+                if error:
+                    longest = taken * self._policy.length.by_error(error)
+                    self._length = min(self._length, longest)
                 done, steps = reach, steps + 1
                 for observer in self.observers:
                     observer.converged(good)

@@ -40,7 +40,7 @@ def of_runs(runs: Sequence[Run], fields: dict[int, Fields]) -> list[KeyNumber]:
             continue
         seen.add(run.experiment.name)
         found += OWN.get(run.experiment.name, _main)(run)
-        if run.experiment.name in ("bending", "blocked_force", "cycle", "push", "coupon"):
+        if run.experiment.name != "grasp":
             found += _stretch(run, fields.get(place), {each.name for each in found})
     return found
 

@@ -1,0 +1,51 @@
+"""Natural frequencies of small vibrations about a model's present state."""
+
+from __future__ import annotations
+
+import numpy as np
+from petsc4py import PETSc
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from dolfingrip.mechanics.newton.newton import Newton
+
+
+def natural_frequencies_Hz(newton: Newton, mass: PETSc.Mat, count: int) -> np.ndarray:
+    """Lowest natural frequencies: K φ = ω² M φ with the tangent K at the present state.
+
+    Lanczos' method finds the largest eigenvalues of K⁻¹ M. All ranks work on the whole vectors,
+    and each adds its rows.
+
+    Args:
+        newton: solver of the model, which has K⁻¹.
+        mass: M of the displacement (t), without regard to supports.
+        count: number of frequencies.
+
+    Returns:
+        (count,) in ascending order; NaN for a motion that the state is unstable against.
+    """
+    model, inverse = newton.model, newton.linear()
+    comm, free = model.comm, model.free
+    sizes = comm.allgather(len(free))
+    mine = slice(sum(sizes[: comm.rank]), sum(sizes[: comm.rank + 1]))
+    x, y = mass.createVecs()
+
+    def gathered(own: np.ndarray) -> np.ndarray:
+        return np.concatenate(comm.allgather(own))
+
+    def weighed(whole: np.ndarray) -> np.ndarray:
+        own = free * whole.ravel()[mine]
+        x.array[:] = own[: x.local_size]
+        mass.mult(x, y)
+        found = np.zeros_like(own)
+        found[: y.local_size] = y.array_r
+        return gathered(free * found)
+
+    def solved(whole: np.ndarray) -> np.ndarray:
+        return gathered(inverse(whole.ravel()[mine].copy()))
+
+    shape = (sum(sizes), sum(sizes))
+    m, k = (LinearOperator(shape, each, dtype=float) for each in (weighed, solved))
+    start = solved(weighed(np.random.default_rng(0).uniform(-1, 1, shape[0])))
+    squares = eigsh(m, count, m, sigma=0.0, OPinv=k, v0=start, return_eigenvectors=False)
+    with np.errstate(invalid="ignore"):  # the root of a negative number is NaN
+        return np.asarray(np.sqrt(np.sort(squares)) / (2 * np.pi))
