@@ -34,6 +34,7 @@ DIMENSIONLESS = {
     "morph.xi1",
     "morph.xi2",
     "solver.rtol",
+    "solver.hht_alpha",
     "solver.max_iterations",
     "plate.normal",
     "gravity.direction",

@@ -7,7 +7,12 @@ from typing import Any, ClassVar
 
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.blocked_force import BlockedForce
-from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Option
+from dolfingrip.experiments.description import (
+    DYNAMIC_OPTION,
+    PRESSURE_OPTION,
+    SUCTION_OPTION,
+    Option,
+)
 from dolfingrip.experiments.experiment import Config, Experiment
 
 
@@ -22,6 +27,7 @@ class Cycle(Bending):
         Option("--cycles", int, 2, "Number of times up and down.", "experiment.cycles"),
         PRESSURE_OPTION,
         SUCTION_OPTION,
+        DYNAMIC_OPTION,
         Option(
             "--rate-kPa-per-s",
             float,

@@ -74,3 +74,12 @@ SUCTION_OPTION: Final = Option(
     "experiment.min_pressure_kPa",
 )
 """The option of all experiments that may begin with suction."""
+
+DYNAMIC_OPTION: Final = Option(
+    "--dynamic",
+    bool,
+    None,
+    "With inertia, in the time of ramps and waits.",
+    "experiment.dynamic",
+)
+"""The option of all experiments on a finger that may move in time."""

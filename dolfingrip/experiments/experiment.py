@@ -42,6 +42,7 @@ class Experiment(ABC):
         drawable: whether deformed shapes of the specimen can be drawn.
         measured: whether the format of measured data has it.
         gradients: whether its readings can be derived by parameters.
+        dynamic: whether its specimen may move with inertia.
         mesh_check: whether its command estimates the error of the mesh, unless told not to.
         pictures: file of ``report`` whose ``draw`` makes the pictures of its result; "finger" for
             the deformed shapes of one finger.
@@ -60,6 +61,7 @@ class Experiment(ABC):
     drawable: ClassVar[bool] = True
     measured: ClassVar[bool] = True
     gradients: ClassVar[bool] = True
+    dynamic: ClassVar[bool] = False
     mesh_check: ClassVar[bool] = False
     pictures: ClassVar[str] = "finger"
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Option
+from dolfingrip.experiments.description import (
+    DYNAMIC_OPTION,
+    PRESSURE_OPTION,
+    SUCTION_OPTION,
+    Option,
+)
 from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
@@ -30,7 +35,8 @@ class FingerExperiment(Experiment):
         made_for: dimensions that the mesh is made for and moved from; None: the configuration's.
     """
 
-    options: ClassVar[tuple[Option, ...]] = (PRESSURE_OPTION, SUCTION_OPTION)
+    options: ClassVar[tuple[Option, ...]] = (PRESSURE_OPTION, SUCTION_OPTION, DYNAMIC_OPTION)
+    dynamic: ClassVar = True
 
     def __init__(self, made_for: Geometry | None = None) -> None:
         self.made_for = made_for

@@ -18,6 +18,7 @@ from dolfingrip.config import Config, felt
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.jobs.job import Data, content_key
+from dolfingrip.sections.errors import ConfigError
 
 FORMAT: Final = 2
 """Version of what an answer holds and a key means; to be raised where a request gives another
@@ -115,6 +116,10 @@ class Request:
         """
         found = find(experiment) if isinstance(experiment, str) else experiment
         keys = None if gradients is None else tuple(gradients)
+        if config.experiment.dynamic and not found.dynamic:
+            raise ConfigError(f"experiment.dynamic = true: {found.command}: allowed: false")
+        if config.experiment.dynamic and keys is not None:
+            raise ConfigError("experiment.dynamic = true: gradients: allowed: false")
         return cls(found, found.settings(config), keys, **wanted)
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.channels import ANGLE, PRESSURE
-from dolfingrip.experiments.description import Curve, Plot
+from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Curve, Plot
 from dolfingrip.experiments.experiment import MPI, Config, Profile
 from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
 from dolfingrip.experiments.rigs.natural_frequencies import FREQUENCIES, frequencies
@@ -27,6 +27,8 @@ class Vibration(WholeFingerExperiment):
     title: ClassVar = "Natural frequencies"
     parts: ClassVar = ("finger",)
     columns: ClassVar = FREQUENCIES
+    options: ClassVar = (PRESSURE_OPTION, SUCTION_OPTION)
+    dynamic: ClassVar = False
     table: ClassVar = (PRESSURE, ANGLE, *FREQUENCIES)
     plot: ClassVar = Plot(
         "Natural frequency (Hz)",

@@ -36,7 +36,7 @@ ORDER: Final = tuple((n - j, j) for n in (1, 2, 3) for j in range(n + 1))
 """Exponents of Ī₁ − 3 and Ī₂ − 3 in the order of a deck's polynomial."""
 
 PLATE: Final = "plate"
-GAP_N_MM: Final = 1e4
+GAP_N_MM: Final = 1e3
 """Stiffness of a closed gap in CalculiX, which does not converge with its own, 1e12 N/mm."""
 
 MM_S2, T_MM3 = 1e3, 1e-12

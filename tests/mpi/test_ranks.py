@@ -225,3 +225,20 @@ def test_half_finger_from_a_file_refuses_sideways_loads(shared: Path) -> None:
     )
     with pytest.raises(ConfigError, match=r"gravity.direction .*: allowed: no y-part"):
         run("bending", across, comm=WORLD)
+
+
+def test_vibration_and_motion_are_those_of_one_rank() -> None:
+    settings = small.short(
+        *STRICT, "mesh.size_mm=10", "mesh.edge_size_mm=10", "contact.self_contact=false",
+        "experiment.max_pressure_kPa=20",
+    )  # fmt: skip
+    moving = settings.changed(
+        experiment={"dynamic": True},
+        protocol={"time_s": [0.0, 0.0005], "pressure_kPa": [0.0, 20.0]},
+    )
+    for name, column, asked in (
+        ("vibration", "frequency_4_Hz", settings),
+        ("bending", "tip_x_mm", moving),
+    ):
+        all_ranks, one = (run(name, asked, comm=comm) for comm in (WORLD, MPI.COMM_SELF))
+        np.testing.assert_allclose(all_ranks.column(column), one.column(column), rtol=1e-6)
