@@ -14,8 +14,7 @@ import numpy as np
 
 from dolfingrip import config
 from dolfingrip.charts import theme
-from dolfingrip.experiments import run
-from dolfingrip.files.columns import Columns
+from dolfingrip.experiments import Result, run
 
 PICTURE = Path(__file__).resolve().parents[1] / "step_response.png"
 COARSE = {"mesh.size_mm": 12.0, "mesh.edge_size_mm": 3.0, "contact.self_contact": False,
@@ -23,20 +22,20 @@ COARSE = {"mesh.size_mm": 12.0, "mesh.edge_size_mm": 3.0, "contact.self_contact"
 RISE_S, END_S, EVERY_S = 0.05, 0.5, 0.01
 
 
-def moving() -> Columns:
-    """The readings in time."""
+def moving() -> Result:
+    """The finger in time."""
     times = np.arange(0, END_S + EVERY_S / 2, EVERY_S)
     pressures = 100 * np.minimum(times / RISE_S, 1.0)
     protocol = {"time_s": times.tolist(), "pressure_kPa": pressures.tolist()}
     asked = config.load(None, {**COARSE, "solver.time_error_mm": 0.1, "experiment.dynamic": True})
-    return run("bending", asked.changed(protocol=protocol)).columns()
+    return run("bending", asked.changed(protocol=protocol))
 
 
-def draw(found: Columns, still_deg: float) -> None:
+def draw(time_s: np.ndarray, angle_deg: np.ndarray, still_deg: float) -> None:
     """Draw the angle over time."""
     with theme.figure_theme():
         figure, axes = plt.subplots(figsize=(7.2, 2.9), layout="constrained")
-        axes.plot(found["time_s"], found["angle_deg"], color=theme.BLUE, label="in motion")
+        axes.plot(time_s, angle_deg, color=theme.BLUE, label="in motion")
         axes.axhline(still_deg, color=theme.INK, linewidth=1, label="at rest at 100 kPa")
         axes.axvspan(0, RISE_S, color=theme.PALE, label="the pressure rises")
         axes.set(xlabel="Time (s)", ylabel="Tip angle (°)", xlim=(0, END_S))
@@ -45,5 +44,7 @@ def draw(found: Columns, still_deg: float) -> None:
 
 
 if __name__ == "__main__":
-    draw(moving(), run("bending", config.load(None, COARSE)).column("angle_deg")[-1])
+    still = run("bending", config.load(None, COARSE)).column("angle_deg")[-1]
+    found = moving()
+    draw(found.column("time_s"), found.column("angle_deg"), still)
     print(f"wrote {PICTURE}")
