@@ -230,6 +230,7 @@ def test_half_finger_from_a_file_refuses_sideways_loads(shared: Path) -> None:
 def test_vibration_and_motion_are_those_of_one_rank() -> None:
     settings = small.short(
         *STRICT, "mesh.size_mm=10", "mesh.edge_size_mm=10", "contact.self_contact=false",
+        "solver.element=P1",
         "experiment.max_pressure_kPa=20",
     )  # fmt: skip
     moving = settings.changed(
