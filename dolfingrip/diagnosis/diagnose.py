@@ -15,10 +15,10 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import selection
-from dolfingrip.diagnosis.additions.worth import next_experiments
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.gain import held_out
+from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
 from dolfingrip.diagnosis.coupon.simulation import in_closed_form
@@ -115,15 +115,12 @@ def diagnose_measurement(
     found.suspicions = sentences(suspicions(found.analysis.measurement, shown))
     found.warnings = [*measurement.warnings, *found.cautions()]
     found.quick = quick
-    if quick or found.decision.answer != "cause":
-        return found
-    say("measuring the gain on readings that are left out")
-    found.held_out = held_out(found.analysis, found.posterior)
-    say("looking for the next experiment")
-    found.next, failed = next_experiments(
-        found.posterior, found.decision, found.analysis.measurement, config,
-        found.analysis.errors.noise, found.predict_addition, say,
-    )  # fmt: skip
+    whole = not quick and found.decision.answer == "cause"
+    if whole:
+        say("measuring the gain on readings that are left out")
+        found.held_out = held_out(found.analysis, found.posterior)
+    say("looking for what would settle it")
+    found.next, failed = settled_by(found, say, simulating=whole)
     found.warnings += failed
     return found
 

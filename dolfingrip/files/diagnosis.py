@@ -136,6 +136,7 @@ class NextExperiment(Part):
     gain: float = Field(description="expected increase of the log Bayes factor between the tied")
     gain_per_minute: float = Field(description="up to what decides, by the minute")
     chance: float = Field(ge=0, le=1, description="that the true one of them is left alone")
+    excludes: tuple[str, ...] = Field((), description="what it refutes if the leading one is true")
 
     @computed_field(description="whether it is expected to leave the true one alone")  # type: ignore[prop-decorator]
     @property
@@ -144,13 +145,15 @@ class NextExperiment(Part):
         return self.chance >= ALONE
 
     @property
-    def rank(self) -> tuple[bool, float]:
+    def rank(self) -> tuple[bool, float, float]:
         """Place in the order: the less, the earlier.
 
         Where the true effect is expected to be left alone, the minutes that this is expected to
-        take count, as what is told beyond decides nothing; else what is told by the minute.
+        take count, as what is told beyond decides nothing; else tenths of the chance, then what is
+        told by the minute.
         """
-        return not self.splits, self.minutes / self.chance if self.splits else -self.gain_per_minute
+        first = self.minutes / self.chance if self.splits else -round(self.chance, 1)
+        return not self.splits, first, -self.gain_per_minute
 
 
 class DesignChange(Part):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,10 +15,11 @@ from support.invented_coupon import made
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.additions.worth import PredictedAddition, next_experiments
+from dolfingrip.diagnosis.additions.worth import tied
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
+from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.coupon.analysis import _without
+from dolfingrip.diagnosis.coupon.analysis import CouponAnalysis, _without
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write
@@ -106,20 +106,22 @@ def test_other_rates_and_waits_would_tell_them_apart(printed: Delivered) -> None
 
 
 def test_an_addition_where_a_law_has_no_equilibrium_is_not_judged(
-    ninjaflex: Diagnosis,
+    ninjaflex: Diagnosis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As polynomials at three times the strain that they were fitted to."""
 
-    def then(proposal: Proposal, fits: Sequence[MapFit]) -> PredictedAddition:
-        (first, *others), *rest = ninjaflex.predict_addition(proposal, fits)
-        if "1.5" in proposal.name:
-            first = replace(first, slopes=np.full_like(first.slopes, np.nan))
-        return ([first, *others], *rest)  # type: ignore[return-value]
+    exact = CouponAnalysis.simulated
+    first = tied(ninjaflex.posterior, ninjaflex.decision)[0][1]
 
-    found, failed = next_experiments(
-        ninjaflex.posterior, ninjaflex.decision, ninjaflex.analysis.measurement, Config(),
-        ninjaflex.analysis.errors.noise, then, print,
-    )  # fmt: skip
+    def simulated(
+        self: CouponAnalysis, fit: MapFit, addition: Proposal | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        readings, slopes = exact(self, fit, addition)
+        lost = addition is not None and "1.5" in addition.name and fit is first
+        return readings, np.full_like(slopes, np.nan) if lost else slopes
+
+    monkeypatch.setattr(CouponAnalysis, "simulated", simulated)
+    found, failed = settled_by(ninjaflex, print, simulating=True)
     left = [each.name for each in ninjaflex.next if "1.5" in each.name]
     assert left
     assert {each.name for each in found} == {each.name for each in ninjaflex.next} - {*left}
@@ -152,7 +154,8 @@ def test_files(ninjaflex: Diagnosis, tmp_path: Path) -> None:
     assert '"class"' in text
     assert "mooney_rivlin" in (tmp_path / "summary.md").read_text(encoding="utf-8").splitlines()[0]
     extended = configuration.load(tmp_path / "extended.toml")
-    assert extended.material.mu_MPa > Config().material.mu_MPa
+    softening = extended.extensions.mooney_rivlin  # type: ignore[attr-defined]
+    assert extended.material.mu_MPa + 2 * softening.C01_MPa > Config().material.mu_MPa
     assert extended.extensions.mooney_rivlin is not None  # type: ignore[attr-defined]
     assert {file.name for file in pictures.draw(found.result, found.readings, tmp_path)} == {
         "overlay.png", "residuals.png", "probabilities.png", "gain.png"

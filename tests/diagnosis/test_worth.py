@@ -14,6 +14,7 @@ from dolfingrip.diagnosis.additions.worth import (
     Rival,
     chance_alone,
     shows_memory,
+    told_apart,
 )
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
@@ -67,7 +68,8 @@ def test_a_law_of_many_terms_is_refuted_by_more_travel(reach: float, chance: flo
     now, then = Expected.of(*fits(1.0)), Expected.of(*fits(reach))
     before = np.array([0.5, 0.5])
     print(now.log_odds, then.log_odds)
-    assert chance_alone(before, now, then, NO_PAIR) == pytest.approx(chance)
+    apart = told_apart(before, now, then, NO_PAIR)
+    assert chance_alone(before, apart) == pytest.approx(chance)
 
 
 def test_pairs_that_differ_are_told_apart() -> None:
@@ -79,10 +81,10 @@ def test_pairs_that_differ_are_told_apart() -> None:
 
     equal = np.array([0.5, 0.5])
     now = Expected.of(laws(0.001), covariance)
-    assert chance_alone(equal, now, now, NO_PAIR) == 0.0
+    assert chance_alone(equal, told_apart(equal, now, now, NO_PAIR)) == 0.0
     then = Expected.of(laws(0.2), covariance)
-    assert chance_alone(equal, now, then, NO_PAIR) == 1.0
-    assert chance_alone(equal, now, then, ~np.eye(2, dtype=bool)) == 0.0
+    assert chance_alone(equal, told_apart(equal, now, then, NO_PAIR)) == 1.0
+    assert chance_alone(equal, told_apart(equal, now, then, ~np.eye(2, dtype=bool))) == 0.0
     assert _worth("a hold", 2.0, 1.0, 0.5, 0.8).splits
 
 

@@ -18,8 +18,8 @@ Which further experiment would tell tied causes apart.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,11 +27,10 @@ import pandas as pd
 from scipy.linalg import cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
+from dolfingrip.diagnosis.additions.checks import Check
+from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
@@ -45,16 +44,15 @@ class Rival:
     Attributes:
         zeta: its numbers as standard normal ones, shape (d,).
         readings, slopes: of a measurement, shapes (n,) and (n, d).
+        acting: its causes, whose numbers come last.
+        own: number of the model's own numbers, which come first.
     """
 
     zeta: np.ndarray
     readings: np.ndarray
     slopes: np.ndarray
-
-
-PredictedAddition = tuple[Sequence[Rival], np.ndarray, float | np.ndarray, bool | np.ndarray]
-"""What :meth:`Comparison.worth` asks of an addition: each hypothesis at its readings, covariances,
-and which pairs do not show there what they differ in."""
+    acting: frozenset[str] = frozenset()
+    own: int = 0
 
 
 @dataclass(frozen=True)
@@ -64,17 +62,30 @@ class Expected:
     Attributes:
         misfit: log likelihood that the column's effect falls short by.
         log_odds: log evidence that it does.
+        nothing: whether the column's effect, which has more causes than the row's, would be left
+            with too little to be seen.
     """
 
     misfit: np.ndarray
     log_odds: np.ndarray
+    nothing: np.ndarray
 
     @classmethod
-    def of(cls, fits: Sequence[Rival], covariance: np.ndarray) -> Expected:
-        """From the readings of each fit, whose covariance is of shape (n, n)."""
+    def of(
+        cls, fits: Sequence[Rival], covariance: np.ndarray, noise: np.ndarray | None = None
+    ) -> Expected:
+        """From the readings of each fit.
+
+        Args:
+            fits: the hypotheses.
+            covariance: of the readings, shape (n, n).
+            noise: of the readings so far, which come first; by the covariance where None.
+        """
+        size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
         misfit = np.zeros((len(fits), len(fits)))
         evidence = np.zeros_like(misfit)
+        nothing = np.zeros(misfit.shape, dtype=bool)
         for j, other in enumerate(fits):
             own = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
             off = np.column_stack([true.readings - other.readings for true in fits])
@@ -83,24 +94,49 @@ class Expected:
             off, left, scatter = np.split(np.square(white).sum(axis=0), [len(fits), 2 * len(fits)])
             misfit[:, j] = 0.5 * off
             evidence[:, j] = -0.5 * (2 * np.log(np.diag(own)).sum() + scatter.sum() + left)
-        return cls(misfit, np.diag(evidence)[:, None] - evidence)
+            more = np.array([true.acting < other.acting for true in fits])
+            nothing[:, j] = more & (_room(other, factor, size) < POLICY.visible_sigma)
+        return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing)
 
 
-def chance_alone(
-    probability: np.ndarray, now: Expected, then: Expected, unseen: np.ndarray
-) -> float:
-    """Probability that the true effect is left alone.
+def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
+    """The largest change by a hypothesis' causes that readings leave open, standard deviations.
+
+    Args:
+        rival: the hypothesis.
+        factor: Cholesky factor of the readings' covariance, shape (n, n).
+        noise: of the first readings, which count, shape (m,).
+    """
+    white = solve_triangular(factor, rival.slopes, lower=True)
+    open_to = np.linalg.inv(white.T @ white + np.eye(white.shape[1]))[rival.own :, rival.own :]
+    own = rival.slopes[: len(noise), rival.own :] / noise[:, None]
+    return float(np.sqrt(np.linalg.eigvals(open_to @ own.T @ own).real.max(initial=0.0)))
+
+
+def told_apart(
+    probability: np.ndarray, now: Expected, then: Expected, unseen: bool | np.ndarray = False
+) -> np.ndarray:
+    """Whether each column's effect is refuted where the row's acts, (effects, effects) of bool.
 
     Args:
         probability: of each effect so far.
         now, then: without and with an addition.
         unseen: pairs that differ in what the readings do not show, shape (effects, effects) of
-            bool.
+            bool; one value for all will do.
     """
     log = np.log(probability)
     odds = log[:, None] - log[None, :] + then.log_odds - now.log_odds
-    apart = (then.misfit > ADDITIONS.tied) | (odds > ADDITIONS.refutes)
-    apart = (apart & ~unseen) | np.eye(len(log), dtype=bool)
+    apart = (then.misfit > ADDITIONS.tied) | (odds > ADDITIONS.refutes) | then.nothing
+    return np.asarray((apart & ~np.asarray(unseen)) | np.eye(len(log), dtype=bool))
+
+
+def chance_alone(probability: np.ndarray, apart: np.ndarray) -> float:
+    """Probability that the true effect is left alone.
+
+    Args:
+        probability: of each effect so far.
+        apart: which would be refuted, as :func:`told_apart` says.
+    """
     return float(probability[apart.all(axis=1)].sum() / probability.sum())
 
 
@@ -125,39 +161,51 @@ class Comparison:
     @cached_property
     def now(self) -> Expected:
         """Expected evidence of the readings so far."""
-        return Expected.of(self.here, self.covariance)
+        return Expected.of(self.here, self.covariance, self.noise)
+
+    @cached_property
+    def apart(self) -> np.ndarray:
+        """Which are told apart already, (effects, effects) of bool."""
+        return told_apart(self.probability, self.now, self.now)
+
+    def errors(self, proposal: Proposal, readings: np.ndarray) -> np.ndarray:
+        """(m, m) covariance of an addition's readings by noise and by what a model may be off."""
+        coupon = proposal.measurement.listed()["experiment"] == "coupon"
+        error = np.where(coupon, ADDITIONS.law_error, ADDITIONS.model_error)
+        noise = usual_noise(self.measurement, self.noise, proposal.measurement)
+        return np.diag(noise**2 + (error * readings) ** 2)
 
     def worth(
         self,
-        proposal: Proposal,
+        addition: Proposal | Check,
         after: Sequence[Rival],
-        shared: np.ndarray,
+        own: np.ndarray,
         cross: float | np.ndarray,
-        unseen: bool | np.ndarray,
+        unseen: bool | np.ndarray = False,
     ) -> NextExperiment:
         """Weigh what an addition tells by the time that it takes.
 
         Args:
-            proposal: the addition.
+            addition: what is measured.
             after: each hypothesis at the addition's m readings.
-            shared: covariance of what these differ by together, shape (m, m).
+            own: covariance of these, shape (m, m).
             cross: covariance of the readings so far and these, shape (n, m).
             unseen: pairs that differ in what the readings do not show, shape (effects, effects);
                 one value for all pairs will do.
         """
-        n, listed = len(self.covariance), proposal.measurement.listed()
-        error = np.where(
-            listed["experiment"] == "coupon", ADDITIONS.law_error, ADDITIONS.model_error
-        )
-        noise = usual_noise(self.measurement, self.noise, proposal.measurement)
-        own = np.diag(noise**2 + (error * after[0].readings) ** 2) + shared
+        n = len(self.covariance)
         between = np.broadcast_to(cross, (n, len(own)))
         joint = np.block([[self.covariance, between], [between.T, own]])
         together = [
-            Rival(a.zeta, np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
+            replace(
+                a,
+                readings=np.append(a.readings, b.readings),
+                slopes=np.vstack([a.slopes, b.slopes]),
+            )
             for a, b in zip(self.here, after, strict=True)
         ]
-        then = Expected.of(together, joint)
+        then = Expected.of(together, joint, self.noise)
+        apart = told_apart(self.probability, self.now, then, unseen)
         weights = np.outer(self.probability, self.probability)
         np.fill_diagonal(weights, 0.0)
         weights /= max(weights.sum(), 1e-300)
@@ -165,10 +213,14 @@ class Comparison:
             self.now.misfit, ADDITIONS.enough
         )
         return NextExperiment(
-            name=proposal.name, minutes=proposal.minutes,
+            name=addition.name, minutes=addition.minutes,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
-            gain_per_minute=float((weights * useful).sum() / proposal.minutes),
-            chance=chance_alone(self.probability, self.now, then, np.asarray(unseen)),
+            gain_per_minute=float((weights * useful).sum() / addition.minutes),
+            chance=chance_alone(self.probability, apart),
+            excludes=tuple(
+                " with ".join(sorted(self.here[j].acting))
+                for j in np.flatnonzero(apart[0] & ~self.apart[0])
+            ),
         )  # fmt: skip
 
 
@@ -184,7 +236,9 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
             fits[frozenset(acting)].append((p, fit))
     total = {acting: sum(p for p, _ in own) for acting, own in fits.items()}
     least = POLICY.rival * max(total.values(), default=0.0)
-    likely = [acting for acting, p in total.items() if p > least]
+    # members of a set are the less probable ones, too
+    members = {*decision.first} if len(decision.first) > 1 else set()
+    likely = [acting for acting, p in total.items() if p > least or acting & members]
     # two causes of which one is tied alone are the same answer
     alone = [acting for acting in likely if not any(other < acting for other in likely)]
     alone.sort(key=lambda acting: -total[acting])
@@ -222,56 +276,3 @@ def shows_memory(*measurements: Measurement) -> bool:
             if rate is not None:
                 rates[test.experiment].append(rate)
     return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())
-
-
-def next_experiments(
-    posterior: ModelPosterior,
-    decision: Decision,
-    measurement: Measurement,
-    config: Config,
-    noise: np.ndarray,
-    then: Callable[[Proposal, Sequence[MapFit]], PredictedAddition],
-    say: Callable[[str], None],
-) -> tuple[list[NextExperiment], list[str]]:
-    """Additions that tell the tied hypotheses apart, the best first, and why some failed.
-
-    Nothing where no other hypothesis is tied with the leading one.
-
-    Args:
-        posterior: of all hypotheses.
-        decision: the answer.
-        measurement: so far.
-        config: the model that is diagnosed.
-        noise: of the readings so far, shape (n,).
-        then: of an addition, with the tied hypotheses; it may raise a ``ConfigError``.
-        say: told what is being done.
-    """
-    likely = tied(posterior, decision)
-    if len(likely) < 2:
-        return [], []
-    fits = [fit for _, fit in likely]
-    comparison = Comparison(
-        measurement, noise, posterior.problem.covariance, np.array([p for p, _ in likely]),
-        [_here(posterior.problem, fit) for fit in fits],
-    )  # fmt: skip
-    found, failed = [], []
-    for proposal in proposals(measurement, config):
-        say(f"next experiment: {proposal.name}")
-        try:
-            after, shared, cross, unseen = then(proposal, fits)
-        except ConfigError as error:
-            failed.append(f"{proposal.name} could not be judged: {error}")
-            continue
-        if not all(np.isfinite(each.slopes).all() for each in after):
-            failed.append(
-                f"{proposal.name} could not be judged: a likely law has no equilibrium there"
-            )
-            continue
-        found.append(comparison.worth(proposal, after, shared, cross, unseen))
-    return sorted(found, key=lambda worth: worth.rank), failed
-
-
-def _here(problem: InferenceProblem, fit: MapFit) -> Rival:
-    """A hypothesis at the readings so far."""
-    told = problem.predicted(fit.subset, fit.zeta)
-    return Rival(fit.zeta, told, problem.slopes(fit.subset, fit.zeta))

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
 
 from dolfingrip.config import Change, Config, changed
-from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.additions.worth import PredictedAddition, Rival, shows_memory
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.gain import HeldOut
+from dolfingrip.diagnosis.answer.hiding import (
+    Alternative,
+    alternatives,
+    hidden_effects,
+    in_words,
+)
 from dolfingrip.diagnosis.core.decision import Decision, Sensitivity, sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL, modulus_keys
-from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
 from dolfingrip.parameter import find
 from dolfingrip.sections.section import Role
@@ -116,10 +120,22 @@ class Diagnosis:
                 values.append((number.key, number.at(every[:, place]) * scale))
         return [_estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
+    def member(self, name: str) -> list[FittedNumber]:
+        """Fitted numbers of a cause in the place of the first that is named, beside the second."""
+        allowed = {name, *self.decision.second}
+        causes = self.posterior.problem.causes
+        fits = [fit for _, fit in self.posterior.weighed if name in fit.subset]
+        own = [fit for fit in fits if set(causes(fit.subset)) <= allowed]
+        return self.numbers(max(own, key=lambda each: each.log_evidence)) if own else []
+
     def fitted(self, fit: MapFit) -> str:
         """Tell in a sentence which numbers of the model were fitted."""
         sigma = abs(float(fit.zeta[0]))
-        told = f"A modulus {_times(self.analysis.factor(fit))} the configured one"
+        factor = self.analysis.factor(fit)
+        same = f"{factor:.2f}" == "1.00"
+        told = (
+            "The configured modulus" if same else f"A modulus {_times(factor)} the configured one"
+        )
         if sigma > POLICY.implausible_sigma:
             std = 100 * self.analysis.problem.factor.std
             told += f" (prior ±{std:.2g} %: {sigma:.1f} standard deviations)"
@@ -158,17 +174,16 @@ class Diagnosis:
         """(n,) readings of the model without causes, what is its own fitted."""
         return self.analysis.fitted(self.none)
 
+    @cached_property
+    def alternatives(self) -> Sequence[Alternative]:
+        """Causes that the readings do not exclude where none is named; none where one is."""
+        if self.decision.answer != "none":
+            return ()
+        return alternatives(self.analysis, self.posterior)
+
     def hidden(self) -> str:
-        """Causes that the readings cannot feel, in words; empty where they feel all."""
-        material = [
-            name for name in self.analysis.unseen
-            if self.analysis.closed_form and effect(name).kind in ("elastic", "dissipative")
-        ]  # fmt: skip
-        rest = ", ".join(name for name in self.analysis.unseen if name not in material)
-        if rest and self.analysis.closed_form:
-            rest = f"what only a finger or another instrument feels: {rest}"
-        told = f"{', '.join(material)} (other readings of coupons may tell)" if material else ""
-        return "; ".join(filter(None, [told, rest]))
+        """Effects that the readings do not show at their ordinary strength, in words."""
+        return in_words(hidden_effects(self.analysis, self.none))
 
     def cautions(self) -> list[str]:
         """List what to beware of, a sentence each."""
@@ -190,54 +205,6 @@ class Diagnosis:
                 "simulation at its numbers"
             )
         return found
-
-    def predict_addition(self, proposal: Proposal, fits: Sequence[MapFit]) -> PredictedAddition:
-        """Predict tied hypotheses at the readings of an addition.
-
-        Args:
-            proposal: the addition; the rig's own errors are others then.
-            fits: the hypotheses.
-
-        Raises:
-            ConfigError: one line, where a simulation does not reach all readings.
-        """
-        analysis = self.analysis
-        after = [Rival(fit.zeta, *analysis.simulated(fit, proposal)) for fit in fits]
-        # along one loading a law with memory follows any elastic one, fitted anew
-        seen = shows_memory(analysis.measurement, proposal.measurement)
-        causes = [analysis.problem.causes(fit.subset) for fit in fits]
-        remembers = np.array([any(map(_remembers, each)) for each in causes])
-        unseen = (remembers[:, None] != remembers) & (not seen)
-        return after, *analysis.covariances(proposal, after[0].readings), unseen
-
-    def advice(self) -> str:
-        """Advise what to do next where no cause is tied with another."""
-        decision, analysis = self.decision, self.analysis
-        named = [n for n in (*decision.first, *decision.second) if n not in analysis.problem.rig]
-        coupons = analysis.closed_form
-        if decision.answer == "unknown":
-            if coupons:
-                return "a coupon, up and down at two rates: it would tell memory from elasticity"
-            return "another channel, unloading, or a coupon: they would tell what kind it is of"
-        if decision.answer == "none":
-            if coupons:
-                return "measure the finger: the coupons agree with the model"
-            return "nothing: the readings agree with the model within their noise"
-        if not coupons:
-            if len(decision.first) > 1:
-                tied = ", ".join(decision.first)
-                return (
-                    f"measure one of these by itself: {tied}; the readings do not tell them apart"
-                )
-            return "nothing is needed: no other cause is nearly as probable as what is named"
-        if decision.nuisance_only:
-            return "measure the coupons' cross-section: it is told from the modulus by nothing else"
-        if not shows_memory(analysis.measurement) and any(map(_remembers, named)):
-            return (
-                "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape "
-                "alone tells memory here; a loop and a force that fades would prove it"
-            )
-        return "measure the finger: no other cause is nearly as probable as the first"
 
     def overrides(self, fit: MapFit) -> Change:
         """Return the change that makes the configuration the fitted one."""
@@ -284,10 +251,6 @@ def diagnosed(
     if not quick or analysis.closed_form:
         analysis, posterior, left = analysis.verified(posterior, say)
     return Diagnosis(config, analysis, posterior, *sensitivity(posterior), left)
-
-
-def _remembers(name: str) -> bool:
-    return name in NAMES and effect(name).kind == "dissipative"
 
 
 @dataclass(frozen=True, slots=True)

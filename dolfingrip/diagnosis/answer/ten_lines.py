@@ -14,11 +14,12 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, SetupEstimate
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
+from dolfingrip.diagnosis.answer.settling import advice
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.extensions.index import NAMES, effect
-from dolfingrip.files.diagnosis import Brief
+from dolfingrip.files.diagnosis import Brief, NextExperiment
 from dolfingrip.parameter import named
 
 ONE_OF = {
@@ -160,13 +161,19 @@ def answer_sentence(found: Diagnosis) -> str:
     """
     decision = found.decision
     sure = chance(decision.probability)
+    if decision.answer == "none" and decision.probability >= POLICY.likelier:
+        return f"Nothing else is to be seen: probability {sure}.{_untold(found)}"
     if decision.answer != "cause" and decision.probability < POLICY.likelier:
+        if decision.none >= 1 - POLICY.claimed:
+            return (
+                "No cause can be claimed: the readings hardly tell whether anything else is off. "
+                f"That nothing is has probability {chance(decision.none)}.{_untold(found)}"
+            )
+        near = sorted(decision.inclusion, key=lambda name: -decision.inclusion[name])
         return (
-            "No cause can be claimed: the readings hardly tell whether anything else is off. "
-            f"That nothing is has probability {chance(decision.none)}."
+            "No cause can be claimed, though something is off with probability "
+            f"{chance(1 - decision.none)}: nearest come {_one_of(near[: PAGE.in_words])}."
         )
-    if decision.answer == "none":
-        return f"Nothing else is to be seen: probability {sure}."
     if decision.answer == "unknown":
         sentence = f"Something is off that no effect of the catalogue explains: probability {sure}."
         if decision.nearest:
@@ -194,11 +201,35 @@ def answer_sentence(found: Diagnosis) -> str:
     return f"{named}: {sentence}; probability {sure}{doubt}. {explains}"
 
 
+def _untold(found: Diagnosis) -> str:
+    """Tell which causes are not excluded where none is named, and what they hide behind."""
+    if not found.alternatives:
+        return ""
+    names = [each.fit.subset[0] for each in found.alternatives]
+    behind = dict.fromkeys(number for each in found.alternatives for number in each.behind)
+    hiding = f", hidden behind {' and '.join(behind)}" if behind else ""
+    more = len(names) - PAGE.in_a_cell
+    told = ", ".join(names[: PAGE.in_a_cell]) + (f" or one of {more} more" if more > 0 else "")
+    return f" It cannot be told whether something acts{hiding}: {told}."
+
+
 def _size(found: Diagnosis) -> str:
     fit = found.decision.best
-    numbers = ", ".join(each.words() for each in found.numbers(fit))
-    if not found.analysis.problem.causes(fit.subset):
-        return numbers
+    own = found.numbers(fit)
+    numbers = ", ".join(each.words() for each in own)
+    causes = found.analysis.problem.causes(fit.subset)
+    if not causes:
+        beside = [found.numbers(each.fit)[: len(own)] for each in found.alternatives]
+        wider = [
+            f"{each.key} {min(e.low for e in alike):.3g} to {max(e.high for e in alike):.3g}"
+            for each, *others in zip(own, *beside, strict=True)
+            if (alike := [each, *others])
+        ]
+        return numbers + (f"; whatever hides: {', '.join(wider)}" if beside else "")
+    for name in [each for each in found.decision.first if each not in causes][: PAGE.in_words]:
+        other = found.member(name)
+        told = [each.words() for each in other if name in each.key.split(".")]
+        numbers += f"; or, with {name} in its place, {', '.join(told)}" if told else ""
     without = replace(fit, subset=NONE, zeta=fit.zeta[: found.analysis.problem.nuisance_count])
     change = found.analysis.exact(fit) - found.analysis.exact(without)
     place = int(np.argmax(np.abs(change / found.analysis.errors.noise)))
@@ -218,16 +249,15 @@ def _fit(found: Diagnosis) -> str:
     after = found.analysis.fitted(found.decision.best)
     named = bool(found.analysis.problem.causes(found.decision.best.subset))
     parts = []
+    what = "the cause, and " if named else "another modulus, and "
     for name, at in channels(found).items():
         unit = CHANNELS[name].unit
         errors = [_rms((each - problem.value)[at]) for each in (before, plain, after)]
         noise = np.median(found.analysis.errors.noise[at])
+        without = f"{errors[1]:.3g} {unit} with another modulus; " if named else ""
         parts.append(
-            f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
-            f"{unit} with another modulus; {errors[2]:.3g} {unit} with "
-            + ("the cause, and " if named else "")
-            + found.beside
-            + f"; noise {noise:.2g} {unit}"
+            f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {without}"
+            f"{errors[2]:.3g} {unit} with {what}{found.beside}; noise {noise:.2g} {unit}"
         )
     return "; ".join(parts)
 
@@ -260,10 +290,10 @@ def _left(found: Diagnosis) -> str:
     decision = found.decision
     percent = 100 * decision.unexplained
     share = _percent(percent) if percent >= 0.01 else "less than 0.01 %"
-    if decision.discrepancy < 0.5 or percent < 0.01:
-        return f"{share}; what is left is no larger than noise and scatter"
     problem, along = found.analysis.problem, found.analysis.errors.along
     rest = (problem.value - found.analysis.fitted(decision.best)) / found.analysis.errors.noise
+    if decision.discrepancy < 0.5 or percent < 0.01:
+        return f"{share}; what is left is {_rms(rest):.2g} times the noise, root mean square"
     bands = np.minimum((along.load / PAGE.band).astype(int), int(1 / PAGE.band) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
     low, high = 100 * worst * PAGE.band, 100 * (worst + 1) * PAGE.band
@@ -272,7 +302,8 @@ def _left(found: Diagnosis) -> str:
 
 def _also(found: Diagnosis) -> str:
     decision = found.decision
-    named = {*decision.first, *decision.second}
+    # the model's own numbers are fitted already
+    named = {*decision.first, *decision.second, *found.analysis.problem.implausible}
     rest = [
         f"{name} ({chance(p)})"
         for name, p in sorted(decision.inclusion.items(), key=lambda each: -each[1])
@@ -299,11 +330,19 @@ def _assumed(found: Diagnosis) -> str:
 
 
 def _next(found: Diagnosis) -> str:
-    if found.next:
-        one = found.next[0]
-        tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
-        return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
-    return found.advice()
+    if not found.next:
+        return advice(found)
+    return "; or ".join(map(_settling, found.next[: PAGE.in_words]))
+
+
+def _settling(each: NextExperiment) -> str:
+    """Tell what a test or a check would tell."""
+    told = [f"leaves one answer with probability {chance(each.chance)}"] if each.chance else []
+    if each.excludes:
+        told.append(f"may refute {', '.join(each.excludes)}")
+    return (
+        f"{each.name}: {each.minutes:.0f} minutes, {', '.join(told) or 'may not tell them apart'}"
+    )
 
 
 def channels(found: Diagnosis) -> dict[str, np.ndarray]:
@@ -321,7 +360,9 @@ def scatter(found: Diagnosis) -> str:
     own = found.analysis.errors.scatter
     if not own.estimated:
         share = f"{100 * own.shape:.2g} %" if own.shape else "nothing"
-        return f"one specimen: its own deviation is taken as {share}"
+        count = len({each.specimen for each in found.analysis.measurement.tests})
+        whose = "one specimen: its" if count == 1 else f"{count} specimens: each one's"
+        return f"{whose} own deviation is taken as {share}"
     return (
         f"specimens differ by {100 * own.scale:.2g} % in stiffness and by "
         f"{100 * own.shape:.2g} % in shape, by their own differences"

@@ -318,7 +318,12 @@ def _leading(
             total[fit.subset] += p
     if not total:
         return posterior.best(NONE)
-    return posterior.best(max(total, key=lambda subset: total[subset]))
+    # what is told of the answer is of causes that it names, where these do alone
+    sets = bool(first) + bool(second)
+    effects = posterior.problem.effects
+    least = posterior.problem.policy.rival * max(total.values())
+    alone = [each for each, p in total.items() if p >= least and len(effects(each) or each) <= sets]
+    return posterior.best(max(alone or total, key=lambda subset: total[subset]))
 
 
 def _at_most(stays: float, policy: InferencePolicy) -> float:

@@ -42,12 +42,6 @@ MODULUS: Final = "modulus"
 """Key of the factor of all moduli, and what it is called."""
 
 
-def tried(names: Sequence[str] | None) -> list[str]:
-    """Names of the effects that are tried: the catalogue, or these, without nuisances."""
-    every = NAMES if names is None else names
-    return [name for name in every if not effect(name).nuisance]
-
-
 def check_effects(names: Sequence[str] | None) -> None:
     """Refuse names that are of no effect that may be named.
 
@@ -58,8 +52,8 @@ def check_effects(names: Sequence[str] | None) -> None:
         ConfigError: one line with the name and what is allowed.
     """
     for name in names or ():
-        if name not in tried(None):
-            raise ConfigError(f"--effects {name}: allowed: {', '.join(tried(None))}")
+        if name not in NAMES:
+            raise ConfigError(f"--effects {name}: allowed: {', '.join(NAMES)}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,6 +195,13 @@ class Cause:
         """Ranges of ζ, (numbers, 2)."""
         return np.array([[each.low, each.high] for each in self.numbers])
 
+    def neutral(self, number: Unknown) -> float:
+        """Value of an amplitude at which the effect does nothing."""
+        if self.name not in NAMES:
+            return number.prior.mean
+        value = effect(self.name).neutral.get(number.key.rpartition(".")[2], 0.0)
+        return float(value[0] if isinstance(value, Sequence) else value)
+
     @property
     def stretches(self) -> list[Callable[[np.ndarray], np.ndarray] | None]:
         """For each number what its change is nearly straight in; None: ζ itself."""
@@ -216,9 +217,9 @@ def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:
     """
     on = {each.name() for each in config.extensions.active()}
     found = []
-    for name in tried(names):
+    for name in NAMES if names is None else names:
         each = effect(name)
-        if name in on or not each.tried or each.kind == "numerical":
+        if name in on or each.nuisance or not each.tried or each.kind == "numerical":
             continue
         found.append(cause(each, config))
     return found

@@ -51,7 +51,7 @@ def unknowns(
     implausible = [
         each for each in _implausible(measurement, config) if not (walls and each.name == WALLS)
     ]
-    return found if names is not None else [*found, *implausible]
+    return [*found, *(each for each in implausible if names is None or each.name in names)]
 
 
 def _tilted(cause: Cause) -> Cause:
@@ -128,7 +128,7 @@ def _sides(own: Coordinate) -> list[Coordinate]:
 def _coordinate(cause: Cause, number: Unknown) -> Coordinate:
     if not number.amplitude:
         return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
-    start = neutral(cause, number)
+    start = cause.neutral(number)
     prior = number.prior
     middle = prior.mean - start
     step = middle if abs(middle) > 1e-9 * prior.spread else prior.spread
@@ -139,10 +139,3 @@ def _coordinate(cause: Cause, number: Unknown) -> Coordinate:
 
     ends = np.asarray(value(np.array([-reach, reach])))
     return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9))
-
-
-def neutral(cause: Cause, number: Unknown) -> float:
-    """Value of an amplitude at which the effect does nothing."""
-    name = number.key.rpartition(".")[2]
-    value = effect(cause.name).neutral.get(name, 0.0)
-    return float(value[0] if isinstance(value, Sequence) else value)

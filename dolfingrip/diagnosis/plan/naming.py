@@ -22,9 +22,9 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.problem import InferenceProblem
-from dolfingrip.diagnosis.core.search import NONE, Key, levels, one_at_a_time
-from dolfingrip.diagnosis.core.unknown import Cause, Unknown
-from dolfingrip.diagnosis.finger.unknowns import neutral
+from dolfingrip.diagnosis.core.search import Key, levels, one_at_a_time
+from dolfingrip.diagnosis.core.strength import Visibility, at_strength, start_and_step
+from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.files.plan import EffectOutlook
 
@@ -61,41 +61,21 @@ class RecoveryTrial:
         return {k: CovarianceModel(self.problem, k) for k in levels(self.problem.policy)}
 
     @cached_property
-    def _free(self) -> np.ndarray:
-        """Changes by the nuisances, by the noise, shape (n, m)."""
-        none, step = np.zeros(self.problem.nuisance_count), 1e-3
-        plain = self.problem.predicted(NONE, none)
-        columns = [
-            self.problem.predicted(NONE, step * way) - plain
-            for way in np.eye(self.problem.nuisance_count)
-        ]
-        return self._levels[0.0].whitened(np.column_stack(columns) / step)
-
-    def change(self, name: str, zeta: np.ndarray) -> np.ndarray:
-        """Return the change of the readings by a cause at ζ, shape (n,)."""
-        none = np.zeros(self.problem.nuisance_count)
-        with_it = self.problem.predicted((name,), np.r_[none, zeta])
-        return np.asarray(with_it - self.problem.predicted(NONE, none))
-
-    def strength(self, name: str, zeta: np.ndarray) -> float:
-        """Length of a cause's change, the model's own numbers left free, standard deviations."""
-        white = self._levels[0.0].whitened(self.change(name, zeta))
-        free = self._free
-        # as much as their priors let these follow
-        pull = np.linalg.solve(free.T @ free + np.eye(free.shape[1]), free.T @ white)
-        return float(np.sqrt(max(white @ (white - free @ pull), 0.0)))
+    def visibility(self) -> Visibility:
+        """Strengths of causes."""
+        return Visibility(self.problem, np.zeros(self.problem.nuisance_count))
 
     def diagnosed(self, name: str, zeta: np.ndarray, rng: np.random.Generator) -> RecoveryOutcome:
         """A cause at ζ under noise, nuisances and a discrepancy as probable as it may be.
 
         More readings with the same ``rng`` have the same noise, as far as both go.
         """
-        if self.strength(name, zeta) < ADDITIONS.faint:
+        if self.visibility.strength(name, zeta) < ADDITIONS.faint:
             return RecoveryOutcome(alone=False, within=False, mass={})
         prior = levels(self.problem.policy)
         level = self._levels[float(rng.choice([*prior], p=[*prior.values()]))]
         own = level.coloured(rng.standard_normal(len(self.problem.value)))
-        value = self.problem.base + self.change(name, zeta) + own
+        value = self.problem.base + self.visibility.change(name, zeta) + own
         posterior = one_at_a_time(
             {k: each.read(value) for k, each in self._levels.items()}, self._before[name]
         )
@@ -127,7 +107,7 @@ class Hidden:
         first = next(each for each in self.cause.numbers if each.amplitude)
         middles = ndtri((np.arange(ADDITIONS.strengths) + 0.5) / ADDITIONS.strengths)
         values = first.at(middles)
-        start, step = _start_and_step(self.cause, first)
+        start, step = start_and_step(self.cause, first)
         return np.asarray(np.sort(np.abs(values - start) / abs(step)))
 
     @property
@@ -143,19 +123,8 @@ class Hidden:
             strength: by the ordinary one.
             rng: draws the shape; None for the middles.
         """
-        found = []
-        for number, (low, high) in zip(
-            self.cause.numbers, self.trial.problem.boxes[self.cause.name], strict=True
-        ):
-            if number.amplitude:
-                start, step = _start_and_step(self.cause, number)
-                value = start + strength * step
-                positive = number.prior.positive and value <= 0
-                zeta = low if positive else number.zeta(value)
-            else:
-                zeta = 0.0 if rng is None else float(rng.standard_normal())
-            found.append(np.clip(zeta, low, high))
-        return np.array(found)
+        box = self.trial.problem.boxes[self.cause.name]
+        return at_strength(self.cause, box, strength, rng)
 
     def drawn(self, place: int) -> list[RecoveryOutcome]:
         """The draws at one of the strengths."""
@@ -199,15 +168,6 @@ class Hidden:
         return count
 
 
-def _start_and_step(cause: Cause, number: Unknown) -> tuple[float, float]:
-    """The value at which an amplitude does nothing, and from there to the ordinary one."""
-    start = neutral(cause, number)
-    step = number.prior.mean - start
-    if abs(step) <= 1e-9 * number.prior.spread:
-        step = number.prior.spread if number.bounds[1] > start else -number.prior.spread
-    return start, step
-
-
 def namings(planned: Analysis[Any], before: Sequence[EffectOutlook] = ()) -> list[EffectOutlook]:
     """Find for each effect from which strength on it is named, the strongest first.
 
@@ -242,10 +202,10 @@ def _naming(trial: RecoveryTrial, cause: Cause, before: EffectOutlook | None) ->
     named = threshold(hidden.strengths, alone)
     return EffectOutlook(
         effect=cause.name, ordinary=hidden.label,
-        strength_sigma=trial.strength(cause.name, hidden.at(1.0)), named_from=named,
+        strength_sigma=trial.visibility.strength(cause.name, hidden.at(1.0)), named_from=named,
         named_from_sigma=None
         if named is None
-        else trial.strength(cause.name, hidden.at(named)),
+        else trial.visibility.strength(cause.name, hidden.at(named)),
         class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / noises,
         class_share=float(within.mean()) / noises, confused_with=() if before else _alike(hidden),
         sure=int(np.max(np.flatnonzero(alone < noises) + 1, initial=0)),

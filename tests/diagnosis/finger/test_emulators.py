@@ -13,9 +13,9 @@ from dolfingrip.diagnosis.core.emulator import Emulator
 from dolfingrip.diagnosis.core.polynomial import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli, tried
+from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, coordinates_of, unknowns
-from dolfingrip.extensions.index import effect
+from dolfingrip.extensions.index import NAMES, effect
 
 SEED = 11
 X = np.linspace(0.1, 1.0, 15)
@@ -145,6 +145,8 @@ def test_numbers_of_the_rig_are_causes_where_all_are_tried() -> None:
     assert (gain.prior.mean, gain.prior.spread) == pytest.approx((1.0, 0.06))
     assert box_of(found["plate_gap"])[0, 0] == pytest.approx(-Config().plate.gap_mm / 1.2)
     assert not set(IMPLAUSIBLE) & {each.name for each in unknowns(measurement, Config(), ["gent"])}
+    asked = unknowns(measurement, Config(), ["gent", "pressure_gain"])
+    assert [each.name for each in asked] == ["gent", "pressure_gain"]
     tilt = coordinates_of(found["plate_tilt"])
     assert len(tilt) == 2  # one for either side
     zeta = np.array([-1.0, 0.0, 2.0])
@@ -155,7 +157,9 @@ def test_numbers_of_the_rig_are_causes_where_all_are_tried() -> None:
 def test_the_whole_catalogue_is_tried_but_the_mesh() -> None:
     """Each alone, where its numbers are at the middle of their priors."""
     found = {each.name: each for each in causes(Config())}
-    assert set(found) == {n for n in tried(None) if effect(n).kind != "numerical"}
+    assert set(found) == {
+        n for n in NAMES if not effect(n).nuisance and effect(n).kind != "numerical"
+    }
     assert "coarse_mesh" not in found
     for each in found.values():
         on = configuration.changed(

@@ -143,7 +143,9 @@ def test_what_is_read_again_tells_more(
     # what the addition does not feel is no weaker for it
     trials = RecoveryTrial(planned), RecoveryTrial(replace(planned, problem=blind(planned, n)))
     for name, cause in planned.effects.items():
-        alone, beside = (trial.strength(name, Hidden(trial, cause).at(1.0)) for trial in trials)
+        alone, beside = (
+            trial.visibility.strength(name, Hidden(trial, cause).at(1.0)) for trial in trials
+        )
         assert beside == pytest.approx(alone)
 
 

@@ -1,0 +1,148 @@
+"""What readings do not tell: effects that hide behind other numbers, and what else would do."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.problem import Subset
+from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, levels
+from dolfingrip.diagnosis.core.strength import Visibility, at_strength, taken
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+
+
+@dataclass(frozen=True, slots=True)
+class HiddenEffect:
+    """An effect that readings hardly feel at its ordinary strength.
+
+    Attributes:
+        name: of the effect.
+        alone: length of its change by the noise alone, standard deviations.
+        behind: numbers that take its change over; empty where it is faint by itself.
+    """
+
+    name: str
+    alone: float
+    behind: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """A cause that follows the readings about as well as none does, other numbers being others.
+
+    Attributes:
+        fit: the hypothesis.
+        factor: its evidence by that of none.
+        behind: numbers that take its change over.
+    """
+
+    fit: MapFit
+    factor: float
+    behind: tuple[str, ...]
+
+
+def hidden_effects(analysis: Analysis, none: MapFit) -> list[HiddenEffect]:
+    """List the effects of which less than what counts as visible is seen.
+
+    Args:
+        analysis: the readings with all that could explain them.
+        none: fit without causes.
+    """
+    problem = analysis.problem
+    seen = Visibility(problem, none.zeta[: problem.nuisance_count])
+    found = [HiddenEffect(name, 0.0, ()) for name in analysis.unseen]
+    for name, cause in analysis.effects.items():
+        zeta = at_strength(cause, problem.boxes[name])
+        if seen.strength(name, zeta) < POLICY.visible_sigma:
+            found.append(HiddenEffect(name, *_taken(analysis, seen, seen.change(name, zeta))))
+    return found
+
+
+def _taken(
+    analysis: Analysis, seen: Visibility, change: np.ndarray
+) -> tuple[float, tuple[str, ...]]:
+    """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
+    noise = analysis.errors.noise
+    alone = float(np.linalg.norm(change / noise))
+    if alone < POLICY.visible_sigma:
+        return alone, ()
+    always, shared = analysis.problem.always, analysis.errors.shared
+    names = [each.names[0] if each.names else each.key for each in always]
+    names += [each.name for each in shared]
+    columns = np.column_stack([seen.own, *(each.change for each in shared)]) / noise[:, None]
+    parts = np.abs(taken(change / noise, columns)) * np.linalg.norm(columns, axis=0)
+    order = np.argsort(parts)[::-1]
+    return alone, tuple(names[i] for i in order if parts[i] >= 0.5 * parts.max())
+
+
+def alternatives(analysis: Analysis, posterior: ModelPosterior) -> list[Alternative]:
+    """List single causes that the readings do not exclude beside none, the likeliest first.
+
+    Prior odds do not count: that none acts needs evidence as strong as that a cause does. A cause
+    whose own change could not be seen, whatever else is free, is none of them.
+
+    Args:
+        analysis: the readings with all that could explain them.
+        posterior: of all hypotheses.
+    """
+    problem, evidence = posterior.problem, _evidence(posterior)
+    found = []
+    for subset, log in evidence.items():
+        factor = float(np.exp(log - evidence[NONE]))
+        if len(subset) != 1 or problem.causes(subset) != subset or factor < np.exp(-ADDITIONS.tied):
+            continue
+        fit = max(
+            (each for each in posterior.fits if each.subset == subset and not each.level),
+            key=lambda each: each.log_evidence,
+        )
+        own = problem.nuisance_count
+        seen = Visibility(problem, fit.zeta[:own])
+        change = problem.predicted(subset, fit.zeta) - problem.predicted(NONE, seen.at)
+        alone, behind = _taken(analysis, seen, change + _room(analysis, fit, change))
+        if alone >= POLICY.implausible_sigma:
+            found.append(Alternative(fit, factor, behind))
+    return sorted(found, key=lambda each: -each.factor)
+
+
+def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
+    """(n,) the largest further change by a fit's causes, one standard deviation of their numbers.
+
+    Its sign is that of the change so far, (n,).
+    """
+    own = analysis.problem.nuisance_count
+    slopes = analysis.problem.slopes(fit.subset, fit.zeta)[:, own:]
+    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian)[own:, own:])
+    white = slopes @ lower / analysis.errors.noise[:, None]
+    way = np.linalg.svd(white, full_matrices=False)[2][0]
+    more = slopes @ lower @ way
+    return np.asarray(more if more @ change >= 0 else -more)
+
+
+def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:
+    """ln p(y) of each set of causes, by all levels of a discrepancy."""
+    prior = levels(posterior.problem.policy)
+    logs: dict[Subset, list[float]] = defaultdict(list)
+    for fit in posterior.fits:
+        logs[fit.subset].append(fit.log_evidence + float(np.log(prior[fit.level])))
+    return {subset: float(np.logaddexp.reduce(each)) for subset, each in logs.items()}
+
+
+def in_words(hidden: Sequence[HiddenEffect]) -> str:
+    """Tell effects that cannot be seen by the numbers that they hide behind.
+
+    Args:
+        hidden: the effects.
+    """
+    groups: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for each in hidden:
+        groups[each.behind].append(each.name)
+    faint = groups.pop((), [])
+    parts = [f"behind {' and '.join(behind)}: {', '.join(own)}" for behind, own in groups.items()]
+    if faint:
+        parts.append(f"too faint for these readings: {', '.join(faint)}")
+    return "; ".join(parts)

@@ -1,0 +1,200 @@
+"""What would settle what the readings leave open: further tests, and checks of single numbers."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.additions.checks import GAP_OFFSET, INSTRUMENTS, Check, checks
+from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
+from dolfingrip.diagnosis.additions.worth import Comparison, Rival, chance_alone, shows_memory, tied
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
+from dolfingrip.diagnosis.core.evidence import MapFit
+from dolfingrip.diagnosis.core.problem import Subset
+from dolfingrip.diagnosis.core.unknown import MODULUS
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import GAIN, OFFSET, WALL, wall
+from dolfingrip.extensions.index import NAMES, effect
+from dolfingrip.files.diagnosis import NextExperiment
+
+
+def settled_by(
+    found: Diagnosis, say: Callable[[str], None], *, simulating: bool
+) -> tuple[list[NextExperiment], list[str]]:
+    """Weigh what tells the hypotheses apart that the answer leaves open, the best first.
+
+    Args:
+        found: the diagnosis up to its answer.
+        say: told what is being done.
+        simulating: whether tests are weighed, too, which have to be simulated.
+
+    Returns:
+        What helps, and why some could not be weighed, a sentence each.
+    """
+    analysis, open_ = found.analysis, _open(found)
+    if len(open_) < 2:
+        return [], []
+    problem, fits = analysis.problem, [fit for _, fit in open_]
+    level = found.decision.best.level if found.decision.answer == "unknown" else 0.0
+    comparison = Comparison(
+        analysis.measurement, analysis.errors.noise,
+        problem.covariance + level**2 * problem.kernel,
+        np.array([p for p, _ in open_]),
+        [
+            _rival(analysis, fit, problem.predicted(fit.subset, fit.zeta),
+                   problem.slopes(fit.subset, fit.zeta))
+            for fit in fits
+        ],
+    )  # fmt: skip
+    weighed = [_checked(analysis, comparison, each, fits) for each in _checks(analysis)]
+    now = chance_alone(comparison.probability, comparison.apart)
+    helpful = [
+        each for each in weighed if each is not None and (each.chance > now or each.excludes)
+    ]
+    failed: list[str] = []
+    for proposal in proposals(analysis.measurement, found.config) if simulating else ():
+        say(f"next experiment: {proposal.name}")
+        try:
+            helpful.append(_tested(analysis, comparison, proposal, fits))
+        except ConfigError as error:
+            failed.append(f"{proposal.name} could not be judged: {error}")
+    return sorted(helpful, key=lambda worth: worth.rank), failed
+
+
+def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
+    """Hypotheses that could each be the answer, the most probable first."""
+    posterior, decision = found.posterior, found.decision
+    if decision.answer == "cause":
+        return tied(posterior, decision)
+    if decision.answer == "none":
+        rest = [(each.factor, each.fit) for each in found.alternatives]
+        return [(1.0, found.none), *rest]
+    total: dict[Subset, float] = defaultdict(float)
+    for p, fit in posterior.weighed:
+        total[posterior.problem.causes(fit.subset)] += p
+    likely = sorted(total, key=lambda each: -total[each])[: POLICY.compared]
+    least = POLICY.rival * total[likely[0]]
+    return [(total[each], posterior.best(each)) for each in likely if total[each] > least]
+
+
+def _rival(analysis: Analysis, fit: MapFit, readings: np.ndarray, slopes: np.ndarray) -> Rival:
+    problem = analysis.problem
+    acting = frozenset(problem.causes(fit.subset))
+    return Rival(fit.zeta, readings, slopes, acting, problem.nuisance_count)
+
+
+def _tested(
+    analysis: Analysis, comparison: Comparison, proposal: Proposal, fits: Sequence[MapFit]
+) -> NextExperiment:
+    """Weigh a test by simulations of all hypotheses; the rig's own errors are others then.
+
+    Raises:
+        ConfigError: one line, where a simulation does not reach all readings.
+    """
+    after = [_rival(analysis, fit, *analysis.simulated(fit, proposal)) for fit in fits]
+    if not all(np.isfinite(each.slopes).all() for each in after):
+        raise ConfigError("a likely law has no equilibrium there")
+    shared, cross = analysis.covariances(proposal, after[0].readings)
+    # along one loading a law with memory follows any elastic one, fitted anew
+    seen = shows_memory(analysis.measurement, proposal.measurement)
+    remembers = np.array([any(map(remembers_state, each.acting)) for each in after])
+    unseen = (remembers[:, None] != remembers) & (not seen)
+    own = comparison.errors(proposal, after[0].readings) + shared
+    return comparison.worth(proposal, after, own, cross, unseen)
+
+
+def remembers_state(name: str) -> bool:
+    """Tell whether a cause is an effect whose material remembers.
+
+    Args:
+        name: of the cause.
+    """
+    return name in NAMES and effect(name).kind == "dissipative"
+
+
+def _checks(analysis: Analysis) -> Sequence[Check]:
+    return INSTRUMENTS if analysis.closed_form else checks(analysis.applied)
+
+
+def _checked(
+    analysis: Analysis, comparison: Comparison, check: Check, fits: Sequence[MapFit]
+) -> NextExperiment | None:
+    """Weigh a check of single numbers; None where no hypothesis is about any of them."""
+    after = [_checked_rival(analysis, check, fit) for fit in fits]
+    if not any(each.slopes.any() for each in after):
+        return None
+    own = np.diag(np.square(check.std))
+    cross = np.zeros((len(analysis.problem.value), len(check.std)))
+    for each in analysis.errors.shared:
+        key, std = each.name, each.std
+        if key == WALL:
+            key, wall_mm = wall(analysis.applied)
+            std *= wall_mm
+        known = {"pressure_gain": GAIN, "pressure_offset_kPa": OFFSET, "plate_gap_mm": GAP_OFFSET}
+        read = check.read({known.get(key, key): std})
+        own += np.outer(read, read)
+        cross += np.outer(each.change, read)
+    return comparison.worth(check, after, own, cross)
+
+
+def _checked_rival(analysis: Analysis, check: Check, fit: MapFit) -> Rival:
+    """A hypothesis at the readings of a check, by how far its numbers are from doing nothing."""
+    problem, zeta = analysis.problem, fit.zeta
+    numbers = [
+        (number, place, float(number.at(0.0))) for place, number in enumerate(problem.always)
+    ]
+    for name, places in problem.places(fit.subset).items():
+        cause = analysis.causes[name]
+        numbers += [
+            (number, int(place), cause.neutral(number))
+            for number, place in zip(cause.numbers, places, strict=True)
+        ]
+    readings = np.zeros(len(check.std))
+    slopes = np.zeros((len(check.std), len(zeta)))
+    for number, place, start in numbers:
+        read = check.read({number.key: 1.0})
+        if number.key == MODULUS:  # by its logarithm
+            readings += read * problem.factor.std * zeta[place]
+            slopes[:, place] = read * problem.factor.std
+        else:
+            readings += read * (float(number.at(zeta[place])) - start)
+            slopes[:, place] = read * number.slope(float(zeta[place]))
+    return _rival(analysis, fit, readings, slopes)
+
+
+def advice(found: Diagnosis) -> str:
+    """Advise what to do next where nothing that was weighed helps.
+
+    Args:
+        found: the diagnosis.
+    """
+    decision, analysis = found.decision, found.analysis
+    coupons = analysis.closed_form
+    if decision.answer == "unknown":
+        if coupons:
+            return "a coupon, up and down at two rates: it would tell memory from elasticity"
+        return "another channel, unloading, or a coupon: they would tell what kind it is of"
+    if decision.answer == "none":
+        if coupons:
+            return "measure the finger: the coupons agree with the model"
+        if names := [each.fit.subset[0] for each in found.alternatives]:
+            return f"a coupon, or another channel: either may tell whether {', '.join(names)} acts"
+        return "nothing: the readings agree with the model within their noise"
+    if len(decision.first) > 1 and not coupons:
+        tied_ = ", ".join(decision.first)
+        return f"measure one of these by itself: {tied_}; the readings do not tell them apart"
+    if not coupons:
+        return "nothing is needed: no other cause is nearly as probable as what is named"
+    if decision.nuisance_only:
+        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
+    named = [n for n in (*decision.first, *decision.second) if n not in analysis.problem.rig]
+    if not shows_memory(analysis.measurement) and any(map(remembers_state, named)):
+        return (
+            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape "
+            "alone tells memory here; a loop and a force that fades would prove it"
+        )
+    return "measure the finger: no other cause is nearly as probable as the first"

@@ -1,0 +1,133 @@
+"""What stays open behind other numbers, and what would settle it: in closed forms."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.additions.checks import BASE_OFFSET, WALL_OFFSET, checks
+from dolfingrip.diagnosis.answer.errors import Along, kernel
+from dolfingrip.diagnosis.answer.hiding import alternatives, hidden_effects, in_words
+from dolfingrip.diagnosis.answer.settling import settled_by
+from dolfingrip.diagnosis.core.decision import sensitivity
+from dolfingrip.diagnosis.core.emulator import Scaled
+from dolfingrip.diagnosis.core.polynomial import linear
+from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.search import NONE, search
+from dolfingrip.diagnosis.core.unknown import Factor, Unknown, cause, factor_of_moduli
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
+from dolfingrip.extensions.index import effect
+
+SEED = 3
+X = np.linspace(0.1, 1.0, 12)
+BASE = 3.0 * X
+NOISE = 0.04
+GAUGE = 0.1 * X**2
+"""Change by the regulator's gain, told to one standard deviation."""
+CHANGES = {
+    "base_layer_offset": 0.1 * X + 0.003 * X**3,  # as the modulus does, nearly
+    "pressure_gain": 4 * GAUGE,
+    "mooney_rivlin": 0.6 * np.sin(6 * X),
+    "plate_tilt": 0.001 * X,
+}
+
+
+def diagnosed(value: np.ndarray) -> Any:
+    """The part of a diagnosis that is asked, without measurement and simulations."""
+    config = Config()
+    along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
+    every, factor = np.ones(len(X), dtype=bool), Factor.of(0.05, -8.0, 8.0)
+    causes = {name: cause(effect(name), config) for name in CHANGES}
+    shared = (Nuisance(Unknown.marginal("pressure_gain", 0.015, ""), GAUGE),)
+    covariance = NOISE**2 * np.eye(len(X)) + np.outer(GAUGE, GAUGE)
+    problem = InferenceProblem(
+        value, BASE, (factor_of_moduli(factor),),
+        {name: Scaled.of(linear(each), every, factor) for name, each in CHANGES.items()},
+        covariance, kernel(along), {name: np.array([[-2.7, 2.7]]) for name in CHANGES},
+        Scaled.alone(BASE, every, factor), rig=frozenset({"pressure_gain"}),
+    )  # fmt: skip
+    errors = SimpleNamespace(noise=np.full(len(X), NOISE), shared=shared)
+    analysis = SimpleNamespace(
+        problem=problem, causes=causes, errors=errors, unseen=("mullins",), closed_form=False,
+        effects={name: each for name, each in causes.items() if name != "pressure_gain"},
+        applied=config, measurement=None,
+    )  # fmt: skip
+    print("seed", SEED)
+    posterior = search(problem, np.random.default_rng(SEED))
+    decision = sensitivity(posterior)[0]
+    none = posterior.best(NONE, level=0.0)
+    others = alternatives(analysis, posterior)  # type: ignore[arg-type]
+    return SimpleNamespace(
+        analysis=analysis, posterior=posterior, decision=decision, none=none, alternatives=others,
+        config=config,
+    )  # fmt: skip
+
+
+def noise() -> np.ndarray:
+    return NOISE * np.random.default_rng(SEED).standard_normal(len(X))
+
+
+def test_none_is_a_claim_too() -> None:
+    """A base layer that the modulus follows is no cause that is seen, and none that is excluded."""
+    found = diagnosed(BASE + 2.3 * CHANGES["base_layer_offset"] + noise())
+    assert found.decision.answer == "none"
+    assert found.decision.none > 0.75
+    told = {each.fit.subset[0]: each for each in found.alternatives}
+    print({name: (each.factor, each.behind) for name, each in told.items()})
+    assert told["base_layer_offset"].behind == ("modulus",)
+    assert not {"mooney_rivlin", "plate_tilt"} & set(told)
+    settling, failed = settled_by(found, print, simulating=False)
+    assert not failed
+    by_name = {each.name: each for each in settling}
+    (callipers,) = (each for name, each in by_name.items() if name.startswith("cut"))
+    assert callipers.excludes == ("base_layer_offset",)
+    # reference: of two rivals of about the same evidence one is left where the other is refuted
+    (alone, _) = settled_by(
+        SimpleNamespace(**{**vars(found), "alternatives": [told["base_layer_offset"]]}),
+        print, simulating=False,
+    )  # fmt: skip
+    (callipers,) = (each for each in alone if each.name.startswith("cut"))
+    assert 0.4 < callipers.chance < 0.6
+    assert not any("load cell" in name for name in by_name)
+
+
+def test_a_cause_without_a_rival_needs_no_check() -> None:
+    """Softening that nothing else looks like."""
+    found = diagnosed(BASE + CHANGES["mooney_rivlin"] + noise())
+    assert (found.decision.answer, found.decision.first) == ("cause", ("mooney_rivlin",))
+    assert settled_by(found, print, simulating=False) == ([], [])
+
+
+def test_what_cannot_be_seen_is_told_by_what_hides_it() -> None:
+    found = diagnosed(BASE + noise())
+    hidden = {each.name: each for each in hidden_effects(found.analysis, found.none)}
+    assert set(hidden) == {"mullins", "base_layer_offset", "plate_tilt"}
+    assert hidden["base_layer_offset"].behind == ("modulus",)
+    # reference: the length of the change by the noise
+    expected = np.linalg.norm(CHANGES["base_layer_offset"]) / NOISE
+    assert hidden["base_layer_offset"].alone == pytest.approx(expected, rel=0.05)
+    assert hidden["plate_tilt"].behind == ()
+    words = in_words([*hidden.values()])
+    assert "behind modulus: base_layer_offset" in words
+    assert "too faint for these readings: mullins, plate_tilt" in words
+
+
+def test_a_mass_tells_walls_and_base_layer_by_its_derivative() -> None:
+    """Against differences of the mesh's mass."""
+    config, step = Config(), 0.01
+    (weigh,) = (each for each in checks(config) if each.name == "weigh the finger")
+    for key, by in (("finger.wall_mm", WALL_OFFSET), ("finger.base_layer_mm", BASE_OFFSET)):
+        name = key.partition(".")[2]
+        middle = getattr(config.finger, name)
+        more, less = (
+            shape_number(MASS, config.changed(finger={name: middle + way * step}), ())[0]
+            for way in (1, -1)
+        )
+        print(key, weigh.readings[0][by], (more - less) / (2 * step))
+        assert weigh.read({by: 1.0})[0] == pytest.approx((more - less) / (2 * step), rel=0.02)
+    assert weigh.std[0] == pytest.approx(0.01 * shape_number(MASS, config, ())[0])
