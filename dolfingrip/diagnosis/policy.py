@@ -230,6 +230,8 @@ class InferencePolicy:
             implausible, by that of its ordinary prior.
         rare: probability that an instrument is off by the wide part of its prior, which is
             ``implausible_width`` times as wide as the ordinary one.
+        mesh_decides: part of what the model is off by from which on the mesh's own error leaves
+            nothing to decide.
         implausible_odds: odds that such a number is implausible.
         implausible_sigma: standard deviations from which on such a number is among the first
             lines.
@@ -330,6 +332,7 @@ class InferencePolicy:
     doubt: float = 4.0
     implausible_width: float = 4.0
     rare: float = 0.1
+    mesh_decides: float = 0.5
     implausible_odds: float = 0.1
     implausible_sigma: float = 3.0
     telling: float = 0.25

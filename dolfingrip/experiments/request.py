@@ -38,6 +38,9 @@ Numbers = Annotated[
 ]
 """An array of numbers, which is a list in plain data."""
 
+MESH: Final = "mesh"
+"""In place of a parameter: the error of a reading that is due to the mesh."""
+
 Slopes = Annotated[
     Mapping[tuple[str, str], np.ndarray],
     PlainValidator(lambda rows: {(column, key): _numbers(each) for column, key, each in rows}),
@@ -178,7 +181,8 @@ class Answer:
     Attributes:
         columns: (reached,) readings by column, at the stops or places that were reached.
         slopes: (reached,) derivatives by column and parameter, for each unit of the parameter; NaN
-            where none was taken.
+            where none was taken. By column and :data:`MESH` the error of the mesh, where it was
+            asked for and can be told.
         failure_class, failure: why the model did not come to the end, as class and sentence; None
             where it did.
         outcome: class, sentence and time (s) of a grasp's outcome.

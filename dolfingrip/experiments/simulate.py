@@ -25,7 +25,7 @@ import numpy as np
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.finger_experiment import FingerExperiment
-from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.request import MESH, Answer, Request
 from dolfingrip.files import whole
 from dolfingrip.jobs import work
 from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Data, Job, JobFailure
@@ -255,6 +255,9 @@ def answer_of(request: Request, result: Result) -> Answer:
         if not wanted or each["column"] in wanted:
             names = each["column"], each["parameter"]
             slopes.setdefault(names, np.full(len(rows), np.nan))[each["row"]] = each["derivative"]
+    if (checked := result.facts.mesh_check) is not None:
+        found = {(name, MESH): np.array(errors) for name, errors in checked.errors.items()}
+        slopes |= {names: errors for names, errors in found.items() if names[0] in columns}
     failure = result.failure
     return Answer(
         columns,

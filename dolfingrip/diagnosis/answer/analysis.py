@@ -70,6 +70,11 @@ class Analysis[S: Simulation](ABC):
         """Configuration of the first test's set-up; its material is that of all."""
         return self.measurement.tests[0].setup.applied(self.simulation.config)
 
+    @property
+    def mesh_errors(self) -> dict[str, float]:
+        """Root mean square of what the mesh gets wrong, by channel; empty where it is not known."""
+        return {}
+
     # -- a fit as a configuration -----------------------------------------------------------------
 
     def factor(self, fit: MapFit) -> float:

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.gain import HeldOut
@@ -28,10 +29,10 @@ from dolfingrip.parameter import find
 from dolfingrip.sections.section import Role
 
 MESH_UNKNOWN: Final = (
-    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
-    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
+    "what the mesh gets wrong is taken as nothing, as it cannot be told: it may be named as an "
+    "effect; compare readings with {finer}"
 )
-"""Said where there is no second mesh to compare with."""
+"""Said where neither a second mesh nor a bisection tells it."""
 
 
 @dataclass(eq=False)
@@ -185,6 +186,28 @@ class Diagnosis:
         """Effects that the readings do not show at their ordinary strength, in words."""
         return in_words(hidden_effects(self.analysis, self.none))
 
+    @property
+    def finer(self) -> str:
+        """What a finer mesh is, in words."""
+        mesh = self.config.mesh
+        return "a mesh file of smaller cells" if mesh.file else "a smaller mesh.size_mm"
+
+    def undecided(self) -> list[str]:
+        """Channels whose mesh is off by much of what the model misses, a sentence each."""
+        value, simulated = self.analysis.problem.value, self.analysis.configured
+        listed, found = self.analysis.measurement.listed()["column"].to_numpy(), []
+        for name, error in self.analysis.mesh_errors.items():
+            at = (listed == name) & np.isfinite(simulated)
+            missed = float(np.sqrt(np.mean((value - simulated)[at] ** 2))) if at.any() else 0.0
+            noise = float(np.median(self.analysis.errors.noise[listed == name]))
+            if error > max(POLICY.mesh_decides * missed, noise):
+                unit = CHANNELS[name].unit
+                found.append(
+                    f"This mesh cannot decide about {name}: its own error is about {error:.2g} "
+                    f"{unit}, where the model is {missed:.2g} {unit} off; take {self.finer}"
+                )
+        return found
+
     def cautions(self) -> list[str]:
         """List what to beware of, a sentence each."""
         analysis, scatter = self.analysis, self.analysis.errors.scatter
@@ -194,8 +217,8 @@ class Diagnosis:
                 f"the specimens' stiffness scatters by {100 * scatter.scale:.2g} %, where "
                 f"{100 * scatter.prior_scale:.2g} % is believed (nuisance.specimen_scale)"
             )
-        if not (analysis.closed_form or analysis.simulation.mesh.size):
-            found.append(MESH_UNKNOWN)
+        if not (analysis.closed_form or analysis.mesh_errors):
+            found.append(MESH_UNKNOWN.format(finer=self.finer))
         found += [f"{name} could not be tried: {why}" for name, why in analysis.failed.items()]
         if np.isnan(off := self.left_by_emulator):
             found.append("the leading fit could not be simulated")

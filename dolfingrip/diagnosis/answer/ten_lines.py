@@ -91,6 +91,7 @@ def _doubts(found: Diagnosis) -> str:
     text = ""
     if found.suspicions:
         text = f"Check the data first: {' Or: '.join(found.suspicions[:2])} Then: "
+    text += "".join(f"{each}. " for each in found.undecided())
     if found.analysis.not_reached:
         text += f"Not all readings are compared: {found.analysis.not_reached[0]}. "
     return text
@@ -192,6 +193,8 @@ def answer_sentence(found: Diagnosis) -> str:
     sentence = _one_of(decision.first)
     if decision.second:
         sentence += f", together with {_one_of(decision.second)}"
+    elif len({*decision.first}.intersection(decision.best.subset)) > 1:
+        sentence += ", most probably together"
     explained = 100 * (1 - decision.unexplained)
     least = found.sensitivity.least
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
@@ -322,6 +325,8 @@ def _assumed(found: Diagnosis) -> str:
     ]  # fmt: skip
     rig = _off(found.setup_estimates(found.decision.best), every=True)
     parts += [f"{text[0].lower()}{text[1:]}" for text in rig]
+    off = [f"{x:.2g} {CHANNELS[name].unit}" for name, x in found.analysis.mesh_errors.items()]
+    parts += [f"the mesh may be off by {' and '.join(off)} (root mean square)"] if off else []
     parts.append(scatter(found))
     if any("guess" in sentence for sentence in found.analysis.errors.sentences):
         parts.append("the noise is a guess: tell it under [noise]")

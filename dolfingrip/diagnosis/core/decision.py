@@ -318,12 +318,11 @@ def _leading(
             total[fit.subset] += p
     if not total:
         return posterior.best(NONE)
-    # what is told of the answer is of causes that it names, where these do alone
-    sets = bool(first) + bool(second)
-    effects = posterior.problem.effects
+    # what is told of the answer is of causes that it names, where these do without others
+    effects, named = posterior.problem.effects, {*first, *second}
     least = posterior.problem.policy.rival * max(total.values())
-    alone = [each for each, p in total.items() if p >= least and len(effects(each) or each) <= sets]
-    return posterior.best(max(alone or total, key=lambda subset: total[subset]))
+    own = [each for each, p in total.items() if p >= least and named >= {*effects(each)}]
+    return posterior.best(max(own or total, key=lambda subset: total[subset]))
 
 
 def _at_most(stays: float, policy: InferencePolicy) -> float:

@@ -46,6 +46,13 @@ class FingerAnalysis(Analysis[FingerSimulation]):
     def configured(self) -> np.ndarray:
         return self.simulation.configured
 
+    @property
+    def mesh_errors(self) -> dict[str, float]:
+        listed, error = self.measurement.listed()["column"].to_numpy(), self.simulation.mesh
+        own = {str(name): error[listed == name] for name in dict.fromkeys(listed)}
+        rms = {name: float(np.sqrt(np.mean(each**2))) for name, each in own.items() if each.size}
+        return {name: each for name, each in rms.items() if each}
+
     def exact(self, fit: MapFit) -> np.ndarray:
         """(n,) readings by the emulators, which simulations at fits have corrected."""
         return self.problem.predicted(fit.subset, fit.zeta)

@@ -35,6 +35,7 @@ from dolfingrip.diagnosis.simulation.simulated import (
     simulate,
 )
 from dolfingrip.diagnosis.simulation.variants import simulate_walls
+from dolfingrip.experiments.request import MESH
 from dolfingrip.parameter import moduli
 
 
@@ -50,7 +51,8 @@ class FingerSimulation:
         centre: factor of all moduli that all is simulated at.
         base: on the graded mesh, with derivatives by nuisances, and with headroom.
         nuisances: what else the readings change by.
-        mesh: (n, 1) what the mesh may get wrong; (n, 0) where it cannot be told.
+        mesh: (n, 1) what the mesh may get wrong, with its sign: a part of what grading changes, or
+            as one bisection tells it; (n, 0) where it cannot be told.
         plain: on the mesh that causes are simulated on, with headroom.
         fine: base simulations by the factor of all moduli: one where these scale it, else several.
         coarse: the same on the mesh of the causes.
@@ -277,10 +279,11 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     measurement, config, workers = rough.measurement, rough.config, rough.workers
     flat, centre, headroom = rough.flat, rough.centre, rough.headroom
     moved = _moved(measurement, config, centre)
+    base = base_variant(measurement, config, moved, headroom)
     graded, plain = simulate(
         measurement, config,
         [
-            base_variant(measurement, config, moved, headroom),
+            base if flat else replace(base, mesh_check=True),  # where no other mesh tells its error
             ModelVariant({**flat, **moved}, headroom=headroom),
         ],
         workers,
@@ -290,7 +293,8 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
         again = replace(rough, measurement=kept)
         told = replace(configured, measurement=kept)
         return replace(finger_simulation(again, told), failures=graded.failures)
-    error = np.nan_to_num(MODEL.mesh_share * (graded.readings - plain.readings)[:, None])
+    off = MODEL.mesh_share * (graded.readings - plain.readings)
+    error = np.nan_to_num(off if flat else graded.slopes.get(MESH, np.zeros(len(off))))[:, None]
     fine, coarse = {centre: graded}, {centre: plain}
     if not variants.scale_all(graded.runs):
         stages = ModelVariant(neutral_stages(config), headroom=headroom)
@@ -299,7 +303,7 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     walls = simulate_walls(measurement, config, graded, workers)
     found = FingerSimulation(
         measurement, config, workers, flat, centre, graded, nuisances(measurement, graded),
-        error if flat else error[:, :0], plain, fine, coarse, walls, graded.readings,
+        error if error.any() else error[:, :0], plain, fine, coarse, walls, graded.readings,
         headroom=headroom,
     )  # fmt: skip
     if centre == 1.0:

@@ -26,7 +26,9 @@ from dolfingrip.jobs.run import Progress, silent
 from dolfingrip.jobs.store import Store
 
 
-def request(experiment: str, config: Config, gradients: Sequence[str] = ()) -> Request:
+def request(
+    experiment: str, config: Config, gradients: Sequence[str] = (), *, mesh_check: bool = False
+) -> Request:
     """Ask for an experiment as a diagnosis simulates it.
 
     States beyond a snap are not what was measured up to there, and cost most of the time. How far a
@@ -36,6 +38,7 @@ def request(experiment: str, config: Config, gradients: Sequence[str] = ()) -> R
         experiment: its name.
         config: with the protocol of the measurement.
         gradients: keys of parameters that all readings are derived by.
+        mesh_check: whether the error of the mesh is estimated, too.
 
     Returns:
         The request.
@@ -46,7 +49,7 @@ def request(experiment: str, config: Config, gradients: Sequence[str] = ()) -> R
     shortest = max(config.solver.min_step_kPa, POLICY.shortest_step * config.solver.max_step_kPa)
     plain = config.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
     columns = (TIME.name, CONTROL[experiment], *READINGS[experiment])
-    return Request.of(experiment, plain, gradients or None, columns=columns)
+    return Request.of(experiment, plain, gradients or None, columns=columns, mesh_check=mesh_check)
 
 
 class NotAtHand(Exception):

@@ -39,6 +39,7 @@ class ModelVariant:
         only_in: experiments that ``overrides`` are for; all where None.
         elsewhere: overrides for the other experiments.
         derived_elsewhere: whether these are derived by ``gradients``, too.
+        mesh_check: whether the error of the mesh is estimated.
         tilt_deg: turn of gravity in the plane of bending, towards the bellows for a finger that
             hangs, from the direction that each test has.
     """
@@ -50,6 +51,7 @@ class ModelVariant:
     elsewhere: Change = field(default_factory=dict)
     tilt_deg: float = 0.0
     derived_elsewhere: bool = True
+    mesh_check: bool = False
 
     def of(self, group: SimulationGroup) -> Config:
         """The configuration that a group is simulated with, without its protocol."""
@@ -169,6 +171,7 @@ def _planned(
         group.experiment,
         config.changed(protocol=route.protocol()),
         tuple(key for key in gradients if _feels(group.experiment, config, key)),
+        mesh_check=variant.mesh_check,
     )
     return group, config, route, asked
 

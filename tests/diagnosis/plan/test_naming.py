@@ -89,7 +89,11 @@ def test_it_takes_the_strength_that_is_told(
         named = 0
         for _ in range(DRAWS):
             own = root @ rng.standard_normal(len(root))
-            value = planned.problem.base + trial.change(name, hidden.at(factor * least, rng)) + own
+            value = (
+                planned.problem.base
+                + trial.visibility.change(name, hidden.at(factor * least, rng))
+                + own
+            )
             decision = decide(search(replace(planned.problem, value=value), rng, sample=False))
             named += decision.answer == "cause" and decision.first == (name,)
         shares.append(named / DRAWS)
