@@ -20,7 +20,7 @@ GAP_OFFSET: Final = "extensions.plate_gap.offset_mm"
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class NumberCheck:
     """A measurement of numbers by themselves.
 
     Attributes:
@@ -42,9 +42,9 @@ class Check:
         ])  # fmt: skip
 
 
-def _each(name: str, minutes: float, numbers: Mapping[str, float]) -> Check:
+def _each(name: str, minutes: float, numbers: Mapping[str, float]) -> NumberCheck:
     """A check that reads each number by itself, each with its standard deviation."""
-    return Check(name, minutes, tuple({key: 1.0} for key in numbers), tuple(numbers.values()))
+    return NumberCheck(name, minutes, tuple({key: 1.0} for key in numbers), tuple(numbers.values()))
 
 
 INSTRUMENTS: Final = (
@@ -76,7 +76,7 @@ COUPON_SHARE: Final = 0.05
 """Relative standard deviation of a modulus by coupons of another print."""
 
 
-def checks(config: Config) -> Sequence[Check]:
+def checks(config: Config) -> Sequence[NumberCheck]:
     """List what can be measured by itself of a finger and its rig.
 
     Args:
@@ -93,7 +93,7 @@ def checks(config: Config) -> Sequence[Check]:
     of_mass = {wall: by[wall], WALL_OFFSET: by[wall], BASE_OFFSET: by.get(BASE_LAYER, 0.0)}
     return [
         *found,
-        Check("weigh the finger", 2.0, (of_mass,), (MASS_SHARE * mass_g,)),
-        Check("cut a finger of this print: callipers at walls and base layer", 15.0,
+        NumberCheck("weigh the finger", 2.0, (of_mass,), (MASS_SHARE * mass_g,)),
+        NumberCheck("cut a finger of this print: callipers at walls and base layer", 15.0,
               (walls, base), (CUT_MM, CUT_MM)),
     ]  # fmt: skip

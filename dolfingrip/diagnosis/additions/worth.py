@@ -27,7 +27,7 @@ import pandas as pd
 from scipy.linalg import cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis.additions.checks import Check
+from dolfingrip.diagnosis.additions.checks import NumberCheck
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import MapFit
@@ -116,7 +116,7 @@ def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
 def told_apart(
     probability: np.ndarray, now: Expected, then: Expected, unseen: bool | np.ndarray = False
 ) -> np.ndarray:
-    """Whether each column's effect is refuted where the row's acts, (effects, effects) of bool.
+    """Tell if each column's effect is refuted where the row's acts, (effects, effects) of bool.
 
     Args:
         probability: of each effect so far.
@@ -177,7 +177,7 @@ class Comparison:
 
     def worth(
         self,
-        addition: Proposal | Check,
+        addition: Proposal | NumberCheck,
         after: Sequence[Rival],
         own: np.ndarray,
         cross: float | np.ndarray,

@@ -188,7 +188,7 @@ class Diagnosis:
 
     @property
     def finer(self) -> str:
-        """What a finer mesh is, in words."""
+        """A finer mesh in words of the configuration."""
         mesh = self.config.mesh
         return "a mesh file of smaller cells" if mesh.file else "a smaller mesh.size_mm"
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.additions.checks import GAP_OFFSET, INSTRUMENTS, Check, checks
+from dolfingrip.diagnosis.additions.checks import GAP_OFFSET, INSTRUMENTS, NumberCheck, checks
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import Comparison, Rival, chance_alone, shows_memory, tied
 from dolfingrip.diagnosis.answer.analysis import Analysis
@@ -116,12 +116,12 @@ def remembers_state(name: str) -> bool:
     return name in NAMES and effect(name).kind == "dissipative"
 
 
-def _checks(analysis: Analysis) -> Sequence[Check]:
+def _checks(analysis: Analysis) -> Sequence[NumberCheck]:
     return INSTRUMENTS if analysis.closed_form else checks(analysis.applied)
 
 
 def _checked(
-    analysis: Analysis, comparison: Comparison, check: Check, fits: Sequence[MapFit]
+    analysis: Analysis, comparison: Comparison, check: NumberCheck, fits: Sequence[MapFit]
 ) -> NextExperiment | None:
     """Weigh a check of single numbers; None where no hypothesis is about any of them."""
     after = [_checked_rival(analysis, check, fit) for fit in fits]
@@ -141,7 +141,7 @@ def _checked(
     return comparison.worth(check, after, own, cross)
 
 
-def _checked_rival(analysis: Analysis, check: Check, fit: MapFit) -> Rival:
+def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival:
     """A hypothesis at the readings of a check, by how far its numbers are from doing nothing."""
     problem, zeta = analysis.problem, fit.zeta
     numbers = [
