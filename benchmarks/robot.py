@@ -25,7 +25,7 @@ from dolfingrip.config import Config, load
 from dolfingrip.design.quantities.grasp import outputs_of
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.request import Request
-from dolfingrip.experiments.simulate import compute
+from dolfingrip.experiments.simulate import simulate
 from dolfingrip.files import table
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
@@ -116,12 +116,11 @@ def made(settings: str, folder: Path) -> tuple[Robot, Config]:
 def errors(name: str, robot: Robot) -> Iterator[Row]:
     """Errors at states that were not fitted."""
     for each in robot.file.comparisons:
-        where = "free" if each.gap_mm is None else f"plate at {each.gap_mm:g} mm"
         if each.unit in ("N", "N/mm"):
             value, unit = each.relative, "relative"
         else:
             value, unit = (each.rms if each.quantity == "tip path" else each.largest), each.unit
-        yield Row(name, each.quantity, value, unit, GOALS[each.quantity], where)
+        yield Row(name, each.quantity, value, unit, GOALS[each.quantity], each.title)
 
 
 def inverse(name: str, robot: Robot, config: Config) -> Iterator[Row]:
@@ -238,7 +237,7 @@ def normals(model: Any, data: Any) -> dict[str, float]:
     return found
 
 
-def reference(food: str, settings: str, pressure_kPa: float) -> tuple[str, float]:
+def reference(food: str, settings: str, pressure_kPa: float, folder: Path) -> tuple[str, float]:
     """Outcome, and the sum of normal forces before the lift (N), by finite elements."""
     with GRASPS.open(encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -246,7 +245,9 @@ def reference(food: str, settings: str, pressure_kPa: float) -> tuple[str, float
             if row["food.kind"] == food.split(",")[0] and same:
                 return row["outcome"], float(row["normal_N"])
     keys = f"{settings} gripper.preset=coarse experiment.max_pressure_kPa={pressure_kPa}"
-    answer = compute(Request.of("grasp", load(None, assignments(keys.split()))))
+    asked = Request.of("grasp", load(None, assignments(keys.split())))
+    with Pool(Where()) as pool:
+        (answer,) = simulate([asked], folder / "grasps", pool)
     assert answer.outcome is not None
     return answer.outcome["kind"], outputs_of(answer)["normal_N"]
 
@@ -257,7 +258,7 @@ def grasp(food: str, folder: Path) -> Iterator[Row]:
     settings = f"{COARSE} experiment.max_pressure_kPa=250 {keys}"
     _, config = made(settings, folder)
     found = lifted(folder, config, pressure)
-    outcome, normal = reference(food, keys, pressure)
+    outcome, normal = reference(food, keys, pressure, folder)
     said = f"{found.outcome}, {found.normal_N:.3g} N; finite elements: {outcome}, {normal:.3g} N"
     yield Row(
         food, "outcome", "the same" if outcome == found.outcome else "another", "", None, said
@@ -293,7 +294,11 @@ def main() -> None:
             ]  # fmt: skip
         else:
             rows = list(grasp(name, asked.out / "coarse"))
-        known[name] = [vars(each) for each in rows]
+        known[name] = [
+            vars(each)
+            | {"value": each.value if isinstance(each.value, str) else f"{each.value:.3g}"}
+            for each in rows
+        ]
         for each in rows:
             print(each, flush=True)
         order = [each for each in [*FINGERS, *FOODS] if each in known]

@@ -32,10 +32,10 @@ def robot(asked: RobotSettings) -> None:
     ):
         built = build.build(config, asked.out, pool, show)
     file = built.robot.file
-    headings = ("States that were not fitted", "Plate", "rms", "Largest", "Unit", "Relative")
+    headings = ("States that were not fitted", "rms", "Largest", "Unit", "Relative")
     rows = [
-        (each.quantity, "none" if each.gap_mm is None else f"{each.gap_mm:g} mm",
-         f"{each.rms:.3g}", f"{each.largest:.3g}", each.unit, f"{100 * each.relative:.2g} %")
+        (each.title, f"{each.rms:.3g}", f"{each.largest:.3g}", each.unit,
+         f"{100 * each.relative:.2g} %")
         for each in file.comparisons
     ]  # fmt: skip
     screen.print(of_rows(headings, rows, left=headings[:1]))

@@ -649,8 +649,8 @@ class ReportSettings:
     """Write results as one HTML page: 3D view, curves, front, checks, provenance.
 
     RUN is a folder that bend, force, cycle, coupon, push, grasp, doe, train, optimise, design,
-    study or diagnose wrote, or one with several of these in it, such as the demo's. The page needs
-    no network; it opens in any browser.
+    study, robot or diagnose wrote, or one with several of these in it, such as the demo's. The
+    page needs no network; it opens in any browser.
     """
 
     results: tuple[Path, ...] = argument(MISSING, "Folders with results of any kind.", "RUN")

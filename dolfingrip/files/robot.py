@@ -57,13 +57,11 @@ class QuantityError(Part):
     relative: float = Field(description="largest difference by the quantity's largest value; of a "
                             "stiffness, the largest ratio less 1")  # fmt: skip
 
-    def sentence(self) -> str:
-        """The errors in words."""
-        where = "free" if self.gap_mm is None else f"plate at {self.gap_mm:g} mm"
-        return (
-            f"{self.quantity}, {where}: {self.rms:.3g} {self.unit} rms, {self.largest:.3g} "
-            f"{self.unit} at most ({100 * self.relative:.2g} %)"
-        )
+    @property
+    def title(self) -> str:
+        """The quantity, and where the plate stood."""
+        where = "free" if self.gap_mm is None else f"plate at {self.gap_mm:.3g} mm"
+        return f"{self.quantity}, {where}"
 
 
 class Validity(Part):

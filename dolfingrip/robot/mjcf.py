@@ -240,7 +240,8 @@ def _food(model: _Model, body: GraspedBody) -> dict[str, Any]:
     """Shape of the food's geom: a capsule where it is one, else the convex hull of its surface."""
     shape, turned = body.shape, np.eye(3)
     if isinstance(shape, TurnedShape):
-        shape, turned = shape.shape, shape.turn
+        turned = shape.turn
+        shape = shape.shape
     if isinstance(shape, Capsule):
         size = M_PER_MM * np.array([shape.radius_mm, shape.half_length_mm])
         quaternion = Rotation.from_matrix(turned).as_quat(scalar_first=True)

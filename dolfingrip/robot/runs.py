@@ -205,7 +205,15 @@ def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
     columns = {name: np.array(each, float) for name, each in data["columns"].items()}
     pressure = columns[PRESSURE.name]
     blocked = request.experiment.name == "blocked_force"
-    back_rest, back = np.array(data["back_rest_mm"]), np.array(data["back_mm"])
+    rest = np.array(data["back_rest_mm"])
+    even = np.linspace(rest[0, 1], rest[-1, 1], SLICES + 1)
+
+    def resampled(back: np.ndarray) -> np.ndarray:
+        """The back at even heights, which are the same in runs of half a finger and of a whole."""
+        return np.stack([np.interp(even, rest[:, 1], each) for each in back.T], axis=1)
+
+    back_rest = resampled(rest)
+    back = np.array([resampled(np.array(each)) for each in data["back_mm"]])
     length = back_rest[-1, 1] - min(request.config.plate.contact_length_mm, back_rest[-1, 1])
     ends = np.array([back_rest[-1, 1], length])
     nothing = np.full(len(pressure), np.nan)

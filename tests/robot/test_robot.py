@@ -225,3 +225,10 @@ def test_a_second_call_computes_nothing(
     assert run_command("robot", "--out", made, *OPTIONS) == 0
     assert (made / "finger.xml").read_bytes() == before
     assert "States that were not" in capfd.readouterr().out
+
+
+def test_a_page_shows_it(made: Path) -> None:
+    assert run_command("report", made, "--out", made / "page.html") == 0
+    page = (made / "page.html").read_text(encoding="utf-8")
+    assert "Reduced model: angle, free" in page
+    assert "None of these states was fitted" in page
