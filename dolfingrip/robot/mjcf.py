@@ -184,10 +184,11 @@ def _finger(
     )  # fmt: skip
     for number, (origin, weights) in enumerate(zip(origins, skin.weights, strict=True)):
         moved = np.flatnonzero(weights)
-        add(
-            drawn, "bone", body=f"{prefix}link_{number}", bindpos=placed(origin), bindquat=turned,
-            vertid=moved, vertweight=weights[moved],
-        )  # fmt: skip
+        if len(moved):  # a short link may have no corner of its own
+            add(
+                drawn, "bone", body=f"{prefix}link_{number}", bindpos=placed(origin),
+                bindquat=turned, vertid=moved, vertweight=weights[moved],
+            )  # fmt: skip
 
 
 def finger(robot: RobotFile, skin: BoundSkin, friction: float) -> str:
