@@ -48,10 +48,6 @@ FINGERS: Final = {
         "film.paper.region=paper film.paper.Et_N_per_mm=50 experiment.max_pressure_kPa=100 "
         "solver.max_step_kPa=50"
     ),
-    "round bellows": (
-        "finger.kind=round_bellows round_bellows.convolutions=4 plate.contact_length_mm=5 "
-        "cavity.cavity_2.pressure_ratio=0 experiment.max_pressure_kPa=20 mesh.size_mm=4"
-    ),
 }
 
 FOODS: Final = {

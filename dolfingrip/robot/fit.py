@@ -20,6 +20,7 @@ from dolfingrip.robot.chain import (
     terms,
 )
 from dolfingrip.robot.runs import FingerRun
+from dolfingrip.sections.errors import ConfigError
 
 MOST_JOINTS: Final = 24
 """Joints of the longest chain that is tried."""
@@ -142,6 +143,9 @@ def joints(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> tuple[Cha
 
     Returns:
         The chain, and the root mean square error of its back line (mm).
+
+    Raises:
+        ConfigError: one line, where no chain follows the back.
     """
     free = runs[0]
     first = _chain(free, FIRST_JOINTS, 0.0)
@@ -157,8 +161,12 @@ def joints(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> tuple[Cha
         chain = _chain(free, number, height)
         error = _shape_error(chain, free)
         if error <= policy.shape_error * length:
-            break
-    return chain, error
+            return chain, error
+    raise ConfigError(
+        f"a chain of {MOST_JOINTS} joints follows the free finger's back to {error:.2g} mm; "
+        f"allowed: a finger whose back it follows to {policy.shape_error * length:.2g} mm, so one "
+        "without folds there"
+    )
 
 
 @dataclass(frozen=True)
@@ -278,6 +286,9 @@ def fit(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> Fitted:
 
     Returns:
         The chain with its laws.
+
+    Raises:
+        ConfigError: one line, where no chain follows the back.
     """
     free = runs[0]
     chain, shape_error_mm = joints(runs, policy)

@@ -10,6 +10,7 @@ import pytest
 from dolfingrip.robot.chain import Chain, Plates, equilibrium, stiffnesses
 from dolfingrip.robot.fit import POLICY, Sideways, coordinates, fit, sideways_softness
 from dolfingrip.robot.runs import FingerRun
+from dolfingrip.sections.errors import ConfigError
 
 SEED = 5
 LENGTH, PRESSURES = 80.0, np.linspace(0.0, 200.0, 11)
@@ -118,6 +119,15 @@ def test_a_fit_finds_what_the_runs_come_from() -> None:
     assert np.abs(again.forces_N - tested.force_N).max() < 0.01 * tested.force_N.max()
     angle = again.w[:, found.chain.hinges].sum(axis=1)
     assert np.degrees(np.abs(angle - tested.angle_rad)).max() < 0.5
+
+
+def test_a_back_that_no_chain_follows_is_refused() -> None:
+    """Folds of 2 mm that open with pressure, as those of round bellows."""
+    free = invented(None)
+    folds = 2.0 * np.sin(1.5 * BACK[:, 1]) * free.pressure_kPa[:, None] / PRESSURES[-1]
+    folded = replace(free, back_mm=free.back_mm + folds[..., None])
+    with pytest.raises(ConfigError, match="a chain of 24 joints follows the free finger's back to"):
+        fit([folded.fitted, invented(2.0)])
 
 
 def test_a_fit_by_wrong_forces_is_seen() -> None:
