@@ -271,6 +271,23 @@ WALL_GAP = Channel(
     about="smallest distance of opposite walls of a cavity, where these may meet and are near",
     of=("finger",),
 )
+LARGEST_STRETCH = Channel(
+    name="largest_stretch",
+    unit="",
+    title="Largest stretch",
+    about="largest principal stretch at an integration point",
+    form=".3f",
+    of=("finger",),
+)
+BREAK_SHARE = Channel(
+    name="break_share",
+    unit="",
+    title="Share of the elongation at break",
+    about="largest elongation, by the elongation at break of its material, where that is told; a "
+    "wall breaks from 1 on",
+    form=".2f",
+    of=("finger",),
+)
 PLATE_GAP = Channel(
     name="plate_gap_mm",
     unit="mm",

@@ -22,6 +22,7 @@ DIMENSIONLESS = {
     "material.gent_limit",
     "material.gg_limit",
     "material.ab_lock",
+    "material.elongation_at_break",
     "material.tube_delta",
     "material.tube_beta",
     "finger.bellows",

@@ -76,7 +76,8 @@ class FingerExperiment(Experiment):
     def remarks(self, result: Readings) -> list[str]:
         from dolfingrip.experiments.results import doubts
 
-        return [doubt.sentence for doubt in doubts.of_motion(result)]
+        said = [doubt.sentence for doubt in doubts.of_motion(result)]
+        return [*doubts.elongation(result), *said]
 
 
 class WholeFingerExperiment(FingerExperiment):

@@ -37,6 +37,14 @@ class Material(MaterialLaw):
     )
     bulk_MPa: float | None = Field(None, gt=0, description="bulk modulus, instead of nu")
     density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
+    elongation_at_break: float | None = Field(
+        None, gt=0, description="nominal strain at which it breaks; break_share is by it"
+    )
+
+    @classmethod
+    def entry_of(cls, key: str) -> Entry:
+        """Return how a number enters a simulation; the elongation at break does not."""
+        return Entry.CHOICE if key == "elongation_at_break" else super().entry_of(key)
 
     @classmethod
     def is_modulus(cls, key: str) -> bool:

@@ -13,7 +13,7 @@ from dolfingrip.sections.section import outside
 NAME: Final = "name"
 """Key of a material's table that names one of these; the resolved configuration has its law."""
 
-KEPT: Final = ("nu", "bulk_MPa", "density_kg_m3")
+KEPT: Final = ("nu", "bulk_MPa", "density_kg_m3", "elongation_at_break")
 """Keys that a named material leaves to the configuration, or that may be told otherwise."""
 
 
@@ -39,7 +39,8 @@ def resolved(table: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
         return table
     if name not in known():
         raise outside(NAME, shown(name), f"allowed: {', '.join(known())}")
-    own = known()[name]["material"]
+    found = known()[name]
+    own = {**found["material"], "elongation_at_break": found["elongation_at_break"]}
     told = {k: v for k, v in table.items() if k != NAME and v != defaults.get(k, name)}
     for key, value in told.items():
         if key in defaults and key not in KEPT and value != own.get(key):

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, BENDING_ANGLE, BENDING_DIRECTION, PRESSURE, WALL_GAP
+from dolfingrip.channels import (
+    ANGLE,
+    BENDING_ANGLE,
+    BENDING_DIRECTION,
+    BREAK_SHARE,
+    PRESSURE,
+    WALL_GAP,
+)
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.results.readings import Readings
@@ -62,6 +69,16 @@ def of_motion(result: Readings, policy: DoubtPolicy = STANDARD) -> Iterator[Doub
             f"{direction[most]:.0f}°, out of the plane that angle_deg is read in; take "
             "bending_angle_deg and bending_direction_deg",
         )
+    if BREAK_SHARE.name in result:
+        share = result.column(BREAK_SHARE.name)
+        first = int(np.argmax(share >= 1))
+        if share[first] >= 1:
+            before = max(first - 1, 0)
+            reached = np.interp(1.0, share[[before, first]], pressure[[before, first]])
+            yield Doubt(
+                "elongation at break",
+                f"a wall breaks at {reached:.3g} kPa: its elongation reaches that at break",
+            )
     ratios = [each.pressure_ratio for each in result.config.cavity.all.values()]
     highest = int(np.argmax(pressure))
     forwards = pressure[highest] > 0 and all(ratio == 1 for ratio in ratios)
@@ -82,6 +99,21 @@ def of_motion(result: Readings, policy: DoubtPolicy = STANDARD) -> Iterator[Doub
                 "walls inside",
                 f"walls of a cavity touch one another from {pressure[first]:g} kPa on",
             )
+
+
+def elongation(result: Readings) -> list[str]:
+    """Say how near the material is to its elongation at break; nothing where that is not told.
+
+    Args:
+        result: readings with their configuration.
+    """
+    if BREAK_SHARE.name not in result:
+        return []
+    share, pressure = result.column(BREAK_SHARE.name), result.column(PRESSURE.name)
+    most = int(np.argmax(share))
+    return [
+        f"largest elongation: {100 * share[most]:.3g} % of that at break, at {pressure[most]:g} kPa"
+    ]
 
 
 def of_run(result: Readings, single: float, policy: DoubtPolicy = STANDARD) -> Iterator[Doubt]:

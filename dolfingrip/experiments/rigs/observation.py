@@ -8,10 +8,12 @@ import ipctk
 import numpy as np
 
 from dolfingrip.channels import (
+    BREAK_SHARE,
     CAVITY_PRESSURE,
     CAVITY_VOLUME,
     CHORD_ANGLE,
     CONTACT_GAP,
+    LARGEST_STRETCH,
     PRESSURE,
     TIP_Y,
     WALL_GAP,
@@ -19,10 +21,12 @@ from dolfingrip.channels import (
 )
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
+from dolfingrip.mechanics.readings.largest_stretch import LargestStretch
 from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGapReading
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
@@ -187,6 +191,7 @@ class Observation:
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
         self._rotation = TipRotation(model)
+        self._elongation = Elongation(finger)
         self._tare_undeformed()
 
     def _tare_undeformed(self) -> None:
@@ -210,7 +215,27 @@ class Observation:
     def read(self) -> dict[str, float]:
         """Values by column."""
         found = {column: reading.value() for column, reading in self.readings.items()}
-        return {TIP_Y.name: 0.0, **found, **self._rotation.values()}
+        return {TIP_Y.name: 0.0, **found, **self._rotation.values(), **self._elongation.values()}
+
+
+class Elongation:
+    """The largest stretch, and its elongation as a share of that at break of each material."""
+
+    def __init__(self, finger: FingerModel) -> None:
+        model, material = finger.model, finger.config.material
+        domain, degree = model.domain, model.potential.degree
+        self._parts = []
+        for part in domain.parts or (REST,):
+            cells = domain.cells(part) if domain.parts else None
+            own = material.of(part).elongation_at_break
+            self._parts.append((LargestStretch(model, degree, cells), own))
+
+    def values(self) -> dict[str, float]:
+        """Values by column; no share where no elongation at break is told."""
+        found = [(part.value(), at_break) for part, at_break in self._parts]
+        shares = [(stretch - 1) / at_break for stretch, at_break in found if at_break]
+        values = {LARGEST_STRETCH.name: max(stretch for stretch, _ in found)}
+        return {**values, BREAK_SHARE.name: max(shares)} if shares else values
 
 
 def of_cavities(finger: FingerModel) -> list[Reading]:

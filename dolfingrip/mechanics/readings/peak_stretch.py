@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import basix
 import numpy as np
 from dolfinx import fem
-from mpi4py import MPI
 
 from dolfingrip.forms import peak_stretch
-from dolfingrip.forms.kinematics import deformation_gradient
-from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.element import integration_degree
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.readings.integrals import OfIntegrals
+from dolfingrip.mechanics.readings.largest_stretch import LargestStretch
 
 COLUMN = "peak_stretch"
 
@@ -36,6 +33,7 @@ class PeakStretch(OfIntegrals):
         space = model.u.function_space
         self._degree = integration_degree(space, full=full)
         self.factor = 1.0
+        self._largest = LargestStretch(model, self._degree)
         dx = model.domain.volume(quadrature_degree=self._degree)
         one = fem.Constant(model.domain.mesh, 1.0)
         super().__init__(model, COLUMN, [peak_stretch.power_sum(model.u) * dx, one * dx])
@@ -60,12 +58,4 @@ class PeakStretch(OfIntegrals):
 
     def largest(self) -> float:
         """The largest principal stretch at the integration points."""
-        mesh = self.model.domain.mesh
-        cell = getattr(basix.CellType, mesh.topology.cell_name())
-        points, _ = basix.make_quadrature(cell, self._degree)
-        f = deformation_gradient(self.model.u)
-        right = fem.Expression(f.T * f, points, jit_options=jit.options())
-        cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
-        values = right.eval(mesh, cells).reshape(-1, 3, 3)
-        here = float(np.sqrt(np.linalg.eigvalsh(values)[:, -1].max())) if len(values) else 1.0
-        return float(self.model.comm.allreduce(here, MPI.MAX))
+        return self._largest.value()
