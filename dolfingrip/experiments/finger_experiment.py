@@ -71,7 +71,9 @@ class FingerExperiment(Experiment):
         return data
 
     def notes(self, config: Config) -> list[str]:
-        return notes(config)
+        from dolfingrip.experiments import ballooning
+
+        return [*notes(config), *ballooning.note(config)]
 
     def remarks(self, result: Readings) -> list[str]:
         from dolfingrip.experiments.results import doubts

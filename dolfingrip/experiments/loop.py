@@ -41,8 +41,7 @@ WORDS: Final = {
         "contact kept Newton's steps short; widen contact.barrier_mm or lower its stiffness"
     ),
     FailureKind.LIMIT_POINT: (
-        "the {specimen} goes soft here (its stiffness vanishes): {quantity} control cannot follow "
-        "it"
+        "{soft} (its stiffness vanishes): {quantity} control cannot follow it"
     ),
     FailureKind.ITERATION_LIMIT: "Newton's method did not converge within solver.max_iterations",
     FailureKind.TIME_LIMIT: "solver.time_limit_s is over",
@@ -249,5 +248,5 @@ def _through(
 
 def explained(failure: Failure, rig: Rig) -> Failure:
     """The failure with its meaning for the rig's specimen and with the rig's advice."""
-    words = WORDS[failure.kind].format(specimen=rig.specimen_name, quantity=rig.quantity)
+    words = WORDS[failure.kind].format(soft=rig.softening, quantity=rig.quantity)
     return replace(failure, words=words, advice=rig.advice(failure))

@@ -30,9 +30,7 @@ def test_the_pressure_at_which_it_breaks_lies_between_the_readings() -> None:
     (said,) = [doubt.sentence for doubt in of_motion(broken)]
     assert said.startswith("a wall breaks at 30 kPa")  # half-way between 20 and 40 kPa
     share = 100 * (stretch[2] - 1) / at_break
-    assert elongation(broken) == [
-        f"largest elongation: {share:.3g} % of that at break, at 40 kPa"
-    ]
+    assert elongation(broken) == [f"largest elongation: {share:.3g} % of that at break, at 40 kPa"]
     assert "material.elongation_at_break" not in {each.key for each in every(told)}
 
 

@@ -24,7 +24,8 @@ from dolfingrip.mechanics.path.failure import Failure, FailureKind
 )
 def test_words_are_those_of_the_rig(kind: FailureKind, said: str) -> None:
     rig: Any = SimpleNamespace(
-        specimen_name="coupon", quantity="displacement", advice=lambda failure: "go on"
-    )
+        softening="the coupon goes soft here", quantity="displacement",
+        advice=lambda failure: "go on",
+    )  # fmt: skip
     failure = explained(Failure(kind, {"displacement_mm": 80.0, "time_s": 3.0}), rig)
     assert failure.sentence() == f"stopped at 80 mm ({kind}): {said}; go on"

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import Config
+from dolfingrip.experiments import ballooning
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
@@ -144,6 +145,10 @@ class FingerRig(Rig):
             self.newton = self.newton.of(finger.model)
         return found
 
+    @property
+    def softening(self) -> str:
+        return "the walls balloon, and the finger goes soft here"
+
     def advice(self, failure: Failure) -> str:
         """Settings that inflate the finger by its cavity's volume beyond a limit point.
 
@@ -152,9 +157,13 @@ class FingerRig(Rig):
         if not self._by_pressure or failure.kind in (FailureKind.TIME_LIMIT, FailureKind.CONTACT):
             return ""
         automatic = self._config.experiment.control == "auto"
-        if not automatic and failure.kind is not FailureKind.LIMIT_POINT:
+        said = pressurisation.advice(self._config, self._volume_mm3() / self._rest_mm3)
+        if automatic or failure.kind is FailureKind.LIMIT_POINT:
+            return said
+        found = ballooning.forecast(self._config)
+        if found is None or failure.last_good["pressure_kPa"] < found.pressure_kPa / 2:
             return ""
-        return pressurisation.advice(self._config, self._volume_mm3() / self._rest_mm3)
+        return f"the walls may balloon, near {found.pressure_kPa:.2g} kPa by estimate; {said}"
 
     def over(self) -> bool:
         """Return whether volume control has reached the largest pressure, which ends the path."""

@@ -53,6 +53,11 @@ class Rig(ABC):
         return "pressure"
 
     @property
+    def softening(self) -> str:
+        """A limit point in words, without its reason."""
+        return f"the {self.specimen_name} goes soft here"
+
+    @property
     def jumps(self) -> bool:
         """True if a load step may jump to another state if none is near."""
         return True

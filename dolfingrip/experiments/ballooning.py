@@ -1,0 +1,125 @@
+"""A forecast of the pressure at which a chamber's walls balloon, in closed form.
+
+A chamber whose walls are thin and soft becomes round long before its pressure is greatest, and then
+is a spherical balloon. Its membrane of thickness t and radius r at rest bears p = 2 t/r P(λ)/λ²,
+P being the law's nominal stress in equibiaxial tension. The greatest value is 1.24 μ t/r of
+neo-Hooke's law, at λ = 1.38 (Ogden, Non-Linear Elastic Deformations, 1984, section 5.2). Beyond it
+the walls grow while the pressure falls. Bending, contact and walls that differ are left out: two
+solved fingers bear 174 kPa where 191 kPa are forecast (examples/thin_bellows.toml), and 21 kPa
+where 11 kPa are (one chamber of the default pneu-net in Ecoflex 00-50).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, OfStretches
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+    from dolfingrip.sections.material import Material
+
+STRETCHES: Final = np.exp(np.linspace(0.005, 2.5, 500))
+"""Stretches among which the greatest pressure is sought."""
+
+CHANNEL: Final = 2.0
+"""Length by width from which on a hollow is a channel and grows across it alone."""
+
+NEAR: Final = 0.8
+"""Part of the forecast pressure from which on a run is told of it."""
+
+
+class Ballooning(NamedTuple):
+    """The chamber that balloons first.
+
+    Attributes:
+        wall_mm: its thinnest wall.
+        radius_mm: radius of the balloon at rest.
+        pressure_kPa: greatest pressure that it bears.
+    """
+
+    wall_mm: float
+    radius_mm: float
+    pressure_kPa: float
+
+    def sentence(self) -> str:
+        """The forecast in words."""
+        return (
+            f"walls of {self.wall_mm:.3g} mm around a chamber of {2 * self.radius_mm:.3g} mm may "
+            f"balloon near {self.pressure_kPa:.2g} kPa (a thin balloon's estimate, good to a "
+            "factor of two); beyond, the pressure falls while they grow; ask for "
+            "experiment.control=auto, or take thicker walls, a stiffer material or less pressure"
+        )
+
+
+def forecast(config: Config) -> Ballooning | None:
+    """Forecast the greatest pressure that the chambers bear.
+
+    Args:
+        config: of a finger.
+
+    Returns:
+        The forecast; None where the finger is not made of boxes, or the law stiffens before.
+    """
+    solid = None if config.mesh.file else config.geometry.boxes()
+    factor = most(config.material)
+    ratio = max((each.pressure_ratio for each in config.cavity.all.values()), default=1.0)
+    if solid is None or factor is None or ratio <= 0:
+        return None
+    found = []
+    for cavity in solid.cavity:
+        second, longest = sorted(high - low for low, high in cavity)[1:]
+        radius = (longest if longest <= CHANNEL * second else second) / 2
+        wall = min(_thickness(cavity, axis, side, solid) for axis in range(3) for side in (0, 1))
+        found.append(Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio))
+    return min(found, key=lambda each: each.pressure_kPa)
+
+
+def note(config: Config) -> list[str]:
+    """Return the forecast in a sentence where a run comes near to it, else nothing.
+
+    Args:
+        config: of a finger.
+    """
+    found = None if config.experiment.control == "volume" else forecast(config)
+    highest = max([config.experiment.max_pressure_kPa, *config.protocol.pressure_kPa])
+    return [] if found is None or highest < NEAR * found.pressure_kPa else [found.sentence()]
+
+
+def most(material: Material) -> float | None:
+    """Find the first maximum (MPa) of P(λ)/λ²; None if there is none.
+
+    Args:
+        material: whose law the wall has.
+    """
+    logarithms = EXPONENTS["equibiaxial"][:, None] * np.log(STRETCHES)
+    with np.errstate(all="ignore"):
+        energy = material.energy(material.constants(), OfStretches(logarithms))
+        pressure = np.asarray(energy.x) / STRETCHES**3
+    falls = np.flatnonzero(~(np.diff(pressure) > 0))
+    if not falls.size or not np.isfinite(pressure[falls[0] + 1]):
+        return None
+    return float(pressure[falls[0]])
+
+
+def _thickness(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:
+    """Distance (mm) from a cavity's face to the next face outside."""
+    sign, face = (1 if side else -1), cavity[axis][side]
+    ends: Sequence[float] = [
+        solid.body[axis][side],
+        *(
+            gap[axis][1 - side]
+            for gap in solid.gaps
+            if all(
+                min(a[1], b[1]) - max(a[0], b[0]) > TOLERANCE_MM
+                for i, (a, b) in enumerate(zip(cavity, gap, strict=True))
+                if i != axis
+            )
+        ),
+    ]
+    beyond = (sign * (end - face) for end in ends)
+    return min((each for each in beyond if each > TOLERANCE_MM), default=np.inf)
