@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 STRETCHES: Final = np.exp(np.linspace(0.005, 2.5, 500))
 """Stretches among which the greatest pressure is sought."""
 
+JUMPS_FROM: Final = 10
+"""Number of the stretch from which on a pressure that grows by half from one to the next jumps."""
+
 CHANNEL: Final = 2.0
 """Length by width from which on a hollow is a channel and grows across it alone."""
 
@@ -101,9 +104,11 @@ def most(material: Material) -> float | None:
         energy = material.energy(material.constants(), OfStretches(logarithms))
         pressure = np.asarray(energy.x) / STRETCHES**3
     falls = np.flatnonzero(~(np.diff(pressure) > 0))
-    if not falls.size or not np.isfinite(pressure[falls[0] + 1]):
+    if not falls.size or not pressure[falls[0] + 1] > 0:
         return None
-    return float(pressure[falls[0]])
+    # where chains of a limited length end, the pressure jumps and does not turn
+    before = pressure[JUMPS_FROM : falls[0] + 1]
+    return None if (before[1:] > 1.5 * before[:-1]).any() else float(pressure[falls[0]])
 
 
 def _thickness(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:
