@@ -37,7 +37,7 @@ BAD = {
     "mesh without groups": ["--set", "mesh.file=bare.msh"],
     "render": ["--render", "0,33"],
     "render text": ["--render", "all"],
-    "colour": ["--colour-by", "stress"],
+    "colour": ["--colour-by", "strain"],
 }
 SAID = {
     "value": "finger.gap_mm = -1: allowed: above 0 mm",
@@ -50,7 +50,7 @@ SAID = {
     "mesh without groups": "bare.msh: missing groups cavity, clamp, skin, tip",
     "render": "--render 33: allowed: 0, 25, 50, 75, 100, 125, 150, 175, 200, 225, 250 (kPa)",
     "render text": "--render all: allowed: pressures in kPa",
-    "colour": "--colour-by stress: allowed: displacement, stretch",
+    "colour": "--colour-by strain: allowed: displacement, stretch",
 }
 ENVIRONMENT = {
     **os.environ,
