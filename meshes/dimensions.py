@@ -3,9 +3,15 @@
 All faces of a finger of boxes lie in planes x, y or z = const that follow from its dimensions, so a
 mesh of any kind follows a change of a dimension by moving along each axis: the planes go where the
 new dimensions put them, and points between two planes keep their relative position.
+
+Where chambers have dimensions of their own, the planes across x and y stand elsewhere in each
+chamber (:meth:`~dolfingrip.sections.geometry.geometry.Geometry.sections`) and are inclined between
+two of them. A mesh of such a finger is that of one with the shared dimensions, moved.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -32,13 +38,17 @@ def moved(points: Floats, dimensions: Geometry, changed: Geometry) -> Floats:
     solids = [each for each in (dimensions.solid(), changed.solid()) if isinstance(each, BoxSolid)]
     if len(solids) < 2:
         raise MeshError(f"{dimensions.table()}: no mesh of round faces moves; remesh it")
-    for axis in range(3):
+    if len(solids[0].planes(2)) != len(solids[1].planes(2)):
+        (_, there), (key, asked) = dimensions.count(), changed.count()
+        raise MeshError(
+            f"{key} = {asked}: allowed: {there}, the number in the mesh that is to be moved"
+        )
+    differ = dimensions.differ or changed.differ
+    if differ:
+        for axis in range(2):
+            found[:, axis] = _across(points, dimensions, changed, axis)
+    for axis in (2,) if differ else range(3):
         before, after = (solid.planes(axis) for solid in solids)
-        if len(before) != len(after):
-            (_, there), (key, asked) = dimensions.count(), changed.count()
-            raise MeshError(
-                f"{key} = {asked}: allowed: {there}, the number in the mesh that is to be moved"
-            )
         order = np.argsort(before, kind="stable")
         before, after = before[order], after[order]
         first = np.concatenate([[True], np.diff(before) > TOLERANCE_MM])
@@ -49,3 +59,49 @@ def moved(points: Floats, dimensions: Geometry, changed: Geometry) -> Floats:
             raise MeshError(f"finger: {changed} has its faces in another order; remesh it")
         found[:, axis] = np.interp(points[:, axis], before[first], target)
     return found
+
+
+def _across(points: Floats, dimensions: Geometry, changed: Geometry, axis: int) -> Floats:
+    """New coordinates (n,) along x or y, whose planes depend on z."""
+    z = np.concatenate([extent for extent, _ in dimensions.sections()])
+    at = np.clip(np.searchsorted(z, points[:, 2], side="right") - 1, 0, len(z) - 2)
+    length = np.maximum(np.diff(z), TOLERANCE_MM)
+    share = np.clip((points[:, 2] - z[at]) / length[at], 0.0, 1.0)[:, None]
+    shared = _planes(dimensions.alike(), axis)
+    order = np.argsort(shared, kind="stable")
+    order = order[np.concatenate([[True], np.diff(shared[order]) > TOLERANCE_MM])]
+    planes = []
+    for geometry in (dimensions, changed):
+        of = np.array([_planes(each, axis)[order] for _, each in geometry.sections()])
+        of = np.repeat(of, 2, axis=0)  # at both ends of each
+        planes.append((1 - share) * of[at] + share * of[at + 1])
+    before, after = planes
+    if (np.diff(after, axis=1) <= 0).any():
+        raise MeshError(f"finger: {changed} has its faces in another order; remesh it")
+    x = points[:, axis]
+    rows = np.arange(len(x))
+    below = np.clip((before <= x[:, None]).sum(axis=1) - 1, 0, len(order) - 2)
+    low, high = before[rows, below], before[rows, below + 1]
+    part = (x - low) / (high - low)
+    return np.asarray((1 - part) * after[rows, below] + part * after[rows, below + 1])
+
+
+def _planes(geometry: Geometry, axis: int) -> Floats:
+    boxes = geometry.boxes()
+    assert boxes is not None  # the caller sees to it
+    return boxes.planes(axis)
+
+
+def own(geometry: Geometry) -> Callable[[Floats], Floats] | None:
+    """Motion of points from a finger with the shared dimensions to one with chambers of their own.
+
+    Args:
+        geometry: of the finger.
+
+    Returns:
+        A function of (n, 3) points (mm); None where all chambers are alike, or the solid is not of
+        boxes and so has each chamber's own dimensions.
+    """
+    if not geometry.differ or geometry.boxes() is None:
+        return None
+    return lambda points: moved(points, geometry.alike(), geometry)

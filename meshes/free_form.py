@@ -17,9 +17,10 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
+from dolfingrip.meshes.dimensions import moved
 from dolfingrip.meshes.solid import Floats, SolidMesh
 from dolfingrip.sections.form import DEGREE, Form
-from dolfingrip.sections.geometry.boxes import BoxSolid
+from dolfingrip.sections.geometry.geometry import Geometry
 
 _ROUNDS, _CLOSE_MM = 60, 1e-13
 
@@ -28,14 +29,18 @@ class FreeForm:
     """The motion of points that a free form asks for.
 
     Args:
-        solid: with the planes that are bent.
+        geometry: of boxes, with the planes that are bent. Where chambers have dimensions of their
+            own, a point moves as the one does that it is in the finger with the shared ones.
         form: the offsets; None: no point moves.
 
     Attributes:
         offsets_mm: shape (count,).
     """
 
-    def __init__(self, solid: BoxSolid, form: Form | None) -> None:
+    def __init__(self, geometry: Geometry, form: Form | None) -> None:
+        solid = geometry.boxes()
+        assert solid is not None  # the configuration refuses a free form of another one
+        self._geometry = geometry
         self._body, self._along = solid.body, 0 if form is None else form.along
         self.offsets_mm = np.array(() if form is None else form.offsets_mm, dtype=float)
         self._planes = []
@@ -58,7 +63,9 @@ class FreeForm:
             return found
         for _ in range(_ROUNDS):
             before = found.copy()
-            for axis in range(3):
+            if self._geometry.differ:
+                found = points - (self.points(found) - found)
+            for axis in () if self._geometry.differ else range(3):
                 found[:, axis] = self._back(points[:, axis], found, axis)
             if np.abs(found - before).max(initial=0.0) < _CLOSE_MM:
                 break
@@ -66,6 +73,8 @@ class FreeForm:
 
     def slopes(self, points: Floats) -> sp.csr_matrix:
         """Derivatives (3 n, count) of the moved points by the offsets; row 3 i + a is point i's."""
+        if self._geometry.differ:
+            points = moved(points, self._geometry, self._geometry.alike())
         parts, start = [], 0
         for axis in range(3):
             fields = self._fields(points, axis)

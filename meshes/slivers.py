@@ -22,7 +22,7 @@ def refuse_slivers(geometry: Geometry) -> None:
                 f"{geometry.table()}.{key} = {getattr(geometry, key)}: leaves {distance:.3g} mm "
                 f"between two faces; allowed: at least {THINNEST_MM} mm"
             )
-    solid = geometry.solid()
+    solid = geometry.alike().solid()
     if not distances and isinstance(solid, BoxSolid):
         _refuse_near_planes(solid, geometry.table())
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import gmsh
+import numpy as np
 
 from dolfingrip.meshes import groups
+from dolfingrip.meshes.dimensions import own
 from dolfingrip.meshes.slivers import refuse_slivers
-from dolfingrip.meshes.solid import MeshError
+from dolfingrip.meshes.solid import Floats, MeshError
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid, Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 
@@ -24,7 +28,7 @@ def build(finger: Geometry, half: bool) -> None:
         MeshError: if a part of the finger is too thin to be modelled.
     """
     refuse_slivers(finger)
-    _add_groups(add_solid(finger.solid(), half), finger, half)
+    _add_groups(add_finger(finger, half), finger, half)
 
 
 def add_solid(shape: BoxSolid | CylinderSolid, half: bool) -> int:
@@ -37,7 +41,36 @@ def add_solid(shape: BoxSolid | CylinderSolid, half: bool) -> int:
     Raises:
         MeshError: if it falls into parts.
     """
-    solid = _of_boxes(shape, half) if isinstance(shape, BoxSolid) else _of_cylinders(shape, half)
+    if isinstance(shape, CylinderSolid):
+        return _whole(_of_cylinders(shape, half))
+    return _whole(_of_boxes(shape, half, lambda box: [_add_box(box, half)]))
+
+
+def add_finger(
+    finger: Geometry, half: bool, place: Callable[[Floats], Floats] = lambda points: points
+) -> int:
+    """Add a finger, whose chambers may have dimensions of their own; the volume's tag.
+
+    Args:
+        finger: dimensions.
+        half: only y >= 0.
+        place: moves points (n, 3) of chambers of their own (mm), and keeps edges straight.
+
+    Raises:
+        MeshError: if it falls into parts.
+    """
+    boxes, of_own = finger.boxes(), own(finger)
+    if boxes is None or of_own is None:
+        return add_solid(finger.solid(), half)
+    levels = [z for ends, _ in finger.alike().sections() for z in ends]
+
+    def moved(points: Floats) -> Floats:
+        return place(of_own(points))
+
+    return _whole(_of_boxes(boxes, half, lambda box: _add_frusta(box, half, moved, levels)))
+
+
+def _whole(solid: list[tuple[int, int]]) -> int:
     gmsh.model.occ.synchronize()
     if len(solid) != 1:
         raise MeshError(f"finger: falls into {len(solid)} parts; allowed: one solid")
@@ -50,14 +83,37 @@ def _add_box(box: Box, half: bool) -> tuple[int, int]:
     return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], y1 - y0, z[1] - z[0])
 
 
-def _of_boxes(boxes: BoxSolid, half: bool) -> list[tuple[int, int]]:
+def _add_frusta(
+    box: Box, half: bool, place: Callable[[Floats], Floats], levels: Sequence[float]
+) -> list[tuple[int, int]]:
+    """Add a box whose corners are moved, in pieces between levels."""
+    (x0, x1), (y0, y1), (start, end) = box
+    y0 = 0.0 if half else y0
+    inside = {z for z in levels if start + TOLERANCE_MM < z < end - TOLERANCE_MM}
+    rings = []
+    for z in (start, *sorted(inside), end):
+        ring = place(np.array([[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]]))
+        points = [gmsh.model.occ.addPoint(*each) for each in ring]
+        lines = [gmsh.model.occ.addLine(a, b) for a, b in pairwise([*points, points[0]])]
+        rings.append(gmsh.model.occ.addWire(lines))
+    found = []
+    for pair in pairwise(rings):
+        found += gmsh.model.occ.addThruSections(pair, makeSolid=True, makeRuled=True)
+    return [each for each in found if each[0] == 3]
+
+
+def _of_boxes(
+    boxes: BoxSolid, half: bool, add: Callable[[Box], list[tuple[int, int]]]
+) -> list[tuple[int, int]]:
     """Add the body without its gaps and its cavity."""
-    channel, *chambers = (_add_box(box, half) for box in boxes.cavity)
+    channel, *chambers = (part for box in boxes.cavity for part in add(box))
     # The cavity is united before the cut. Its coplanar faces become one; they would divide the
     # mesh otherwise.
     cavity = gmsh.model.occ.fuse([channel], chambers)[0] if chambers else [channel]
-    gaps = [_add_box(box, half) for box in boxes.gaps]
-    return list(gmsh.model.occ.cut([_add_box(boxes.body, half)], [*gaps, *cavity])[0])
+    gaps = [part for box in boxes.gaps for part in add(box)]
+    first, *others = add(boxes.body)
+    body = gmsh.model.occ.fuse([first], others)[0] if others else [first]
+    return list(gmsh.model.occ.cut(body, [*gaps, *cavity])[0])
 
 
 def _of_cylinders(shape: CylinderSolid, half: bool) -> list[tuple[int, int]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Final
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.cells import Ints
+from dolfingrip.meshes.dimensions import own
 from dolfingrip.meshes.slivers import refuse_slivers
 from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces, second_order
 from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid
@@ -77,7 +78,9 @@ def structured_mesh(dimensions: Geometry, mesh: Mesh) -> SolidMesh:
         MeshError: if a part of the finger is too thin, or the mesh would not fit into memory.
     """
     refuse_slivers(dimensions)
-    solid = _cells(grid(dimensions, mesh), mesh.half)
+    solid = _cells(grid(dimensions.alike(), mesh), mesh.half)
+    if (place := own(dimensions)) is not None:
+        solid = replace(solid, points=place(solid.points))
     return second_order(solid) if mesh.order == 2 else solid
 
 

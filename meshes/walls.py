@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from dolfingrip.meshes.dimensions import own
 from dolfingrip.meshes.solid import Floats
 from dolfingrip.meshes.structured import CAVITY, OUTSIDE, SOLID, grid
 from dolfingrip.sections.geometry.geometry import Geometry
@@ -88,7 +89,7 @@ def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing, Facing]:
     Returns:
         Walls, gaps and hollows.
     """
-    found = grid(dimensions, mesh)
+    found = grid(dimensions.alike(), mesh)
     walls: list[Floats] = []
     gaps: list[Floats] = []
     hollows: list[Floats] = []
@@ -109,11 +110,15 @@ def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing, Facing]:
                     gaps.append(_faces(found.planes, axis, others, place, start, end))
                 elif inner == CAVITY and sides == {SOLID}:
                     hollows.append(_faces(found.planes, axis, others, place, start, end))
-    return Facing(_stacked(walls)), Facing(_stacked(gaps)), Facing(_stacked(hollows))
+    each = [_stacked(faces, dimensions) for faces in (walls, gaps, hollows)]
+    return each[0], each[1], each[2]
 
 
-def _stacked(found: list[Floats]) -> Floats:
-    return np.array(found) if found else np.empty((0, 2, 4, 3))
+def _stacked(found: list[Floats], dimensions: Geometry) -> Facing:
+    corners = np.array(found) if found else np.empty((0, 2, 4, 3))
+    if (place := own(dimensions)) is not None:
+        corners = place(corners.reshape(-1, 3)).reshape(corners.shape)
+    return Facing(corners)
 
 
 def _runs(column: NDArray[np.int64]) -> list[tuple[int, int]]:

@@ -14,7 +14,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import errors, units
 from dolfingrip.sections.form import Form
 from dolfingrip.sections.laws.index import LAWS
-from dolfingrip.sections.section import EVERYWHERE, Role
+from dolfingrip.sections.section import EVERYWHERE, Role, Section
 from dolfingrip.sections.setup import KINDS
 from dolfingrip.sections.tables import assignments
 
@@ -257,11 +257,16 @@ def test_printed_configuration_reads_back_equal(overrides: list[str], tmp_path: 
 
 
 def _keys() -> dict[str, Any]:
-    return {
-        f"{section}.{key}": info
-        for section in Config.model_fields
-        for key, info in errors.fields([section], Config).items()
-    }
+    found: dict[str, Any] = {}
+    tables = [[section] for section in Config.model_fields]
+    for table in tables:
+        for key, info in errors.fields(table, Config).items():
+            if isinstance(info.default, Section):
+                tables.append([*table, key])
+            else:
+                found[".".join([*table, key])] = info
+    assert "finger.along.depth_mm" in found
+    return found
 
 
 def test_every_number_has_its_unit_in_its_name() -> None:
@@ -289,7 +294,7 @@ def test_every_key_is_printed_with_its_meaning() -> None:
         for line in config.dumps(config.load(None, assignments(kind))).splitlines()
     ]
     for key, info in _keys().items():
-        name = key.partition(".")[2]
+        name = key.rpartition(".")[2]
         assert info.description
         assert any(
             re.match(rf"(# )?{name} = .*# {re.escape(info.description)}", line) for line in lines

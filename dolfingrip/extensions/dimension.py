@@ -35,5 +35,4 @@ class DimensionOffset(Effect):
         if allowed:
             key = f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}"
             raise ConfigError(f"{key}: allowed: with a finger {allowed}")
-        printed = getattr(config.geometry, self.dimension) + self.offset_mm
-        return config.changed(**{table: {self.dimension: printed}})
+        return config.changed(**{table: config.geometry.offset(self.dimension, self.offset_mm)})

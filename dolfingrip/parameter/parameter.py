@@ -12,7 +12,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.extensions.effect import Prior
-from dolfingrip.sections import errors, tables
+from dolfingrip.sections import errors
 from dolfingrip.sections.section import Entry, Section
 
 STEP: Final = 1e-4
@@ -82,13 +82,9 @@ class Parameter:
 
     def value(self, config: Config) -> float:
         """Return the parameter's value in ``config``."""
-        section, _, region = self.key.removesuffix(".nu").partition(".")
-        if section == "material" and self.key.endswith(".nu"):  # the key may be absent
-            return config.material.of(region).poisson
-        value: Any = config
-        for part in tables.parts(self.key):
-            value = value[part] if isinstance(part, int) else getattr(value, part)
-        return float(value)
+        section, _, key = self.key.partition(".")
+        table: Section = getattr(config, section)
+        return table.number_at(key)
 
     def at(self, config: Config, value: float) -> Config:
         """``config`` with another value of the parameter.

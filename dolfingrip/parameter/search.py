@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from pydantic import BaseModel
 
-from dolfingrip.config import Change, Config, ConfigError, Film, Material
+from dolfingrip.config import Change, Config, ConfigError, Film, Material, changed
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter.parameter import Parameter
@@ -118,6 +118,7 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
     found: list[Parameter] = []
     for key in keys:
         chosen = [p for name, p in known.items() if name == key or name.startswith(f"{key}[")]
+        chosen = chosen or _of_chamber(config, key)
         if not chosen:
             raise ConfigError(
                 f"--parameters {key}: no parameter of this configuration; "
@@ -125,6 +126,16 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
             )
         found += chosen
     return found
+
+
+def _of_chamber(config: Config, key: str) -> list[Parameter]:
+    """The dimension of a single chamber that has none of its own yet, which then is its own."""
+    table, _, inner = key.partition(".")
+    if table != config.geometry_table or not inner.startswith("override."):
+        return []
+    named(key, "--parameters")
+    own = changed(config, {key: getattr(config.geometry, key.rpartition(".")[2])})
+    return [each for each in every(own) if each.key == key]
 
 
 def _of_table(config: Config, table: Section, path: str) -> Iterator[Parameter]:

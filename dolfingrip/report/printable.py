@@ -23,10 +23,11 @@ from dolfingrip.meshes.adoption.sound import Thinnest, check_watertight, place, 
 from dolfingrip.meshes.adoption.surface import Faces
 from dolfingrip.meshes.booleans import Solids, volume_mm3
 from dolfingrip.meshes.closed_surface import ClosedSurface
+from dolfingrip.meshes.dimensions import own
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.inlet import with_inlets
 from dolfingrip.meshes.mould import add_mould
-from dolfingrip.meshes.solid_model import add_solid
+from dolfingrip.meshes.solid_model import add_finger, add_solid
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.skin import Floats, Ints, extract_skin
 from dolfingrip.sections.errors import ConfigError
@@ -115,9 +116,12 @@ def write(config: Config, file: Path) -> Printed:
             found.volume_mm3,
             _voids(Faces(found.points, found.triangles, np.zeros(len(found.triangles), np.int64))),
         )
-    shape = _drawn(config, suffix if config.inlet is None else "inlet")
+    shape, adapted = _drawn(config, suffix if config.inlet is None else "inlet"), config.adapted()
     with session(f"{file}", _OPTIONS):
-        body: Solids = [(3, add_solid(shape, half=False))]
+        if own(adapted.geometry) is None:
+            body: Solids = [(3, add_solid(shape, half=False))]
+        else:  # a morph keeps planes x = const planes
+            body = [(3, add_finger(adapted.geometry, False, morph(adapted).points))]
         if config.inlet is not None:
             body = with_inlets(body, shape, config.inlet)
             gmsh.model.occ.synchronize()
@@ -260,6 +264,9 @@ def _drawn(config: Config, asked: str) -> BoxSolid | CylinderSolid:
             f"{asked}: [form] bends this design's faces, which are no boxes' any more; "
             f"allowed: {without}, or a design without [form]"
         )
+    if asked in ("inlet", "--mould") and own(adapted.geometry) is not None:
+        table = adapted.geometry_table
+        raise ConfigError(f"{asked}: allowed: without [{table}.override] and [{table}.along]")
     shape = morphed(adapted)
     if isinstance(shape, CylinderSolid) and (adapted.morph.xi1 or adapted.morph.xi2):
         raise ConfigError(f"{asked}: [morph] flattens this design's cylinders; allowed: {without}")

@@ -130,7 +130,8 @@ def reason(kind: str, info: Any, key: str) -> str:
     """
     hint = bare(info.annotation)
     if isinstance(hint, type) and issubclass(hint, BaseModel):
-        return f"not a table; allowed: keys {', '.join(hint.model_fields)}"
+        keys = f"keys {', '.join(hint.model_fields)}" if hint.model_fields else "tables by name"
+        return f"not a table; allowed: {keys}"
     if get_origin(hint) is Literal:
         return f"allowed: {', '.join(str(choice) for choice in get_args(hint))}"
     if hint is bool:

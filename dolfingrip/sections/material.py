@@ -153,6 +153,11 @@ class Materials(Material):
     __pydantic_extra__: dict[str, AnyMaterial]
     entries: ClassVar = AnyMaterial
 
+    def number_at(self, key: str) -> float:
+        """Return a number by its key; Poisson's ratio may be absent."""
+        region, _, name = key.rpartition(".")
+        return self.of(region).poisson if name == "nu" else super().number_at(key)
+
     @property
     def own(self) -> tuple[str, ...]:
         """Names of the regions with a material of their own."""

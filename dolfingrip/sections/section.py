@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
 from dolfingrip.channels import Part
-from dolfingrip.sections import errors
+from dolfingrip.sections import errors, tables
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.units import unit
 
@@ -187,6 +187,17 @@ class Section(BaseModel):
     def inner(self) -> Mapping[str, Section]:
         """Tables in it whose names a user chose, by name."""
         return self.model_extra or {}
+
+    def number_at(self, key: str) -> float:
+        """Return a number in this table or below it.
+
+        Args:
+            key: names with points between them; entries of a list are numbered from 0 in brackets.
+        """
+        value: Any = self
+        for part in tables.parts(key):
+            value = value[part] if isinstance(part, int) else getattr(value, part)
+        return float(value)
 
     def movable(self, key: str) -> bool:
         """Return whether the model follows a change of this number alone."""

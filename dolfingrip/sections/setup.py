@@ -188,6 +188,10 @@ class Sections(Section):
         if self.solver.element == "S2" and self.mesh.target_elements is not None:
             words = 'a number of tetrahedra; allowed: with solver.element = "P1" or "P2"'
             yield Refusal("mesh.target_elements", words)
+        if self.mesh.file is not None and self.geometry.differ:
+            table = self.geometry_table
+            words = f"allowed: without [{table}.override] and [{table}.along]"
+            yield Refusal("mesh.file", words, str(self.mesh.file))
         if self.mesh.half and self.mesh.file is None and (key := self.sideways()):
             yield Refusal(key, "allowed: no y-part with mesh.half = true")
 

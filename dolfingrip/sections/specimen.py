@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field
 
-from dolfingrip.sections.geometry.bellows import Bellows
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.geometry.index import GEOMETRIES, NAMES
 from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section
 
 if TYPE_CHECKING:  # the names are known as it runs only
+    from dolfingrip.sections.geometry.bellows import Bellows
+
     Kind = str
 else:
+    Bellows = GEOMETRIES["bellows"]
     Kind = Literal[NAMES]
 
 

@@ -37,9 +37,7 @@ def morph(config: Config) -> MorphMap:
 
 def free_form(config: Config) -> FreeForm:
     """The free form that ``config`` asks for, of the planes that its dimensions set."""
-    boxes = config.geometry.boxes()
-    assert boxes is not None  # the configuration refuses a free form of another solid
-    return FreeForm(boxes, config.form)
+    return FreeForm(config.geometry, config.form)
 
 
 def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from pydantic import Field
 
@@ -19,6 +19,7 @@ class Bellows(Geometry):
     tetrahedra: ClassVar = True
     thin: ClassVar = True
     number: ClassVar = "bellows"
+    own: ClassVar = ("depth_mm", "gap_mm", "wall_mm", "base_layer_mm", "width_mm")
 
     length_mm: float = Field(90.0, gt=0, le=1000, description="clamp to tip, along z")
     width_mm: float = Field(20.0, gt=0, le=500, description="along y")
@@ -65,7 +66,7 @@ class Bellows(Geometry):
         The first bellows adjoins the base block; a gap follows each bellows.
         """
         starts = (self.base_block_mm + i * self.pitch_mm for i in range(self.bellows))
-        return [(start, start + self.bellows_mm) for start in starts]
+        return [(start, start + self.of(i).bellows_mm) for i, start in enumerate(starts)]
 
     def gap_intervals(self) -> list[Interval]:
         """Extent along z (mm) of the clear spaces that bellows leave between base and tip."""
@@ -85,16 +86,18 @@ class Bellows(Geometry):
         floor, wall, depth = self.base_layer_mm, self.wall_mm, self.depth_mm
         roof, valley = floor + self.channel_mm, self.valley_mm
         bellows = self.bellows_intervals()
-        ends = (bellows[0][0] + wall, bellows[-1][1] - wall)
+        chambers = [
+            (start + own, end - own)
+            for i, (start, end) in enumerate(bellows)
+            for own in (self.of(i).wall_mm,)
+        ]
+        ends = (chambers[0][0], chambers[-1][1])
         across = (-self.width_mm / 2, self.width_mm / 2)
         chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)
         channel = (-self.channel_width / 2, self.channel_width / 2)
         cavity: list[Box] = [
             ((floor, roof), channel, ends),
-            *(
-                ((floor, depth - wall), chamber, (start + wall, end - wall))
-                for start, end in bellows
-            ),
+            *(((floor, depth - wall), chamber, z) for z in chambers),
         ]
         gaps: list[Box] = [((valley, depth), across, z) for z in self.gap_intervals()]
         inner = [chamber[1], channel[1]]
@@ -113,7 +116,20 @@ class Bellows(Geometry):
         found = self.gap_intervals()
         ends = [end for _, end in self.bellows_intervals()]
         names = [_before(ends, start) for start, _ in found]
-        return Gaps(found, [*names, "tip"], self.valley_mm, self.gap_mm)
+        every = [each for _, each in self.sections()]
+        floor_mm = max(each.valley_mm for each in every)
+        return Gaps(found, [*names, "tip"], floor_mm, max(each.gap_mm for each in every))
+
+    def sections(self) -> list[tuple[Interval, Self]]:
+        """The clamped face, each bellows, and the tip, which has the shared cross-section.
+
+        The first bellows' begins with its chamber, as there is no face where its wall begins.
+        """
+        alike, (first, *others) = self.alike(), self.bellows_intervals()
+        bellows = [(first[0] + self.of(0).wall_mm, first[1]), *others]
+        each = [(z, self.of(i)) for i, z in enumerate(bellows)]
+        tip = (self.length_mm - self.tip_mm, self.length_mm)
+        return [((0.0, 0.0), alike), *each, (tip, alike)]
 
     def distances_mm(self) -> Mapping[str, float]:
         """Least distance of parallel faces by the key that sets it."""

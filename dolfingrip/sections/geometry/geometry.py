@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -24,8 +24,8 @@ class Gaps:
     Attributes:
         intervals: extent along z (mm) of each gap, from clamp to tip.
         parts: names of the parts between the gaps, one more than there are gaps.
-        floor_mm: height x of the gaps' floors.
-        width_mm: clear distance across a gap.
+        floor_mm: height x of the gaps' floors, of the highest one.
+        width_mm: clear distance across a gap, across the widest one.
     """
 
     intervals: list[Interval] = field(default_factory=list)
@@ -51,6 +51,7 @@ class Geometry(Section):
         cast: whether it is cast in a mould, a body and a base that close its hollows.
         thin: whether one element across a wall bears the pressure, so that no mesh is too coarse.
         number: key of the number of its chambers.
+        own: keys of dimensions that a chamber may have of its own.
         length_mm: clamp to tip, along z.
         width_mm: outer width along y.
         depth_mm: contact face to crown, along x.
@@ -69,6 +70,7 @@ class Geometry(Section):
     cast: ClassVar[bool] = False
     thin: ClassVar[bool] = False
     number: ClassVar[str] = "chambers"
+    own: ClassVar[tuple[str, ...]] = ()
 
     if TYPE_CHECKING:  # each is a key of the table or a property
 
@@ -99,8 +101,11 @@ class Geometry(Section):
         raise NotImplementedError
 
     def boxes(self) -> BoxSolid | None:
-        """The solid, if it is made of boxes, whose planes a free form bends; None otherwise."""
-        found = self.solid()
+        """The solid with the shared dimensions, if it is made of boxes; None otherwise.
+
+        A free form bends its planes.
+        """
+        found = self.alike().solid()
         return found if isinstance(found, BoxSolid) else None
 
     def cavities(self) -> tuple[str, ...]:
@@ -110,6 +115,36 @@ class Geometry(Section):
     def count(self) -> tuple[str, int]:
         """Return key and value of the number that no mesh can be moved to another of."""
         return f"{self.table()}.{self.number}", int(getattr(self, self.number))
+
+    differ: ClassVar[bool] = False  # or a property, where chambers may
+
+    def of(self, chamber: int) -> Self:
+        """Dimensions of a finger all of whose chambers are like one of this finger's.
+
+        Args:
+            chamber: from the clamp, from 0 on.
+        """
+        return self
+
+    def alike(self) -> Self:
+        """Dimensions of a finger all of whose chambers have the shared ones."""
+        return self
+
+    def sections(self) -> list[tuple[Interval, Self]]:
+        """Stretches along z (mm) with one cross-section each, from the clamp, and its dimensions.
+
+        Between two stretches the cross-section changes linearly.
+        """
+        return [((0.0, self.length_mm), self)]
+
+    def offset(self, key: str, by_mm: float) -> dict[str, Any]:
+        """Return the changes of keys that make a dimension of all chambers larger.
+
+        Args:
+            key: of the dimension.
+            by_mm: added to it.
+        """
+        return {key: getattr(self, key) + by_mm}
 
     def gaps(self) -> Gaps:
         """The clear spaces between neighbouring parts; none of a solid block."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from dolfingrip.sections.geometry.geometry import Geometry
+from dolfingrip.sections.geometry.own import with_own
 from dolfingrip.sections.lookup import only_class
 
 NAMES: Final = (
@@ -17,7 +18,7 @@ NAMES: Final = (
 )
 
 GEOMETRIES: Final[Mapping[str, type[Geometry]]] = {
-    name: only_class(f"dolfingrip.sections.geometry.{name}", Geometry) for name in NAMES
+    name: with_own(only_class(f"dolfingrip.sections.geometry.{name}", Geometry)) for name in NAMES
 }
 
 TABLES: Final = tuple(geometry.table() for geometry in GEOMETRIES.values())

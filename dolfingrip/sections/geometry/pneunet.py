@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
-from typing import ClassVar
+from itertools import accumulate, pairwise
+from typing import ClassVar, Self
 
 from pydantic import Field
 
@@ -19,6 +19,10 @@ class Pneunet(Geometry):
     cast: ClassVar = True
     regions: ClassVar = ("body", "paper", "base")
     limiting: ClassVar = "paper"
+    own: ClassVar = (
+        *("chamber_length_mm", "chamber_width_mm", "chamber_height_mm"),
+        *("wall_mm", "roof_mm", "gap_mm"),
+    )
 
     chambers: int = Field(8, ge=1, le=60, description="number of chambers")
     chamber_length_mm: Length = Field(6.0, description="inside, along z")
@@ -59,8 +63,15 @@ class Pneunet(Geometry):
     @property
     def length_mm(self) -> float:
         """Clamp to tip, along z."""
-        chambers = self.chambers * self.pitch_mm - self.gap_mm
+        chambers = self.chambers * self.pitch_mm - self.gap_mm + self._longer_mm[-1]
+        chambers += self.gap_mm - self.of(self.chambers - 1).gap_mm
         return self.clamp_block_mm + chambers + self.tip_mm
+
+    @property
+    def _longer_mm(self) -> list[float]:
+        """By how much the pitches before each chamber, and of all, exceed the shared one."""
+        each = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.chambers))
+        return list(accumulate(each, initial=0.0))
 
     @property
     def thinnest_mm(self) -> float:
@@ -74,23 +85,41 @@ class Pneunet(Geometry):
 
     def chamber_intervals(self) -> list[Interval]:
         """Outer extent along z (mm) of each chamber with its walls."""
-        outer = self.chamber_length_mm + 2 * self.wall_mm
-        starts = (self.clamp_block_mm + i * self.pitch_mm for i in range(self.chambers))
-        return [(start, start + outer) for start in starts]
+        found = []
+        for i, longer in enumerate(self._longer_mm[:-1]):
+            start, own = self.clamp_block_mm + i * self.pitch_mm + longer, self.of(i)
+            found.append((start, start + own.chamber_length_mm + 2 * own.wall_mm))
+        return found
 
     def gaps(self) -> Gaps:
         """The gaps between neighbouring chambers."""
         chambers = self.chamber_intervals()
         found = [(before[1], after[0]) for before, after in pairwise(chambers)]
         names = [f"chamber {i}" for i in range(1, len(chambers) + 1)]
-        return Gaps(found, names, self.valley_mm, self.gap_mm)
+        every = [each for _, each in self.sections()]
+        floor_mm = max(each.valley_mm for each in every)
+        return Gaps(found, names, floor_mm, max(each.gap_mm for each in every))
+
+    def sections(self) -> list[tuple[Interval, Self]]:
+        """The clamped face, and each chamber, the last one with the tip.
+
+        The first chamber's begins inside, as there is no face where its wall begins.
+        """
+        first, *others = self.chamber_intervals()
+        chambers = [(first[0] + self.of(0).wall_mm, first[1]), *others]
+        each = [(z, self.of(i)) for i, z in enumerate(chambers)]
+        return [((0.0, 0.0), self.alike()), *each]
 
     def solid(self) -> BoxSolid:
         """The block, its chambers and tunnel, the gaps between chambers, base and paper."""
-        floor, depth, wall = self.floor_mm, self.depth_mm, self.wall_mm
+        floor, depth = self.floor_mm, self.depth_mm
         roof, valley = floor + self.chamber_height_mm, self.valley_mm
         outer = self.chamber_intervals()
-        inner = [(start + wall, end - wall) for start, end in outer]
+        inner = [
+            (start + wall, end - wall)
+            for i, (start, end) in enumerate(outer)
+            for wall in (self.of(i).wall_mm,)
+        ]
         gaps = [(before[1], after[0]) for before, after in pairwise(outer)]
         across = (-self.width_mm / 2, self.width_mm / 2)
         chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import accumulate
 from typing import ClassVar
 
 from pydantic import Field
@@ -23,6 +24,7 @@ class RoundBellows(Geometry):
     tetrahedra: ClassVar = True
     hexahedra: ClassVar = False
     number: ClassVar = "convolutions"
+    own: ClassVar = ("crown_radius_mm", "pitch_mm", "gap_mm", "wall_mm")
 
     convolutions: int = Field(8, ge=1, le=60, description="of each bellows")
     crown_radius_mm: Length = Field(12.5, description="outside")
@@ -36,7 +38,13 @@ class RoundBellows(Geometry):
     @property
     def length_mm(self) -> float:
         """Clamp to tip, along z."""
-        return 2 * self.block_mm + self.convolutions * self.pitch_mm
+        return 2 * self.block_mm + self.convolutions * self.pitch_mm + self._longer_mm[-1]
+
+    @property
+    def _longer_mm(self) -> list[float]:
+        """By how much the pitches before each convolution, and of all, exceed the shared one."""
+        each = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.convolutions))
+        return list(accumulate(each, initial=0.0))
 
     @property
     def width_mm(self) -> float:
@@ -63,10 +71,12 @@ class RoundBellows(Geometry):
 
     def crowns(self) -> list[Interval]:
         """Outer extent along z (mm) of each convolution."""
-        starts = [
-            self.block_mm + i * self.pitch_mm + self.gap_mm / 2 for i in range(self.convolutions)
-        ]
-        return [(start, start + self.pitch_mm - self.gap_mm) for start in starts]
+        found = []
+        for i, longer in enumerate(self._longer_mm[:-1]):
+            own = self.of(i)
+            start = self.block_mm + i * self.pitch_mm + longer + own.gap_mm / 2
+            found.append((start, start + own.pitch_mm - own.gap_mm))
+        return found
 
     def solid(self) -> CylinderSolid:
         """The blocks, and convolutions on a tube along each axis."""
@@ -76,11 +86,11 @@ class RoundBellows(Geometry):
         first = self.crown_radius_mm
         for axis in (first, self.depth_mm - first):
             outer.append(Cylinder(axis, self.neck_radius_mm, ends))
-            outer += [Cylinder(axis, self.crown_radius_mm, z) for z in self.crowns()]
-            hollow = [
-                Cylinder(axis, self.crown_radius_mm - wall, (start + wall, end - wall))
-                for start, end in self.crowns()
-            ]
+            hollow = []
+            for i, (start, end) in enumerate(self.crowns()):
+                radius, own = self.of(i).crown_radius_mm, self.of(i).wall_mm
+                outer.append(Cylinder(axis, radius, (start, end)))
+                hollow.append(Cylinder(axis, radius - own, (start + own, end - own)))
             inner.append([Cylinder(axis, self.neck_radius_mm - wall, ends), *hollow])
         across = (-self.width_mm / 2, self.width_mm / 2)
         depth = (0.0, self.depth_mm)
