@@ -33,7 +33,14 @@ WORDS: Final[Mapping[str, str]] = {
 WHO: Final = tuple(WORDS)
 """Columns that name the experiment, specimen, cycle and branch of a row."""
 
-SYMBOLS: Final[Mapping[str, str]] = {"deg": "°", "mm3": "mm³", "N_per_mm": "N/mm", "": "–"}
+SYMBOLS: Final[Mapping[str, str]] = {
+    "deg": "°",
+    "mm2": "mm²",
+    "mm3": "mm³",
+    "per_m": "1/m",
+    "N_per_mm": "N/mm",
+    "": "–",
+}
 """Printed forms of units that differ from the ends of names."""
 
 
@@ -255,6 +262,53 @@ def of_cavity(name: str) -> tuple[Channel, Channel]:
         replace(CAVITY_VOLUME, name=f"{name}_volume_mm3", title=f"Volume of {name}",
                 about=f"volume of {name}, of the whole finger"),
     )  # fmt: skip
+
+
+CURVE = Channel(
+    name="curve_mean_square_mm2",
+    unit="mm2",
+    title="Mean square distance from the curve",
+    about="mean square of the distances of the back's middle line from the configuration's curve",
+)
+
+CURVE_PARTS: Final = tuple(f"curve_part_{i}_mm" for i in range(1, 17))
+"""Parts of the distances, whose squares add up to nearly the mean square; no column of a result."""
+
+
+def marker(number: int, axis: str) -> Channel:
+    """Return the channel of a marker's place on the middle line of the back.
+
+    Args:
+        number: from the clamp, from 1 on.
+        axis: ``x`` or ``z``.
+    """
+    return replace(
+        TIP_X, name=f"marker_{number}_{axis}_mm", title=f"Marker {number}, {axis}", short="",
+        about=f"place of marker {number} along {axis}", from_rest=False,
+    )  # fmt: skip
+
+
+def curvature(number: int) -> Channel:
+    """Return the channel of the line's curvature at a marker between two others.
+
+    Args:
+        number: of the marker, from 2 on.
+    """
+    return Channel(name=f"curvature_{number}_per_m", unit="per_m", title=f"Curvature at {number}",
+                   about=f"turn of the line at marker {number} by its length, positive towards −x",
+                   form=".2f", of=("finger",))  # fmt: skip
+
+
+def of_line(markers: int, *, curve: bool) -> tuple[Channel, ...]:
+    """Return the channels of the back's middle line that a configuration asks for.
+
+    Args:
+        markers: number of markers.
+        curve: whether the distance from a curve is read.
+    """
+    places = (marker(i, axis) for i in range(1, markers + 1) for axis in "xz")
+    turns = (curvature(i) for i in range(2, markers))
+    return (*places, *turns, *((CURVE,) if curve else ()))
 
 
 CONTACT_GAP = Channel(

@@ -10,7 +10,17 @@ from typing import Any
 
 import tomlkit
 
-from dolfingrip.channels import CHANNELS, PRESSURE, TIME, WHO, WORDS, measured, of_cavity, read_of
+from dolfingrip.channels import (
+    CHANNELS,
+    PRESSURE,
+    TIME,
+    WHO,
+    WORDS,
+    measured,
+    of_cavity,
+    of_line,
+    read_of,
+)
 from dolfingrip.config import Config
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
@@ -32,7 +42,9 @@ EFFORT = {
 """Columns that tell the solver's effort, and what they mean."""
 
 
-def columns(experiment: Experiment, cavities: Sequence[str] = ()) -> tuple[str, ...]:
+def columns(
+    experiment: Experiment, cavities: Sequence[str] = (), config: Config | None = None
+) -> tuple[str, ...]:
     """Return the columns of an experiment's ``result.csv``.
 
     The columns of the format of measured data come first, then further readings of the parts, then
@@ -41,9 +53,13 @@ def columns(experiment: Experiment, cavities: Sequence[str] = ()) -> tuple[str, 
     Args:
         experiment: whose columns they are.
         cavities: of the mesh; several have columns of their own.
+        config: of the run, which may ask for places along the back; None: it asks for none.
     """
     names = cavities if len(cavities) > 1 else ()
     several = [each.name for name in names for each in of_cavity(name)]
+    if config is not None and "finger" in experiment.parts:
+        line = of_line(config.camera.markers, curve=config.curve is not None)
+        several += [each.name for each in line]
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
     return (*WHO, *shared, *(each.name for each in experiment.columns), *several, *EFFORT)
@@ -99,7 +115,7 @@ class Recorder:
         self._rows = 0
         self._last: Row = {}
         self._finished = False
-        self._columns = columns(experiment, model.domain.cavities)
+        self._columns = columns(experiment, model.domain.cavities, config)
         self._file = on_root(self._comm, self._open)
         self._fields = FieldFile(model, out / "fields.pvd")
 

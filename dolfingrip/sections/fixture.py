@@ -57,6 +57,7 @@ class Camera(Section):
 
     role: ClassVar = Role.INSTRUMENT
     felt_by: ClassVar = ("finger",)
+    later: ClassVar = {"markers": 0}
 
     chord: Literal["centres", "back edges", "points"] = Field(
         "centres",
@@ -65,6 +66,13 @@ class Camera(Section):
     )
     from_mm: Vector | None = Field(None, description="points: where the line begins, as meshed")
     to_mm: Vector | None = Field(None, description="points: where it ends, as meshed")
+    markers: int = Field(
+        0,
+        ge=0,
+        le=100,
+        description="number of markers along the middle of the back, at equal distances, the last "
+        "one at the tip; each has columns marker_1_x_mm, marker_1_z_mm, …",
+    )
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from pydantic import create_model, model_validator
 
 from dolfingrip.channels import VACUUM_KPA
+from dolfingrip.sections.curve import Curve
 from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Camera, Gravity, PlateSettings
@@ -54,6 +55,7 @@ class Sections(Section):
     mould: Mould = Mould()
     inlet: Inlet | None = None
     form: Form | None = None
+    curve: Curve | None = None
 
     @model_validator(mode="before")
     @classmethod

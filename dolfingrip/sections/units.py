@@ -7,6 +7,8 @@ KPA = 1e-3
 
 UNITS = {
     "mm": "mm",
+    "mm2": "mm²",
+    "per_m": "1/m",
     "MPa": "MPa",
     "kPa": "kPa",
     "N": "N",

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dolfingrip.channels import CURVE_PARTS
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations
 from dolfingrip.design.gradient.policy import DescentPolicy
@@ -88,6 +89,9 @@ class TrustRegionSQP:
         cost = self._spent
         while self._spent + cost <= problem.method.simulations:
             worst = int(here.signed.argmax())
+            if here.of_parts is not None:  # a sum of squares: Gauss and Newton's
+                size = float(np.trace(here.of_parts)) / n
+                curvature = here.of_parts + self._policy.ridge * size * np.eye(n)
             model = ObjectiveModel(here.signed, here.signed_slopes, curvature)
             rows = bundle(here, trials, bend, self._policy.bundle)
             found = self._step(here, model, rows, radius)
@@ -183,6 +187,10 @@ class TrustRegionSQP:
                 [one.slopes * self._range for one in each]
             )
         trial.objective = problem.sign * float(trial.signed.max())
+        if problem.parts:
+            worst = found.by_condition[int(trial.signed.argmax())]
+            turns = np.array([worst[each].slopes * self._range for each in problem.parts])
+            trial.of_parts = 2 * turns.T @ turns * len(CURVE_PARTS) / len(turns)
         values, slopes = [], []
         for i, limit in enumerate(problem.limits):
             if limit.quantity.experiment is None:

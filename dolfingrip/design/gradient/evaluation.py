@@ -59,6 +59,7 @@ class DesignSimulations:
         wanted = [problem.objective, *(limit.quantity for limit in problem.limits)]
         if problem.against is not None:
             wanted.append(problem.against)
+        wanted += problem.parts
         self.quantities = list(dict.fromkeys(each for each in wanted if each.experiment))
         starts = [each.start for each in problem.variables]
         self._starts = [each.config(problem.variables, starts) for each in problem.conditions]

@@ -40,6 +40,10 @@ class Objective(Placed):
 
     maximise: str | None = Field(None, description="name of a quantity")
     minimise: str | None = Field(None, description="name of a quantity")
+    match: Path | None = Field(
+        None, strict=False, description="CSV, SVG or DXF with a curve that the back shall follow"
+    )
+    ends: Literal["free", "fixed"] = Field("free", description="of the curve that is matched")
 
 
 class Limit(Placed):

@@ -31,6 +31,8 @@ class DescentPolicy:
         most_rows: largest number of pairs of faces among them at first.
         bundle: number of earlier designs whose simulated limits, made linear there, count too.
         penalty: price of breaking a limit in a step's model, in sizes of the objective.
+        ridge: of the mean curvature of a sum of squares, added in every direction: what its parts
+            do not tell has some.
         digits: decimals of a scaled variable; its value has two fewer. So a run that goes on
             computes the same designs.
     """
@@ -54,4 +56,5 @@ class DescentPolicy:
     most_rows: int = 400
     bundle: int = 8
     penalty: float = 20.0
+    ridge: float = 1e-4
     digits: int = 12

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dolfingrip.channels import CURVE, CURVE_PARTS
 from dolfingrip.config import Config, changed
 from dolfingrip.design.gradient.file import FrontTable, Method
 from dolfingrip.design.quantities.quantity import Quantity
@@ -133,6 +134,17 @@ class Problem:
     method: Method
     front: FrontTable | None = None
     against: Quantity | None = None
+
+    @property
+    def parts(self) -> tuple[Quantity, ...]:
+        """Numbers whose squares add up to nearly the objective, for each place; () if none do."""
+        asked = self.objective
+        if asked.name != CURVE.name:
+            return ()
+        values: list[tuple[float, ...]] = [(each,) for each in asked.values] or [()]
+        return tuple(
+            replace(asked, name=name, values=value) for name in CURVE_PARTS for value in values
+        )
 
     @property
     def nominal(self) -> Condition:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import CURVE
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
-from dolfingrip.design.gradient import free_form
+from dolfingrip.design.gradient import curve, free_form
 from dolfingrip.design.gradient.file import File, FrontTable, Limit, Objective, Scenario
 from dolfingrip.design.gradient.problem import Condition, Constraint, Problem, Variable
 from dolfingrip.design.gradient.quantity import FACING, OF_MANY, OVERHANG
@@ -42,6 +43,8 @@ def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
         )
     _without_memory(base)
     sign, name = _objective(asked.objective)
+    if asked.objective.match is not None:
+        base = curve.load(file.parent / asked.objective.match, base, asked.objective.ends)
     key = f"objective.{'minimise' if sign > 0 else 'maximise'}"
     objective = asked.objective.quantity(key, name)
     if name in OF_MANY:
@@ -114,12 +117,14 @@ def _without_memory(base: Config) -> None:
 
 
 def _objective(asked: Objective) -> tuple[float, str]:
-    names = [each for each in (asked.maximise, asked.minimise) if each is not None]
+    matched = None if asked.match is None else CURVE.name
+    names = [each for each in (asked.maximise, asked.minimise, matched) if each is not None]
     if len(names) != 1:
         raise ConfigError(
-            f"objective: {len(names)} quantities; allowed: one of maximise = and minimise ="
+            f"objective: {len(names)} quantities; allowed: one of maximise =, minimise = and "
+            "match ="
         )
-    return (1.0 if asked.minimise else -1.0), names[0]
+    return (-1.0 if asked.maximise else 1.0), names[0]
 
 
 def _limits(asked: Sequence[Limit]) -> list[Constraint]:
@@ -235,8 +240,9 @@ def _condition(
         other, {**given, **tables.assignments(scenario.set, "scenarios.set")}
     )
     _without_memory(found)
-    if base.form is not None:
-        found = found.changed(form=base.form.model_dump())
+    for name in ("form", "curve"):
+        if (table := getattr(base, name)) is not None:
+            found = found.changed(**{name: table.model_dump()})
     change: dict[str, float] = {}
     for assignment in scenario.change:
         key, amount = tables.assigned(assignment, "scenarios.change")

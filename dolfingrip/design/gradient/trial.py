@@ -29,6 +29,8 @@ class Trial:
         failure: class and sentence; "" if it was simulated.
         signed: shape (conditions,), objectives, which count as minimised.
         signed_slopes: shape (conditions, variables), by the scaled variables.
+        of_parts: shape (variables, variables), the curvature of the worst condition's objective
+            where it is a sum of squares of linear parts; None: it is no sum of squares.
         above: shape (m,), by how much simulated limits are broken, as parts of their sizes, for
             each limit and condition.
         above_slopes: shape (m, variables), likewise.
@@ -47,6 +49,7 @@ class Trial:
     failure: str = ""
     signed: Floats = field(default_factory=lambda: np.empty(0), repr=False)
     signed_slopes: Floats = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    of_parts: Floats | None = field(default=None, repr=False)
     above: Floats = field(default_factory=lambda: np.empty(0), repr=False)
     above_slopes: Floats = field(default_factory=lambda: np.empty((0, 0)), repr=False)
 

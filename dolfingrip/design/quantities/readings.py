@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS, CONTACT_GAP, FORCE, PRESSURE, read_of
+from dolfingrip.channels import CHANNELS, CONTACT_GAP, CURVE, FORCE, PRESSURE, read_of
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.quantities.quantity import (
     AskedDesign,
@@ -26,6 +26,7 @@ SIDE_STIFFNESS: Final = "stiffness_y_N_per_mm"
 USUAL: Final[dict[str, str]] = {
     **{each.name: "bending" for each in read_of("finger")},
     **{each.name: "blocked_force" for each in read_of("plate")},
+    CURVE.name: "bending",
     "work_mJ": "bending",
     "peak_stretch": "bending",
     SIDE_STIFFNESS: "push",

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from dolfingrip.channels import CAVITY_VOLUME, PRESSURE
+from dolfingrip.channels import CAVITY_VOLUME, CURVE_PARTS, PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.finger_experiment import FingerExperiment
@@ -32,6 +32,7 @@ from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.readings import peak_stretch, work
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
+from dolfingrip.mechanics.readings.line import part_of_distance
 from dolfingrip.mechanics.readings.peak_stretch import PeakStretch
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.readings.tip import TipDisplacement
@@ -156,6 +157,9 @@ class _Path:
             done = PressureWork(finger.by_pressure, volume, finger.cavity)
             self._readings[work.COLUMN] = FromRest(done)
         for column in self._columns:
+            if column in CURVE_PARTS and self._config.curve is not None:
+                part = part_of_distance(finger.model, self._config.curve, column)
+                self._readings[column] = part
             if column == SIDE_STIFFNESS and load("y") in finger.parameters:
                 continue
             if column not in self._readings:

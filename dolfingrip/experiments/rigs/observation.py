@@ -27,6 +27,7 @@ from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.largest_stretch import LargestStretch
+from dolfingrip.mechanics.readings.line import of_line
 from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGapReading
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
@@ -180,6 +181,7 @@ class Observation:
             self._gap,
             WallGap(finger),
             *of_model(model, "finger"),
+            *of_line(model, finger.config.camera.markers, finger.config.curve),
         ]
         if plate is not None:
             found += [

@@ -1,0 +1,281 @@
+"""The middle line of a finger's back, deformed: places on it, its curvature, a curve's distance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.channels import CURVE, CURVE_PARTS, curvature, marker
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
+from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.sections.curve import Curve, Polyline
+from dolfingrip.sections.errors import ConfigError
+
+LEVEL = 1e-6
+"""A node lies on the line if its distance, relative to the line's length, is smaller than this."""
+
+PLANE: Final = np.array([0, 2])
+"""Coordinates of the plane of bending: x and z."""
+
+Floats = np.ndarray
+
+Function = Callable[[Floats], tuple[float, Floats]]
+"""From places (n, 2), x and z (mm), to a number and its derivatives (n, 2)."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """Places on the deformed line.
+
+    Attributes:
+        points: (n, 2), x and z (mm).
+        along: (n, 2), their change with the place at rest.
+        weights: (n, nodes), shares of the line's nodes.
+    """
+
+    points: Floats
+    along: Floats
+    weights: Floats
+
+
+class BackLine:
+    """Nodes along the middle of the back, where x is lowest and y is 0, from the clamp to the tip.
+
+    Between nodes the displacement is that of the elements, whose edges lie on the line.
+
+    Args:
+        model: of a finger.
+
+    Raises:
+        ConfigError: one line, where the mesh has no edges there.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model, self._comm = model, model.comm
+        space = model.u.function_space
+        nodes = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+        low, high = self._comm.allgather(nodes.min(axis=0)), self._comm.allgather(nodes.max(axis=0))
+        lowest, length = np.min(low, axis=0), np.ptp([*low, *high], axis=0)[2]
+        near = np.abs(nodes[:, :2] - [lowest[0], 0.0]).max(axis=1) < LEVEL * length
+        self._own = np.flatnonzero(near)
+        every = self._comm.allgather(nodes[self._own, 2])
+        z = np.concatenate(every)
+        self._order = np.argsort(z, kind="stable")
+        first = sum(len(each) for each in every[: self._comm.rank])
+        self._rank = slice(first, first + len(self._own))
+        self._degree = int(space.ufl_element().degree)
+        covers = len(z) > 2 and np.ptp(z) > (1 - LEVEL) * length
+        if not covers or (len(z) - 1) % self._degree or self._uneven(np.sort(z)):
+            raise ConfigError(
+                "camera.markers, curve: this mesh has no edges along the middle of the back; "
+                "allowed: with mesh.half = true"
+            )
+
+    def _uneven(self, z: Floats) -> bool:
+        """Tell whether nodes between corners are not in the middle, so that a cell is missing."""
+        if self._degree == 1:
+            return False
+        middle = (z[:-2:2] + z[2::2]) / 2
+        return bool(np.abs(z[1::2] - middle).max() > LEVEL * np.ptp(z))
+
+    def _gathered(self, own: Floats) -> Floats:
+        """Values at all nodes of the line in order, from those at this rank's."""
+        return np.asarray(np.concatenate(self._comm.allgather(own))[self._order])
+
+    def at(self, shares: Floats) -> _Places:
+        """Places at parts of the line's length at rest, 0 at the clamp to 1 at the tip, (n,)."""
+        u = self._model.u
+        rest = u.function_space.tabulate_dof_coordinates()[self._own][:, PLANE]
+        now = rest + u.x.array.reshape(-1, 3)[self._own][:, PLANE]
+        z, positions = self._gathered(rest[:, 1]), self._gathered(now)
+        places, degree = z[0] + shares * (z[-1] - z[0]), self._degree
+        cell = np.clip(np.searchsorted(z[::degree], places, "right") - 1, 0, len(z) // degree - 1)
+        weights, rates = np.zeros((2, len(places), len(z)))
+        rows = np.arange(len(places))
+        for i in range(degree + 1):
+            others = [j for j in range(degree + 1) if j != i]
+            own = z[degree * cell + i]
+            parts = [(places - z[degree * cell + j]) / (own - z[degree * cell + j]) for j in others]
+            weights[rows, degree * cell + i] = np.prod(parts, axis=0)
+            rates[rows, degree * cell + i] = sum(
+                np.prod([parts[k] for k in range(degree) if k != n], axis=0)
+                / (own - z[degree * cell + j])
+                for n, j in enumerate(others)
+            )
+        return _Places(weights @ positions, rates @ positions, weights)
+
+    def own(self, at_nodes: Floats) -> Floats:
+        """Rows of this rank's nodes, of values at all nodes in order."""
+        found = np.empty_like(at_nodes)
+        found[self._order] = at_nodes
+        return np.asarray(found[self._rank])
+
+    @property
+    def rows(self) -> Floats:
+        """Numbers of this rank's nodes on the line among its displacement nodes."""
+        return self._own
+
+
+class OfLine(Reading):
+    """A number of the places at some parts of the line's length.
+
+    Args:
+        line: of the model that is read.
+        model: that is read.
+        column: name in the table, with the unit.
+        shares: (n,) parts of the length at rest, 0 to 1.
+        function: of the places there.
+    """
+
+    def __init__(
+        self, line: BackLine, model: Model, column: str, shares: Floats, function: Function
+    ) -> None:
+        super().__init__(model, column)
+        self._line, self._shares, self._function = line, shares, function
+
+    def value(self) -> float:
+        return self._function(self._line.at(self._shares).points)[0]
+
+    def gradient(self) -> np.ndarray:
+        here = self._line.at(self._shares)
+        found = Gradient(self.model.unknowns)
+        by_nodes = self._line.own(here.weights.T @ self._function(here.points)[1])
+        found.at_nodes[np.ix_(self._line.rows, PLANE)] += by_nodes
+        return found.array
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        """Add derivatives by nodes' places at rest, at which places on the line are fixed."""
+        here = self._line.at(self._shares)
+        slopes = self._function(here.points)[1]
+        passed = (slopes * here.along).sum(axis=1)  # of a place that moves along the line
+        by_nodes = here.weights.T @ slopes
+        by_nodes[:, 1] -= here.weights.T @ passed
+        by_nodes[[0, -1], 1] += (1 - self._shares) @ passed, self._shares @ passed
+        found.at_nodes[np.ix_(self._line.rows, PLANE)] += self._line.own(by_nodes)
+
+
+def _coordinate(axis: int) -> Function:
+    slopes = np.eye(2)[[axis]]
+    return lambda points: (float(points[0, axis]), slopes)
+
+
+def _curvature(points: Floats) -> tuple[float, Floats]:
+    """Turn (1/m) at the second of three points for each length, positive towards −x."""
+    before, after = np.diff(points, axis=0)
+    lengths = np.linalg.norm([before, after], axis=1)
+    turn = math.atan2(before[0] * after[1] - before[1] * after[0], float(before @ after))
+    mean = lengths.mean()
+    by_before = np.array([before[1], -before[0]]) / lengths[0] ** 2
+    by_after = np.array([-after[1], after[0]]) / lengths[1] ** 2
+    value = 1e3 * turn / mean
+    by_before = 1e3 * by_before / mean - value / mean * before / lengths[0] / 2
+    by_after = 1e3 * by_after / mean - value / mean * after / lengths[1] / 2
+    return value, np.array([-by_before, by_before - by_after, by_after])
+
+
+class _Distances:
+    """Distances of places of the line from a curve.
+
+    Args:
+        curve: of the configuration.
+    """
+
+    def __init__(self, curve: Curve) -> None:
+        self.shares = np.linspace(0, 1, curve.places + 1)
+        self._polyline = Polyline(np.stack([curve.x_mm, curve.z_mm], axis=1))
+        self._fixed = curve.ends == "fixed"
+
+    def _away(self, points: Floats) -> tuple[Floats, Callable[[Floats], Floats]]:
+        """Vectors (n, 2) from the curve, and the derivatives by places from those by them."""
+        if not self._fixed:
+            nearest, moved = self._polyline.nearest(points)
+            return points - nearest, lambda slopes: slopes - np.einsum("kij,kj->ki", moved, slopes)
+        steps = np.diff(points, axis=0)
+        lengths = np.linalg.norm(steps, axis=1)
+        along = np.concatenate([[0.0], np.cumsum(lengths)])
+        shares = along / along[-1]
+        rates = self._polyline.rates(shares)
+
+        def by_places(slopes: Floats) -> Floats:
+            by_shares = -(slopes * rates).sum(axis=1)
+            after = np.cumsum(by_shares[::-1])[::-1][1:]  # of places beyond each step
+            by_lengths = (after - by_shares @ shares) / along[-1]
+            turned = (by_lengths / lengths)[:, None] * steps
+            found = slopes.copy()
+            found[1:] += turned
+            found[:-1] -= turned
+            return found
+
+        return points - self._polyline.at(shares), by_places
+
+    def mean_square(self, points: Floats) -> tuple[float, Floats]:
+        """The mean of their squares (mm²)."""
+        away, by_places = self._away(points)
+        return float((away**2).sum() / len(away)), by_places(2 * away / len(away))
+
+    def part(self, number: int) -> Function:
+        """The part (mm) along x or z that has the form of a Legendre polynomial.
+
+        The squares of all parts add up to the mean square.
+        """
+        degree, axis = divmod(number - 1, 2)
+        shape = np.polynomial.legendre.Legendre.basis(degree)(2 * self.shares - 1)
+        weights = np.zeros((len(shape), 2))
+        weights[:, axis] = shape * math.sqrt(2 * degree + 1) / len(shape)
+
+        def function(points: Floats) -> tuple[float, Floats]:
+            away, by_places = self._away(points)
+            return float((weights * away).sum()), by_places(weights)
+
+        return function
+
+
+def part_of_distance(model: Model, curve: Curve, column: str) -> OfLine:
+    """Make the reading of a part of the distances from a curve, by which a descent is steered.
+
+    Args:
+        model: of a finger.
+        curve: whose distances they are.
+        column: one of :data:`~dolfingrip.channels.CURVE_PARTS`.
+    """
+    distances = _Distances(curve)
+    function = distances.part(CURVE_PARTS.index(column) + 1)
+    return OfLine(BackLine(model), model, column, distances.shares, function)
+
+
+def of_line(model: Model, markers: int, curve: Curve | None) -> Sequence[Reading]:
+    """Make the readings of the back's middle line that a configuration asks for.
+
+    Args:
+        model: of a finger.
+        markers: number of markers at equal distances from the clamp to the tip, where the last one
+            is.
+        curve: whose distance is read; None: none.
+
+    Returns:
+        Places of all markers, curvatures at those between others, and the distance.
+
+    Raises:
+        ConfigError: one line, where the mesh has no edges along the line.
+    """
+    if not markers and curve is None:
+        return []
+    line, shares = BackLine(model), np.arange(1, markers + 1) / max(markers, 1)
+    found = []
+    for i, share in enumerate(shares, 1):
+        for axis, letter in enumerate("xz"):
+            name = marker(i, letter).name
+            found.append(OfLine(line, model, name, np.array([share]), _coordinate(axis)))
+    for i in range(2, markers):
+        name = curvature(i).name
+        found.append(OfLine(line, model, name, shares[i - 2 : i + 1], _curvature))
+    if curve is not None:
+        distances = _Distances(curve)
+        found.append(OfLine(line, model, CURVE.name, distances.shares, distances.mean_square))
+    return found
