@@ -9,7 +9,7 @@ from pathlib import Path
 from dolfingrip.charts import picture
 from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import DesignSettings
-from dolfingrip.design.gradient import front, run, starts
+from dolfingrip.design.gradient import curve, front, run, starts
 from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.quantity import GRASP
 from dolfingrip.design.gradient.read import read
@@ -38,6 +38,8 @@ def design(asked: DesignSettings) -> None:
     folder = asked.out / run.FOLDER
     begun = time.monotonic()
     screen.say(_asked(problem))
+    if back := curve.backwards(problem):
+        screen.say(back, style="red")
     with resumable(screen, folder), Pool(Where(workers=asked.workers)) as pool:
         compute = computed_in(folder, pool)
         every = starts.solve(problem, compute, _Said(screen, problem, asked.out))
@@ -141,6 +143,12 @@ def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
     screen.print(of_rows(headings, rows, "Design", left=headings[:1]))
     gain = "" if result.gain is None else f"{100 * result.gain:+.1f} % with "
     screen.say(f"{gain}{result.simulations} simulations: {result.ending}")
+    if (near := result.matched) is not None:
+        screen.say(f"rms distance from the curve: {near.start_rms_mm:.3g} to {near.rms_mm:.3g} mm")
+        for key, price in list(near.stops_mm_per_unit.items())[:SHOWN]:
+            one = result.parameters[key]
+            said = f"{key} = {one.value:.4g} (bounds {one.low:g} and {one.high:g})"
+            screen.say(f"stopped by {said}: {price:.2g} mm nearer for each unit beyond it")
     for number, begun in enumerate(result.starts, 1):
         ends = "" if begun.objective is None else f"{begun.start:.4g} to {begun.objective:.4g}, "
         screen.say(f"start {number}: {ends}{begun.ending}")

@@ -58,6 +58,16 @@ class DesignStart(Part):
     as_good: bool = False
 
 
+class MatchedCurve(Part):
+    """How near the back's middle line comes to the curve that it shall follow."""
+
+    rms_mm: float
+    start_rms_mm: float
+    stops_mm_per_unit: dict[str, float] = Field(
+        {}, description="by parameter at its bound: how much nearer one unit more would bring it"
+    )
+
+
 class DesignFile(ResultFile):
     """Contents of ``design.json``."""
 
@@ -80,6 +90,7 @@ class DesignFile(ResultFile):
     by_condition: tuple[ConditionObjective, ...] = ()
     parameters: dict[str, DesignParameter]
     refined: RefinedDesign | None = None
+    matched: MatchedCurve | None = None
     starts: tuple[DesignStart, ...] = ()
     differ: dict[str, tuple[float, float]] | None = Field(
         None, description="range of what differs between the best designs of several starts"

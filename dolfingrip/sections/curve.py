@@ -71,7 +71,7 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
 
 
-class Curve(Section):
+class CurveTarget(Section):
     """A curve in the plane of bending, from the clamp; the back's middle line is compared with it.
 
     The finger's back begins at x = z = 0, goes along z and bends towards −x.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from pydantic import create_model, model_validator
 
 from dolfingrip.channels import VACUUM_KPA
-from dolfingrip.sections.curve import Curve
+from dolfingrip.sections.curve import CurveTarget
 from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Camera, Gravity, PlateSettings
@@ -55,7 +55,7 @@ class Sections(Section):
     mould: Mould = Mould()
     inlet: Inlet | None = None
     form: Form | None = None
-    curve: Curve | None = None
+    curve: CurveTarget | None = None
 
     @model_validator(mode="before")
     @classmethod

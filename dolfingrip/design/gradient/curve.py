@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -10,8 +11,11 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.gradient.problem import Floats
-from dolfingrip.sections.curve import Curve, Polyline
+from dolfingrip.design.gradient.problem import Floats, Problem, Scaling
+from dolfingrip.design.gradient.trial import Descent
+from dolfingrip.files.design import MatchedCurve
+from dolfingrip.sections.curve import Polyline
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM
 from dolfingrip.sections.tables import check_separator, text_of
 
 OPTION: Final = "objective.match"
@@ -48,7 +52,8 @@ def load(file: Path, base: Config, ends: str) -> Config:
     said = f"{OPTION} = {file.name}"
     if not np.isfinite(points).all():
         raise ConfigError(f"{said}: a number that is not finite; allowed: millimetres")
-    apart = np.concatenate([[True], np.diff(points, axis=0).any(axis=1)])[: len(points)]
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    apart = np.concatenate([[True], steps > TOLERANCE_MM])[: len(points)]
     points = points[apart]
     if len(points) < 2:
         count = f"{len(points)} point{'s' * (len(points) != 1)}"
@@ -153,23 +158,21 @@ def _one(said: str, count: int) -> None:
 READERS: Final[dict[str, Callable[[Path], Floats]]] = {".csv": _csv, ".svg": _svg, ".dxf": _dxf}
 
 
-def backwards(curve: Curve) -> tuple[float, float, float] | None:
-    """Tell what of a curve bends backwards, towards +x, as no bellows does.
+def backwards(problem: Problem) -> str:
+    """Say what of a problem's curve bends backwards, towards +x, as no bellows does; "" if nothing.
 
     The nearest curve that only bends forwards is that whose direction is the nearest monotone one.
 
     Args:
-        curve: of the configuration.
-
-    Returns:
-        By how much it turns back (deg), from where on (mm along it), and the root mean square
-        distance (mm) of the nearest one; None where this is nothing beside the curve's length.
+        problem: whose objective may be a curve.
     """
+    if problem.nominal.base.curve is None:
+        return ""
     from scipy.optimize import isotonic_regression
 
+    curve = problem.nominal.base.curve
     line = Polyline(np.stack([curve.x_mm, curve.z_mm], axis=1))
-    shares = np.linspace(0, 1, 201)
-    points = line.at(shares)
+    points = line.at(np.linspace(0, 1, 201))
     steps = np.diff(points, axis=0)
     direction = np.unwrap(np.arctan2(-steps[:, 0], steps[:, 1]))
     forwards = np.maximum(isotonic_regression(direction).x, 0.0)
@@ -177,12 +180,44 @@ def backwards(curve: Curve) -> tuple[float, float, float] | None:
     made = lengths * np.stack([-np.sin(forwards), np.cos(forwards)], axis=1)
     nearest = points[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(made, axis=0)])
     off = float(np.sqrt(((nearest - points) ** 2).sum(axis=1).mean()))
-    back = np.maximum.accumulate(np.maximum(direction, 0.0)) - direction
     if off < NOTHING * line.length_mm:
-        return None
-    first = float(shares[int((back > 0.1 * back.max()).argmax())]) * line.length_mm
-    return float(np.degrees(back.max())), first, off
+        return ""
+    back = np.maximum.accumulate(np.maximum(direction, 0.0)) - direction
+    first = line.length_mm * float((back > back.max() / 10).argmax()) / len(back)
+    return (
+        f"{OPTION}: turns backwards by {np.degrees(back.max()):.0f}° beyond {first:.0f} mm of it; "
+        "what stops it: pressure bends chambers towards their base alone, so 0° at least; one that "
+        f"bends forwards alone comes as near as about {off:.2g} mm rms"
+    )
 
 
 NOTHING: Final = 0.005
 """Distance by the length of a curve that bending backwards may cost and is not told."""
+
+AT_BOUND: Final = 1e-6
+"""Part of its range within which a parameter is at its bound."""
+
+
+def matched(problem: Problem, found: Descent) -> MatchedCurve | None:
+    """Say how near a design comes to its curve, and which bounds stop it; None without a curve.
+
+    Args:
+        problem: that was solved.
+        found: how.
+    """
+    if not problem.parts:
+        return None
+    best = found.best
+    rms_mm = math.sqrt(best.objective)
+    slopes = best.signed_slopes[int(best.signed.argmax())] / Scaling(problem.variables).size
+    stops = {}
+    for variable, at, slope in zip(problem.variables, best.scaled, slopes, strict=True):
+        outwards = at < AT_BOUND if slope > 0 else at > 1 - AT_BOUND
+        if outwards and rms_mm:
+            stops[variable.key] = abs(float(slope)) / (2 * rms_mm)
+    ranked = dict(sorted(stops.items(), key=lambda each: -each[1]))
+    return MatchedCurve(
+        rms_mm=rms_mm,
+        start_rms_mm=math.sqrt(found.start.objective),
+        stops_mm_per_unit=ranked,
+    )

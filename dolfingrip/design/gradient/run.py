@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
+from dolfingrip.design.gradient import curve
 from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
@@ -134,6 +135,7 @@ def facts(
             for i, each in enumerate(problem.variables)
         },
         refined=refined,
+        matched=curve.matched(problem, found),
         **several,
     )
 

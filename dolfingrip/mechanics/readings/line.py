@@ -14,7 +14,7 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
-from dolfingrip.sections.curve import Curve, Polyline
+from dolfingrip.sections.curve import CurveTarget, Polyline
 from dolfingrip.sections.errors import ConfigError
 
 LEVEL = 1e-6
@@ -186,7 +186,7 @@ class _Distances:
         curve: of the configuration.
     """
 
-    def __init__(self, curve: Curve) -> None:
+    def __init__(self, curve: CurveTarget) -> None:
         self.shares = np.linspace(0, 1, curve.places + 1)
         self._polyline = Polyline(np.stack([curve.x_mm, curve.z_mm], axis=1))
         self._fixed = curve.ends == "fixed"
@@ -236,7 +236,7 @@ class _Distances:
         return function
 
 
-def part_of_distance(model: Model, curve: Curve, column: str) -> OfLine:
+def part_of_distance(model: Model, curve: CurveTarget, column: str) -> OfLine:
     """Make the reading of a part of the distances from a curve, by which a descent is steered.
 
     Args:
@@ -249,7 +249,7 @@ def part_of_distance(model: Model, curve: Curve, column: str) -> OfLine:
     return OfLine(BackLine(model), model, column, distances.shares, function)
 
 
-def of_line(model: Model, markers: int, curve: Curve | None) -> Sequence[Reading]:
+def of_line(model: Model, markers: int, curve: CurveTarget | None) -> Sequence[Reading]:
     """Make the readings of the back's middle line that a configuration asks for.
 
     Args:

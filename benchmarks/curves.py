@@ -1,0 +1,168 @@
+"""Designs that follow a curve: plane targets, and one that a finger of known sizes made.
+
+    scripts/run python -m benchmarks.curves [NAME …] [--mesh-mm 8 4]
+
+Each is a problem of eight bellows with a depth and a wall each, at 150 kPa, begun at the default
+finger. The table has the root mean square distance on the mesh of the design and on one with each
+cell divided in two along each axis, the simulations, and the time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from dolfingrip.config import Change, Config, changed, load
+from dolfingrip.design.gradient import curve, run, starts
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.read import read
+from dolfingrip.design.gradient.trial import say_nothing
+from dolfingrip.experiments.request import Place, Request
+from dolfingrip.experiments.simulate import Compute, compute, computed_in
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+
+LENGTH_MM, PRESSURE_KPA, BELLOWS, PLACES = 90.0, 150.0, 8, 60
+RANGES = {"depth_mm": (11.0, 20.0), "wall_mm": (1.2, 2.2)}
+HERE = Path(__file__).parent
+
+
+def bent(pieces: list[tuple[float, float]]) -> np.ndarray:
+    """Points (n, 2) of a curve of pieces, each a length (mm) and a turn (deg) towards −x."""
+    steps, angle = [], 0.0
+    for length, turn in pieces:
+        count = 60
+        for i in range(count):
+            at = math.radians(angle + turn * (i + 0.5) / count)
+            steps.append([-length / count * math.sin(at), length / count * math.cos(at)])
+        angle += turn
+    return np.concatenate([[[0.0, 0.0]], np.cumsum(steps, axis=0)])
+
+
+def known(mesh: Change) -> np.ndarray:
+    """Points of the back of a finger of known sizes (seed 5)."""
+    rng = np.random.default_rng(5)
+    sizes = {
+        f"finger.override.{i}.{key}": float(rng.uniform(*ends))
+        for i in range(1, BELLOWS + 1)
+        for key, ends in {"depth_mm": (13.0, 19.0), "wall_mm": (1.4, 2.0)}.items()
+    }
+    return backs(changed(Config(), {**mesh, **sizes}))
+
+
+def backs(finger: Config) -> np.ndarray:
+    """Points (n, 2) of a finger's back at the pressure, from the clamp on."""
+    finger = changed(finger, {"camera.markers": PLACES})
+    names = [f"marker_{i}_{axis}_mm" for i in range(1, PLACES + 1) for axis in "xz"]
+    place = (Place("pressure_kPa", PRESSURE_KPA),)
+    found = compute(Request.of("bending", finger, columns=tuple(names), places=place)).columns
+    points = np.array([found[name][0] for name in names]).reshape(-1, 2)
+    return np.concatenate([[[0.0, 0.0]], points])
+
+
+TARGETS = {
+    "late quarter circle": lambda mesh: bent([(30.0, 0.0), (60.0, 90.0)]),
+    "two radii": lambda mesh: bent([(45.0, 25.0), (45.0, 65.0)]),
+    "hook": lambda mesh: bent([(50.0, 10.0), (40.0, 90.0)]),
+    "backwards": lambda mesh: bent([(45.0, -40.0), (45.0, 60.0)]),
+    "known sizes": known,
+}
+
+
+def solve(name: str, mesh: Change, folder: Path) -> dict[str, object]:
+    """Solve one problem; a row of the table."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "curve.csv").open("w", newline="") as stream:
+        rows = csv.writer(stream)
+        rows.writerow(["x_mm", "z_mm"])
+        rows.writerows(np.round(TARGETS[name](mesh), 6).tolist())
+    ranges = "".join(
+        f"finger.override.{i}.{key} = [{low}, {high}]\n"
+        for i in range(1, BELLOWS + 1)
+        for key, (low, high) in RANGES.items()
+    )
+    settings = ", ".join(f'"{key}={value}"' for key, value in mesh.items())
+    (folder / "design.toml").write_text(
+        f'set = [{settings}]\n[objective]\nmatch = "curve.csv"\nat_pressure_kPa = {PRESSURE_KPA}\n'
+        f"[method]\nsimulations = 20\n[parameters]\n{ranges}"
+    )
+    problem = read(folder / "design.toml")
+    begun = time.monotonic()
+    with Pool(Where(workers=1)) as pool:
+        answers = computed_in(folder / run.FOLDER, pool)
+        return _solved(name, problem, answers, folder, begun)
+
+
+def _solved(
+    name: str, problem: Problem, answers: Compute, folder: Path, begun: float
+) -> dict[str, object]:
+    every = starts.solve(problem, answers, say_nothing)
+    found = every.best(problem)
+    wall_s = time.monotonic() - begun
+    finer = run.refine(problem, found, answers)
+    result = run.facts(problem, found, finer, wall_s)
+    run.write(result, found, folder)
+    assert result.matched is not None
+    return {
+        "target": name,
+        "start_rms_mm": round(result.matched.start_rms_mm, 4),
+        "rms_mm": round(result.matched.rms_mm, 4),
+        "finer_mesh_rms_mm": round(math.sqrt(finer.objective or math.nan), 4),
+        "simulations": result.simulations,
+        "wall_s": round(wall_s),
+        "stopped_by": "; ".join(
+            f"{key.removeprefix('finger.override.')} {price:.2g}"
+            for key, price in list(result.matched.stops_mm_per_unit.items())[:4]
+        ),
+        "told_at_once": curve.backwards(problem),
+    }
+
+
+def draw(names: list[str], mesh: Change, out: Path) -> None:
+    """Draw targets and the backs of the designs, each solved once more: ``curves.png``."""
+    import matplotlib.pyplot as plt
+
+    fig, panels = plt.subplots(1, len(names), figsize=(2.4 * len(names), 3.4), sharey=True)
+    for name, axes in zip(names, np.atleast_1d(panels), strict=True):
+        folder = out / name.replace(" ", "_")
+        target = np.loadtxt(folder / "curve.csv", delimiter=",", skiprows=1)
+        axes.plot(*target.T, color="black", linewidth=4, alpha=0.25, label="target")
+        found = backs(load(folder / "design.toml"))
+        axes.plot(*backs(changed(Config(), mesh)).T, ":", color="grey", label="start")
+        axes.plot(*found.T, color="tab:red", linewidth=1.5, label="design")
+        axes.set(title=name, xlabel="x (mm)", aspect="equal")
+    np.atleast_1d(panels)[0].set_ylabel("z (mm)")
+    np.atleast_1d(panels)[0].invert_yaxis()
+    np.atleast_1d(panels)[0].legend(frameon=False, fontsize=8)
+    fig.savefig(HERE.parent / "docs" / "curves.png", dpi=150, bbox_inches="tight")
+
+
+def main() -> None:
+    """Write ``curves.csv`` and ``docs/curves.png``."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("names", nargs="*", default=list(TARGETS))
+    asked.add_argument("--mesh-mm", nargs=2, type=float, help="largest and smallest cells")
+    asked.add_argument("--out", type=Path, default=Path("out/curves"))
+    given = asked.parse_args()
+    mesh: Change = {}
+    if given.mesh_mm:
+        mesh = dict(zip(("mesh.size_mm", "mesh.edge_size_mm"), given.mesh_mm, strict=True))
+    rows = []
+    for name in given.names:
+        rows.append(solve(name, mesh, given.out / name.replace(" ", "_")))
+        print(rows[-1], file=sys.stderr, flush=True)
+        with (HERE / "curves.csv").open("w", newline="") as stream:
+            table = csv.DictWriter(stream, list(rows[0]))
+            table.writeheader()
+            table.writerows(rows)
+    draw(given.names, mesh, given.out)
+
+
+if __name__ == "__main__":
+    main()

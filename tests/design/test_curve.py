@@ -1,0 +1,167 @@
+"""Curves that a finger's back shall follow: their files, their distance, what is out of reach.
+
+References: differences of the same numbers, of order h²; lengths and angles by hand.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pytest
+
+from dolfingrip.config import Config, ConfigError, changed
+from dolfingrip.design.gradient import curve
+from dolfingrip.design.gradient.read import read
+from dolfingrip.experiments.bending import Bending
+from dolfingrip.experiments.recorder import columns
+from dolfingrip.experiments.request import Place, Request
+from dolfingrip.experiments.simulate import compute
+from dolfingrip.mechanics.readings.line import _curvature, _Distances
+from dolfingrip.parameter import find
+from dolfingrip.sections.curve import CurveTarget, Polyline
+
+ARC = np.linspace(0, np.pi / 2, 30)
+QUARTER = np.stack([-57.3 * (1 - np.cos(ARC)), 57.3 * np.sin(ARC)], axis=1)
+"""A quarter circle towards −x, 90 mm long."""
+
+
+def written(folder: Path, points: object, name: str = "curve.csv") -> Path:
+    rows = "".join(f"{x},{z}\n" for x, z in points)  # type: ignore[attr-defined]
+    file = folder / name
+    file.write_text("x_mm,z_mm\n" + rows)
+    return file
+
+
+def test_files_of_all_kinds_are_one_curve(tmp_path: Path) -> None:
+    text = " ".join(f"{x},{z}" for x, z in QUARTER)
+    svg = tmp_path / "curve.svg"
+    svg.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="10cm" viewBox="0 0 100 100">'
+        f'<polyline points="{text}"/></svg>'
+    )
+    drawing = ezdxf.new(units=ezdxf.units.CM)
+    drawing.modelspace().add_lwpolyline((QUARTER / 10).tolist())
+    drawing.saveas(tmp_path / "curve.dxf")
+    for file in (written(tmp_path, QUARTER), svg, tmp_path / "curve.dxf"):
+        found = curve.load(file, Config(), "fixed").curve
+        assert found is not None
+        np.testing.assert_allclose(np.stack([found.x_mm, found.z_mm], 1), QUARTER, atol=1e-9)
+        assert found.ends == "fixed"
+
+
+LOOP = [(0, 0), (0, 40), (-20, 60), (-20, 20), (20, 20)]
+
+
+@pytest.mark.parametrize(
+    ("points", "said"),
+    [
+        ([(0, 0)], "1 point; allowed: two or more that differ"),
+        ([(0, 0), (0, 0)], "1 point; allowed"),
+        (QUARTER / 1000, "0.09 long; allowed: 30 to 270 mm for a finger of 90 mm; is it in mm?"),
+        (QUARTER * 25.4, "2286 long; allowed: 30 to 270 mm"),
+        (LOOP, "crosses itself at x = 0, z = 20 mm; allowed: a curve that does not"),
+        (QUARTER + 30, "begins at x = 30, z = 30 mm; allowed: within 9 mm of the clamp's"),
+        (QUARTER[::-1], "x = z = 0; its other end does"),
+        ([(0, 0), (0, "nan")], "not finite"),
+        ([(0, 0), (0, "far")], "line 3: allowed: two numbers in mm"),
+    ],
+)
+def test_what_is_no_curve_is_refused(tmp_path: Path, points: object, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        curve.load(written(tmp_path, points), Config(), "free")
+    assert str(caught.value).startswith("objective.match = curve.csv: ")
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["curve.png", "absent.csv", "empty.csv", "text.svg", "text.dxf"])
+def test_files_that_hold_none_are_refused(tmp_path: Path, name: str) -> None:
+    if not name.startswith("absent"):
+        (tmp_path / name).write_text("" if name.startswith("empty") else "a text")
+    with pytest.raises(ConfigError):
+        curve.load(tmp_path / name, Config(), "free")
+
+
+def test_a_design_file_names_it(tmp_path: Path) -> None:
+    written(tmp_path, QUARTER)
+    file = tmp_path / "design.toml"
+    file.write_text(
+        '[objective]\nmatch = "curve.csv"\nat_pressure_kPa = [100.0, 150.0]\n'
+        "[parameters]\nfinger.override.3.depth_mm = [12.0, 18.0]\n"
+    )
+    problem = read(file)
+    assert str(problem.objective) == "curve_mean_square_mm2 at 100, 150 kPa"
+    assert [each.start for each in problem.variables] == [16.0]
+    assert len(problem.parts) == 2 * 16
+    assert curve.backwards(problem) == ""
+    written(tmp_path, QUARTER * [-1, 1])
+    assert "turns backwards by 88° beyond 9 mm of it" in (told := curve.backwards(read(file)))
+    assert "mm rms" in told
+
+
+def test_the_example_is_a_problem() -> None:
+    problem = read(Path(__file__).parents[2] / "examples" / "curve_design.toml")
+    assert len(problem.variables) == 16
+    assert curve.backwards(problem) == ""
+
+
+@pytest.mark.parametrize("ends", ["free", "fixed"])
+def test_distances_and_their_derivatives(ends: str) -> None:
+    rng = np.random.default_rng(1)
+    target = CurveTarget(x_mm=tuple(QUARTER[:, 0]), z_mm=tuple(QUARTER[:, 1]), ends=ends, places=24)  # type: ignore[arg-type]
+    found = _Distances(target)
+    on_it = Polyline(QUARTER).at(found.shares)
+    assert found.mean_square(on_it)[0] == pytest.approx(0, abs=1e-3)  # of its chords
+    points = on_it + rng.normal(0, 0.5, on_it.shape)
+    way, step = rng.normal(size=points.shape), 1e-6
+    for function in (found.mean_square, found.part(1), found.part(4)):
+        _, slopes = function(points)
+        ends_ = [function(points + by * way)[0] for by in (step, -step)]
+        assert (slopes * way).sum() == pytest.approx((ends_[0] - ends_[1]) / 2 / step, rel=1e-5)
+
+
+def test_curvature_of_a_circle() -> None:
+    points = 50 * np.stack([np.cos([0.0, 0.1, 0.2]) - 1, np.sin([0.0, 0.1, 0.2])], axis=1)
+    value, slopes = _curvature(points)
+    assert value == pytest.approx(20 * 0.1 / 2 / np.sin(0.05))  # 1/m, of chords
+    way = np.random.default_rng(2).normal(size=(3, 2))
+    ends = [_curvature(points + by * way)[0] for by in (1e-5, -1e-5)]
+    assert (slopes * way).sum() == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-6)
+
+
+def test_readings_along_the_line_have_derivatives() -> None:
+    """Three bellows at 20 kPa, against differences on the moving mesh."""
+    names = ("curve_mean_square_mm2", "curve_part_3_mm", "marker_3_x_mm", "curvature_2_per_m")
+    start = changed(
+        Config(),
+        {
+            **{"finger.bellows": 3, "finger.length_mm": 45.0, "solver.rtol": 1e-11},
+            **{"mesh.size_mm": 8.0, "mesh.edge_size_mm": 8.0, "camera.markers": 4},
+            "curve.x_mm": QUARTER[:, 0].tolist(),
+            "curve.z_mm": QUARTER[:, 1].tolist(),
+        },
+    )
+    keys, step = ["finger.override.2.wall_mm", "finger.length_mm"], 2e-3
+    places = (Place("pressure_kPa", 20.0),)
+
+    def run(found: Config, keys: list[str] | None = None) -> object:
+        return compute(
+            Request.of("bending", found, keys, columns=names, places=places, made_for=start)
+        )
+
+    slopes = run(start, keys).slopes  # type: ignore[attr-defined]
+    for each in find(start, keys):
+        up, down = (run(each.at(start, each.value(start) + by)).columns for by in (step, -step))  # type: ignore[attr-defined]
+        for name in names:
+            expected = (up[name][0] - down[name][0]) / 2 / step
+            assert slopes[name, each.key][0] == pytest.approx(expected, rel=1e-5)
+
+
+def test_markers_are_columns_on_request() -> None:
+    plain = columns(Bending(), (), Config())
+    asked = columns(Bending(), (), changed(Config(), {"camera.markers": 3}))
+    added = [name for name in asked if name not in plain]
+    places = [f"marker_{i}_{axis}_mm" for i in (1, 2, 3) for axis in "xz"]
+    assert added == [*places, "curvature_2_per_m"]
