@@ -26,6 +26,8 @@ DIMENSIONLESS = {
     "material.tube_delta",
     "material.tube_beta",
     "finger.bellows",
+    "camera.markers",
+    "curve.places",
     "form.along",
     "material.nu",
     "material.ogden_alpha",
@@ -283,7 +285,12 @@ def test_every_key_is_printed_with_its_meaning() -> None:
     boxes = config.load().geometry.boxes()
     assert boxes is not None
     count = Form(offsets_mm=()).count(boxes)
-    bent = [f"form.offsets_mm={[0.0] * count}", "inlet.kind=tube"]
+    bent = [
+        f"form.offsets_mm={[0.0] * count}",
+        "inlet.kind=tube",
+        "curve.x_mm=[0, 0]",
+        "curve.z_mm=[0, 90]",
+    ]
     ogden = ["material.law=ogden", "material.ogden_mu_MPa=[1]", "material.ogden_alpha=[2]"]
     polynomial = ["material.law=polynomial", "material.C10_MPa=1"]
     chains = [[f"material.law={law}"] for law in LAWS if law not in ("ogden", "polynomial")]
