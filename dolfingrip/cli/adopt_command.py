@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import threading
@@ -162,6 +163,9 @@ def _configuration(found: AdoptedPart, part: Path) -> str:
         f"width_mm = {width:.6g}",
         f"depth_mm = {depth:.6g}",
         f"wall_mm = {found.measured.wall.mm:.4g}",
+        f"back = {json.dumps(found.roles.said['back'], ensure_ascii=False)}",
+        f"bends_to_back = {str(found.bends_to_back).lower()}",
+        f"doubts = {json.dumps(found.warnings, ensure_ascii=False)}",
         "",
         "[mesh]",
         f'file = "{NAME}.msh"',

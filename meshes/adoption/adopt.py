@@ -49,6 +49,7 @@ class AdoptedPart:
         warnings: what is not good about the mesh, in sentences.
         roles: what the part's faces were taken for.
         measured: walls, gaps and sizes.
+        bends_to_back: whether a first step of pressure bends it towards its back.
     """
 
     mesh: SolidMesh
@@ -56,6 +57,7 @@ class AdoptedPart:
     warnings: tuple[str, ...]
     roles: Roles
     measured: WallSizes
+    bends_to_back: bool = False
 
     @property
     def size_mm(self) -> np.ndarray:

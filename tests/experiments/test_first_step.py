@@ -120,7 +120,10 @@ def test_a_collar_that_is_held_by_the_command(
     told = capsys.readouterr().out
     assert "clamp:          105.3 mm² where what --clamp-region holds ends, at (0, 0, 6) mm" in told
     assert "bends:          not by itself" in told
-    assert config.load(out / "adopted.toml").geometry.length_mm == pytest.approx(54)
+    told_of = config.load(out / "adopted.toml").adopted
+    assert told_of.length_mm == pytest.approx(54)
+    assert told_of.back.startswith("faces ")
+    assert not told_of.bends_to_back
     assert run_command("adopt", part, "--clamp-region", "1,2,3", "--out", out) == 2
     assert "--clamp-region 1,2,3: allowed: six numbers, as in" in capsys.readouterr().err
     assert run_command("adopt", part, "--cavity", "none.stl", "--out", out) == 2

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, from_dict
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.result import Result
 from dolfingrip.files.run import MeshCheck, RunFile
@@ -20,13 +20,13 @@ class _Run:
 
     title, experiment, elements = "Free bending", Bending(), 1398
 
-    def __init__(self, check: MeshCheck | None) -> None:
+    def __init__(self, check: MeshCheck | None, config: Config | None = None) -> None:
         facts = RunFile(experiment="bending", complete=True, mesh_check=check)
         rows = [
             {"pressure_kPa": 0.0, "angle_deg": 0.0},
             {"pressure_kPa": 250.0, "angle_deg": 147.6},
         ]
-        self.result = Result("bending", Config(), rows, facts=facts, folder=Path())
+        self.result = Result("bending", config or Config(), rows, facts=facts, folder=Path())
 
     def column(self, name: str) -> object:
         return self.result.column(name) if name in self.result else None
@@ -57,3 +57,19 @@ def test_checks_that_were_not_made_come_before_those_that_passed() -> None:
     (number,) = summary([Check("a", "1", "2", "pass", ""), Check("b", "–", "2", "open", "")])
     assert (number.name, number.value, number.verdict) == ("Checks not made", "1", "open")
     assert number.said == "1 of 1 made pass"
+
+
+@pytest.mark.parametrize(("bends", "verdict"), [(True, "pass"), (False, "open")])
+def test_what_adopt_told_of_a_part(bends: bool, verdict: str) -> None:
+    told = {"back": "faces −x: the lever is 3 mm", "bends_to_back": bends, "doubts": []}
+    for doubts, mesh in (((), "pass"), (("4 of 90 elements are nearly flat",), "fail")):
+        part = {"finger": {"kind": "adopted"}, "adopted": {**told, "doubts": list(doubts)},
+                "mesh": {"file": "part.msh"}}  # fmt: skip
+        found = {
+            each.name.partition(": ")[2]: each
+            for each in checks([_Run(None, from_dict(part))], {}, {}, None)  # type: ignore[list-item]
+        }
+        assert found["back of the part"].verdict == verdict
+        assert found["back of the part"].said == told["back"]
+        assert found["elements of the part"].verdict == mesh
+        assert not doubts or doubts[0] in found["elements of the part"].said

@@ -77,7 +77,7 @@ def adopt(
     towards = part.roles.rotation.T @ way
     if fits:
         part.roles.said["bends"] = f"towards the back: {told}"
-        return part
+        return replace(part, bends_to_back=True)
     back = snapped(towards)
     if asked.back is not None:
         part.roles.said["bends"] = (
@@ -92,7 +92,7 @@ def adopt(
         f"had told otherwise: {guessed}"
     )
     part.roles.said["bends"] = f"towards the corrected back: {told}"
-    return part
+    return replace(part, bends_to_back=True)
 
 
 def _bends(part: AdoptedPart) -> tuple[float, Floats]:

@@ -16,6 +16,7 @@ from dolfingrip.report.page.content import Check, Verdict
 from dolfingrip.report.page.finger import Fields
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.runs import Run, over
+from dolfingrip.sections.geometry.adopted import AdoptedGeometry
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +65,8 @@ def checks(
             Check(f"{run.title}: {doubt.title}", "–", "no doubt", "fail", doubt.sentence)
             for doubt in doubts.of_run(run.result, run.result.facts.mesh.single_walls)
         ]
+        if isinstance(run.result.config.geometry, AdoptedGeometry):
+            found += _adopted(run.title, run.result.config.geometry)
         own = fields.get(place)
         if run.column("energy_error_mJ") is not None:
             found.append(_balance_of_grasp(run))
@@ -74,6 +77,18 @@ def checks(
         if measured is not None:
             found += _measured(run, measured)
     return found
+
+
+def _adopted(title: str, part: AdoptedGeometry) -> list[Check]:
+    """The rows on the back and the mesh of a user's own part, as they were adopted."""
+    if not part.back:
+        return []
+    back: Verdict = "pass" if part.bends_to_back else "open"
+    told = "; ".join(part.doubts) or "no element is nearly flat"
+    return [
+        Check(f"{title}: back of the part", "–", "it bends to it", back, part.back),
+        Check(f"{title}: elements of the part", "–", "no doubt", _passes(not part.doubts), told),
+    ]
 
 
 def _passes(good: bool) -> Verdict:
