@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.checkout import needs_checkout
 
 import dolfingrip
 from dolfingrip import config
@@ -44,6 +45,7 @@ def test_assignments_are_seen() -> None:
     assert list(_pairs(ast.parse(text))) == [1, 2, 3]
 
 
+@needs_checkout
 def test_no_change_travels_as_text() -> None:
     found = [
         f"{file.relative_to(PACKAGE)}:{line}"

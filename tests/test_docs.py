@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from support.checkout import needs_checkout
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -48,6 +49,7 @@ def test_a_sentence_is_no_equation(equations: ModuleType, text: str, is_one: boo
     assert equations.is_equation(text) is is_one
 
 
+@needs_checkout
 def test_files_that_pages_name_are_there() -> None:
     """Paths from the checkout's root, such as ``tests/mechanics/test_taylor.py``."""
     root = DOCS.parent

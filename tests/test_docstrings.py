@@ -11,6 +11,8 @@ from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
+from support.checkout import needs_checkout
+
 ROOT = Path(__file__).resolve().parents[1]
 
 LEANS_ON_OTHERS = re.compile(
@@ -107,6 +109,7 @@ def test_doors_of_rooms_have_args() -> None:
     assert bare == []
 
 
+@needs_checkout
 def test_class_names_are_given_once() -> None:
     places = defaultdict(list)
     for name, tree in modules().items():

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+from support.checkout import needs_checkout
 
 from dolfingrip.cli import edge
 from dolfingrip.cli.installation import extras, how_to_install
@@ -284,7 +285,7 @@ def test_the_version_comes_from_the_tag(tmp_path: Path) -> None:
     assert re.fullmatch(r"0\.2\.1\.dev1\+g[0-9a-f]+", _built(source, tmp_path / "after"))
 
 
-@pytest.mark.skipif(not (ROOT / "dolfingrip").is_dir(), reason="no checkout")
+@needs_checkout
 def test_every_package_is_in_the_wheel() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     listed = settings["tool"]["setuptools"]["packages"]

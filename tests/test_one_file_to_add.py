@@ -17,11 +17,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from support.checkout import needs_checkout
 
 ROOT = Path(__file__).resolve().parents[1]
 MADE_UP = Path(__file__).parent / "additions"
 
-pytestmark = pytest.mark.skipif(not (ROOT / "dolfingrip").is_dir(), reason="no checkout to copy")
+pytestmark = needs_checkout
 
 
 class Addition(NamedTuple):

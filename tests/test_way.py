@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.checkout import needs_checkout
 from support.small import SHORT
 from typer.testing import CliRunner
 
@@ -55,6 +56,7 @@ def test_it_goes_down_and_settings_are_applied_once(
     assert len(applied) == 1
 
 
+@needs_checkout
 def test_it_is_listed() -> None:
     text = LAYOUT.read_text(encoding="utf-8")
     assert [text.index(name) for name in DOWN] == sorted(text.index(name) for name in DOWN)

@@ -301,11 +301,11 @@ def _on_ranks(request: Request) -> Answer:
         ended = subprocess.run(
             [*guard, "mpirun", "-n", str(request.ranks), *map(str, program)],
             env={**environment, **MORE_RANKS_THAN_CORES, **kept, "OMP_NUM_THREADS": "1"},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
             check=False,
         )  # fmt: skip
         if not answer.exists():
-            raise MachineError(_of_mpirun(ended.returncode, ended.stderr))
+            raise MachineError(_of_mpirun(ended.returncode, ended.stdout))
         found = Finished.loads(answer.read_text(encoding="utf-8"))
     if found.status == "broken":
         raise MachineError(found.failure)
@@ -317,14 +317,16 @@ def _on_ranks(request: Request) -> Answer:
 def _of_mpirun(code: int, said: str) -> str:
     """Why mpirun has no answer, in one line: a signal that ended a rank, or what it said last."""
     # a code above 128 is that of a signal, as the shell has it
-    told = re.search(r"rank (\d+).{0,200}? on\s+signal (\d+)", said, re.DOTALL)
-    number = int(told[2]) if told else -code if code < 0 else code - 128
+    told = re.search(r"rank (?P<rank>\d+).{0,200}? on\s+signal (?P<signal>\d+)", said, re.DOTALL)
+    # MPICH tells no rank
+    told = told or re.search(r"EXIT STRING: (?P<rank>)[^()]*\(signal (?P<signal>\d+)\)", said)
+    number = int(told["signal"]) if told else -code if code < 0 else code - 128
     try:
         name = signal.Signals(number).name
     except ValueError:
         lines = [line for line in said.splitlines() if line.strip(" -*=")]
         return f"mpirun ended with {code}: {lines[-1] if lines else 'nothing said'}"
-    who = f"rank {told[1]}" if told else "mpirun"
+    who = (f"rank {told['rank']}" if told["rank"] else "a rank") if told else "mpirun"
     hint = _HINTS.get(number, "allowed: the same command, which tries it again")
     return f"{who} was ended by signal {number} ({name}); {hint}"
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from additions.foundation import Foundation
 from support import trial
+from support.checkout import needs_checkout
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
@@ -31,6 +32,7 @@ def test_its_parameters_are_checked_like_all_others() -> None:
         trial.configured({Foundation: {"k_N_per_mm3": -1}})
 
 
+@needs_checkout
 def test_a_file_is_all_that_an_effect_needs() -> None:
     assert [effect(name) for name in NAMES] == list(EFFECTS)
     folder = Path(__file__).resolve().parents[2] / "dolfingrip" / "extensions"

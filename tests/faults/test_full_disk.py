@@ -292,6 +292,7 @@ def test_predict(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
 
 
 def test_reproduce(disk: Disk, refuse: Refuse) -> None:
+    pytest.importorskip("torch", reason="the extra surrogate brings it")
     refuse("reproduce", PAPER, "--out", disk.folder, names="doe/campaign.sqlite", changed=True)
 
 

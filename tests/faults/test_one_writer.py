@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+from support.checkout import needs_checkout
+
 ROOT = Path(__file__).resolve().parents[2]
 WRITER = "dolfingrip/files/"
 
@@ -89,6 +91,7 @@ def test_the_search_finds_what_it_looks_for() -> None:
         assert not list(writing(each)), each
 
 
+@needs_checkout
 def test_all_files_are_written_by_the_one_writer() -> None:
     used = set()
     around = []
