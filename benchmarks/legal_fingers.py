@@ -12,7 +12,8 @@ so a call resumes one that was killed.
 The table has a row for each finger: how it ended in each way, the smallest det F at the integration
 points over all steps, and the largest difference of a reading between the ways, as a part of the
 largest value of its column. A finger is well if it came to its end or its failure has a class, if
-det F is above 0, and if, where no way met a failure, the difference is at most 1e-8.
+det F is above 0, and if the difference is at most 1e-8 where no way met a limit point: neither a
+failure, nor a damped step, by which a load path jumps to another equilibrium.
 """
 
 from __future__ import annotations
@@ -288,8 +289,10 @@ def row(
     """A row of the table."""
     config = request.config
     ended = [each.failure_class or "completed" for each in found]
-    limits = any(each != "completed" for each in ended)
-    least = least_det_F(asked.folder / "fields" / str(number))
+    failed = any(each != "completed" for each in ended)
+    folder = asked.folder / "fields" / str(number)
+    jumps = json.loads((folder / "run.json").read_text("utf-8"))["newton"]["damped_steps"]
+    least = least_det_F(folder)
     difference = apart(found)
     return {
         "finger": number,
@@ -301,8 +304,11 @@ def row(
         "max_pressure_kPa": config.experiment.max_pressure_kPa,
         **{f"ended_{r}_ranks_{t}_threads": e for (r, t), e in zip(WAYS, ended, strict=True)},
         "least_det_F": f"{least:.4g}",
-        "apart": "" if limits else f"{difference:.1e}",
-        "well": least > 0 and REFUSED not in ended and (limits or difference <= ALLOWED),
+        "damped_steps": jumps,
+        "apart": "" if failed else f"{difference:.1e}",
+        "well": least > 0
+        and REFUSED not in ended
+        and (failed or jumps > 0 or difference <= ALLOWED),
     }
 
 

@@ -27,6 +27,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.finger.analysis import analyse_fingers
+from dolfingrip.diagnosis.finger.unknowns import check_rig
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.jobs.run import Progress, silent
 
@@ -76,6 +77,7 @@ def diagnose(
     if settings.campaign:
         read_campaign(settings.campaign)
     measurement, notes = selection.selected(measured.read(files, config), config)
+    check_rig(settings.effects, measurement)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)

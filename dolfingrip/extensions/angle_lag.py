@@ -28,7 +28,7 @@ class AngleLag(Instrument):
     over longer times.
     """
 
-    place: ClassVar = 4
+    place: ClassVar = 2
     channel: ClassVar = ANGLE
     clock: ClassVar = True
 

@@ -47,7 +47,7 @@ def test_effects_act_in_their_order() -> None:
         ("wall_offset", "coarse_mesh", "locking"),
         ("pressure_gain", "pressure_offset", "line_lag"),
         ("force_gain", "force_offset", "force_drift"),
-        ("angle_definition", "angle_gain", "angle_offset", "angle_lag"),
+        ("angle_definition", "angle_gain", "angle_lag", "angle_offset"),
     )  # fmt: skip
     for order in orders:
         places = [NAMES.index(name) for name in order]

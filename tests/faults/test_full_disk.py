@@ -124,7 +124,9 @@ def test_a_mould(disk: Disk, refuse: Refuse) -> None:
     refuse(*asked, names="mould/half_1.stl")
 
 
-@pytest.mark.parametrize("command", ["bend", "force", "cycle", "push", "coupon", "grasp"])
+@pytest.mark.parametrize(
+    "command", ["bend", "force", "cycle", "push", "vibrate", "coupon", "grasp"]
+)
 def test_the_record_of_a_run(command: str, disk: Disk, refuse: Refuse) -> None:
     (disk.folder / "run.json").write_text("{}", encoding="utf-8")
     own = ("--set", "gripper.preset=coarse") if command == "grasp" else OPTIONS

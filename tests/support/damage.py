@@ -81,7 +81,7 @@ OF_STORES: Mapping[str, Damage] = {
     "other settings": _sql("UPDATE facts SET value = '{}'"),
     "a page of zeros": _bytes(lambda data: _page(data, 6, b"\0")),
     "a page of noise": _bytes(lambda data: _page(data, 6, b"noise")),
-    "the file's end is gone": _bytes(lambda data: data[: len(data) * 2 // 3]),
+    "the file's end is gone": _bytes(lambda data: data[: len(data) * 9 // 10]),
 }
 """After each the same command has to end with all designs."""
 

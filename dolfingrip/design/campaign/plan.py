@@ -174,7 +174,13 @@ def _counted(base: dict[str, Any]) -> dict[str, Any]:
     try:
         return felt(from_dict(base))
     except ConfigError:
-        return base
+        return _told(base)
+
+
+def _told(table: dict[str, Any]) -> dict[str, Any]:
+    """A table without values that say nothing: None, and tables of such values."""
+    told = {k: _told(v) if isinstance(v, dict) else v for k, v in table.items()}
+    return {k: v for k, v in told.items() if v is not None and v != {}}
 
 
 def quantities(asked: Sequence[str], objective: str = OBJECTIVE) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.channels import PRESSURE
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.core.polynomial import Coordinate
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -62,6 +62,24 @@ def _tilted(cause: Cause) -> Cause:
     return Cause(
         cause.name, (Unknown(key, prior, -reach, reach, (-180.0, 180.0), True, False),), ()
     )
+
+
+def check_rig(names: Sequence[str] | None, measurement: Measurement) -> None:
+    """Refuse numbers of a finger's rig where no reading is of such a rig.
+
+    Args:
+        names: of effects; None for the whole catalogue.
+        measurement: the readings.
+
+    Raises:
+        ConfigError: one line with the name and the readings that feel it.
+    """
+    fingers = [test for test in measurement.tests if test.control == PRESSURE.name]
+    blocked = any(test.experiment == "blocked_force" for test in fingers)
+    for name in names or ():
+        if name in IMPLAUSIBLE and not (blocked if name == "plate_gap" else fingers):
+            which = "a blocked finger" if name == "plate_gap" else "a finger"
+            raise ConfigError(f"--effects {name}: allowed: with readings of {which}")
 
 
 def _implausible(measurement: Measurement, config: Config) -> list[Cause]:

@@ -28,11 +28,11 @@ def frequencies(rig: Rig) -> Callable[[], Mapping[str, float]]:
     from dolfingrip.mechanics.model.inertia import Inertia
     from dolfingrip.mechanics.newton.vibration import natural_frequencies_Hz
 
-    site = rig.specimen.site
+    newton, site = rig.newton, rig.specimen.site  # not the rig, which holds this function
     mass = Inertia(site.u, site.domain, densities(site)).mass
 
     def found() -> Mapping[str, float]:
-        values = natural_frequencies_Hz(rig.newton, mass, len(FREQUENCIES))
+        values = natural_frequencies_Hz(newton, mass, len(FREQUENCIES))
         return {each.name: float(x) for each, x in zip(FREQUENCIES, values, strict=True)}
 
     return found

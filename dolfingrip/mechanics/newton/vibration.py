@@ -23,8 +23,9 @@ def natural_frequencies_Hz(newton: Newton, mass: PETSc.Mat, count: int) -> np.nd
     Returns:
         (count,) in ascending order; NaN for a motion that the state is unstable against.
     """
-    model, inverse = newton.model, newton.linear()
-    comm, free = model.comm, model.free
+    comm, free = newton.model.comm, newton.model.free
+    # SciPy's solver refers to itself: it would keep the model until a search for cycles
+    lent = [newton.linear()]
     sizes = comm.allgather(len(free))
     mine = slice(sum(sizes[: comm.rank]), sum(sizes[: comm.rank + 1]))
     x, y = mass.createVecs()
@@ -41,11 +42,14 @@ def natural_frequencies_Hz(newton: Newton, mass: PETSc.Mat, count: int) -> np.nd
         return gathered(free * found)
 
     def solved(whole: np.ndarray) -> np.ndarray:
-        return gathered(inverse(whole.ravel()[mine].copy()))
+        return gathered(lent[0](whole.ravel()[mine].copy()))
 
     shape = (sum(sizes), sum(sizes))
     m, k = (LinearOperator(shape, each, dtype=float) for each in (weighed, solved))
     start = solved(weighed(np.random.default_rng(0).uniform(-1, 1, shape[0])))
-    squares = eigsh(m, count, m, sigma=0.0, OPinv=k, v0=start, return_eigenvectors=False)
+    try:
+        squares = eigsh(m, count, m, sigma=0.0, OPinv=k, v0=start, return_eigenvectors=False)
+    finally:
+        lent.clear()
     with np.errstate(invalid="ignore"):  # the root of a negative number is NaN
         return np.asarray(np.sqrt(np.sort(squares)) / (2 * np.pi))
