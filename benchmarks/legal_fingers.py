@@ -159,12 +159,10 @@ def _steps(highest_kPa: float) -> Changes:
 
     Walls that touch have several equilibria. A long step ends in one of them by round-off.
     """
+    if highest_kPa > 0:
+        return {}
     longest = max(round(-highest_kPa / 16, 6), 1e-3)
-    return (
-        {"solver.max_step_kPa": longest, "solver.min_step_kPa": longest / 250}
-        if (highest_kPa < 0)
-        else {}
-    )
+    return {"solver.max_step_kPa": longest, "solver.min_step_kPa": longest / 250}
 
 
 def drawn(number: int, seed: int, folder: Path) -> tuple[str, Config]:

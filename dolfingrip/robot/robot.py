@@ -167,11 +167,11 @@ class Robot:
         if len(given) != 1:
             raise ConfigError(f"pressure_for: allowed: one of {', '.join(asked)}")
         ((key, wanted),) = given.items()
-        gap = gap_mm if key == "angle_deg" else gap_mm or 0.0
+        gap = gap_mm or 0.0
         found: dict[str, Callable[[np.ndarray | float], np.ndarray]] = {
-            "angle_deg": lambda p: self.angle_deg(p, gap),
-            "tip_force_N": lambda p: self.force_N(p, gap or 0.0),
-            "squeeze_N": lambda p: self.force_N(p, gap or 0.0, whole=True),
+            "angle_deg": lambda p: self.angle_deg(p, gap_mm),
+            "tip_force_N": lambda p: self.force_N(p, gap),
+            "squeeze_N": lambda p: self.force_N(p, gap, whole=True),
         }
         at, p = found[key], self._pressures_kPa
         over = at(p) - wanted

@@ -12,7 +12,7 @@ from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.core.polynomial import Coordinate
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.extensions.effect import Prior
@@ -74,23 +74,28 @@ def check_rig(names: Sequence[str] | None, measurement: Measurement) -> None:
     Raises:
         ConfigError: one line with the name and the readings that feel it.
     """
-    fingers = [test for test in measurement.tests if test.control == PRESSURE.name]
-    blocked = any(test.experiment == "blocked_force" for test in fingers)
     for name in names or ():
-        if name in IMPLAUSIBLE and not (blocked if name == "plate_gap" else fingers):
+        if name in IMPLAUSIBLE and not _tests_of(name, measurement):
             which = "a blocked finger" if name == "plate_gap" else "a finger"
             raise ConfigError(f"--effects {name}: allowed: with readings of {which}")
 
 
+def _tests_of(name: str, measurement: Measurement) -> list[SpecimenTest]:
+    """Tests whose rig has a number: the plate's gap is one of blocked fingers alone."""
+    return [
+        test
+        for test in measurement.tests
+        if test.control == PRESSURE.name
+        and (name != "plate_gap" or test.experiment == "blocked_force")
+    ]
+
+
 def _implausible(measurement: Measurement, config: Config) -> list[Cause]:
     on = {each.name() for each in config.extensions.active()}
-    experiments = {test.experiment for test in measurement.tests}
     fingers = [test for test in measurement.tests if test.control == PRESSURE.name]
     found = []
     for name, (key, told, middle) in IMPLAUSIBLE.items():
-        if name in on or not fingers:
-            continue
-        if name == "plate_gap" and "blocked_force" not in experiments:
+        if name in on or not _tests_of(name, measurement):
             continue
         if name == "wall_offset" and config.mesh.file is not None:
             continue

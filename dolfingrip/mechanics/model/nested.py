@@ -78,8 +78,7 @@ class Nesting:
         Returns:
             (parts, points, entries).
         """
-        places = self._places(degree)
-        own = np.stack([self._placed(places, part) for part in range(PARTS)])
+        places, own = self._places(degree)
         which = np.linalg.norm(own[:, :, None] - places, axis=3).argmin(axis=2)
         return np.asarray(values[self._parent[:, None], which[self._part]])
 
@@ -93,10 +92,12 @@ class Nesting:
         Returns:
             (parts, points, entries).
         """
-        places = self._places(degree)
+        places, own = self._places(degree)
         fit = np.linalg.pinv(self._linear(places))
-        own = np.stack([self._linear(self._placed(places, part)) for part in range(PARTS)])
-        return np.asarray((own @ fit)[self._part] @ values[self._parent])
+        weights = np.stack([self._linear(each) @ fit for each in own])
+        return np.asarray(weights[self._part] @ values[self._parent])
 
-    def _places(self, degree: int) -> np.ndarray:
-        return np.asarray(basix.make_quadrature(self._kind, degree)[0])
+    def _places(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
+        """Integration points in a cell, (points, 3), and those of its parts, (parts, points, 3)."""
+        places = np.asarray(basix.make_quadrature(self._kind, degree)[0])
+        return places, np.stack([self._placed(places, part) for part in range(PARTS)])
