@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final, Literal
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # which imports its parts when they are used
 
 from dolfingrip.experiments.material_fit.law import Law
 from dolfingrip.forms.jet import Jet
@@ -105,7 +105,7 @@ def _compressible(
         return np.asarray(tau - tau.mean() + bulk_MPa * ln_j)
 
     middle = float(EXPONENTS[mode][2] * np.log(stretch))
-    root = brentq(
+    root = scipy.optimize.brentq(
         lambda x: float(kirchhoff(x)[2]),
         middle - WIDEST_LOG_STRETCH,
         middle + WIDEST_LOG_STRETCH,
@@ -148,7 +148,7 @@ def limit_points(
     turns = np.flatnonzero(turned)
     return [
         (
-            float(brentq(lambda x: float(slope(x)[0]), stretch[i], stretch[i + 1])),
+            float(scipy.optimize.brentq(lambda x: float(slope(x)[0]), stretch[i], stretch[i + 1])),
             bool(rates[i] > 0),
         )
         for i in turns
