@@ -14,6 +14,7 @@ True
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final, Literal
@@ -245,6 +246,8 @@ CAVITY_VOLUME = Channel(
 )
 
 
+SUPPLY: Final = "_supply_kPa"
+"""End of the column of a cavity's own supply."""
 OF_CAVITIES: Final = "cavity_"
 """Beginning of the columns of one of several cavities, which no instrument reads."""
 
@@ -255,13 +258,41 @@ def of_cavity(name: str) -> tuple[Channel, Channel]:
     Args:
         name: group of the cavity.
     """
-    name = f"{OF_CAVITIES}1" if name == "cavity" else name
+    name = _numbered(name)
     return (
         replace(CAVITY_PRESSURE, name=f"{name}_pressure_kPa", title=f"Pressure in {name}",
                 about=f"pressure in {name}"),
         replace(CAVITY_VOLUME, name=f"{name}_volume_mm3", title=f"Volume of {name}",
                 about=f"volume of {name}, of the whole finger"),
     )  # fmt: skip
+
+
+def supply_of(name: str) -> Channel:
+    """Return the channel of a cavity's own supply, which is prescribed.
+
+    Args:
+        name: group of the cavity.
+    """
+    name = _numbered(name)
+    return replace(CAVITY_PRESSURE, name=f"{name}{SUPPLY}", title=f"Supply of {name}",
+                   about=f"prescribed pressure of the supply of {name}")  # fmt: skip
+
+
+def cavity_of_supply(column: str) -> str | None:
+    """Return the group of the cavity whose supply a column has; None of another column.
+
+    Args:
+        column: of a table.
+    """
+    found = re.fullmatch(rf"{OF_CAVITIES}([1-9]\d*){SUPPLY}", column)
+    if found is None:
+        return None
+    return "cavity" if found[1] == "1" else f"{OF_CAVITIES}{found[1]}"
+
+
+def _numbered(name: str) -> str:
+    """A cavity's group with its number, which that of the first one lacks."""
+    return f"{OF_CAVITIES}1" if name == "cavity" else name
 
 
 CURVE = Channel(

@@ -171,3 +171,42 @@ def test_command_runs_each_pose_and_each_result_is_a_data_set(
         assert 'experiment = "coupon"\ngauge_length_mm = 33.0\narea_mm2 = 9.0\n' in text
         assert (tmp_path / pose / "curve.png").exists()
     assert force["warm"] == pytest.approx(2.0 / 2.93 * force["cold"], rel=1e-6)
+
+
+def test_supplies_of_single_cavities(tmp_path: Path) -> None:
+    """Ramps arrive together, the farthest at the rate; a CSV says the same in columns."""
+    text = (
+        "[[segment]]\nto_kPa = 20.0\nreadings = 1\n"
+        "[[segment]]\nto_kPa = 10.0\ncavity_kPa = { cavity_2 = -50.0 }\nreadings = 2\n"
+        "[[segment]]\ncavity_kPa = { cavity_2 = 0.0 }\nreadings = 1\n"
+    )
+    table, _ = protocol.read(_written(tmp_path, text), "bending")
+    assert table["pressure_kPa"] == [0.0, 20.0, 15.0, 10.0, 10.0]
+    assert table["cavity_2_supply_kPa"] == [0.0, 0.0, -25.0, -50.0, 0.0]
+    np.testing.assert_allclose(table["time_s"], [0.0, 0.8, 1.8, 2.8, 4.8])
+    assert table["branch"] == ["loading", "loading", "unloading", "unloading", "loading"]
+    keys = {protocol.key(name): values for name, values in table.items()}
+    found = config.load(None, {**keys, "mesh.file": "none.msh", "finger.kind": "adopted"})
+    assert found.cavity.own == {"cavity_2": (0.0, 0.0, -25.0, -50.0, 0.0)}
+    assert found.pressures_kPa == (-50.0, 20.0)
+    assert found.walls_may_meet(["cavity_2"])
+    assert not found.walls_may_meet(["cavity"])
+    rows = [",".join(map(str, ("bending", "A", *row))) for row in zip(*table.values(), strict=True)]
+    head = ",".join(("experiment", "specimen", *table))
+    measured, _ = protocol.read(_written(tmp_path, "\n".join([head, *rows]), "a.csv"), "bending")
+    assert measured == table
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"pressure_kPa": [0.0]}, "1 values: allowed: one for each time of the protocol, 2"),
+        ({"pressure_kPa": [0.0, -150.0]}, "-150 kPa in it, below absolute vacuum"),
+        ({"pressure_kPa": [0.0, 1.0], "closed": True}, "allowed: not beside closed = true"),
+        ({"pressure_kPa": [0.0, 1.0], "pressure_ratio": 0.5}, "not beside a pressure_ratio"),
+    ],
+)
+def test_what_a_supply_of_its_own_cannot_be(table: dict[str, object], said: str) -> None:
+    given = {"time_s": [0.0, 1.0], "pressure_kPa": [0.0, 1.0]}
+    with pytest.raises(ConfigError, match=f"cavity.cavity.pressure_kPa = .*{said}"):
+        config.from_dict({"protocol": given, "cavity": {"cavity": table}})

@@ -329,8 +329,9 @@ def _poses(
     settings: list[tuple[Path, Change]] = [
         (asked.out / pose.name, {**changes, **assignments(pose.set)}) for pose in poses
     ] or [(asked.out, changes)]
+    readings = {protocol_file.key(column): values for column, values in table.items()}
     return [
-        (folder, configuration.load(asked.config, change).changed(protocol=table))
+        (folder, configuration.load(asked.config, {**change, **readings}))
         for folder, change in settings
     ]
 

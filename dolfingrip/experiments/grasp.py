@@ -107,6 +107,7 @@ class Grasp(Experiment):
         self.policy = policy
 
     def settings(self, config: Config) -> Config:
+        config.cavity.refuse_own("a grasp")
         solver = {
             "time_limit_s": config.solver.time_limit_s or self.policy.time_limit_s,
             "max_iterations": min(config.solver.max_iterations, self.policy.most_iterations),

@@ -189,6 +189,8 @@ class Bisection:
         fine, carried = self._start.model, self._start.model.potential.carried
         for each in (self._start, self._fine):
             each.cavity.set(self._finger.cavity.value)
+            for name, own in self._finger.site.supplies.items():
+                each.site.supplies[name].value = own.value
             if self._finger.plate is not None and each.plate is not None:
                 each.plate.put(float(self._finger.plate.unloaded.value))
         fine.u.x.array[:] = (

@@ -20,6 +20,7 @@ from dolfingrip.channels import (
     of_cavity,
     of_line,
     read_of,
+    supply_of,
 )
 from dolfingrip.config import Config
 from dolfingrip.experiments.experiment import Experiment
@@ -58,6 +59,7 @@ def columns(
     names = cavities if len(cavities) > 1 else ()
     several = [each.name for name in names for each in of_cavity(name)]
     if config is not None and "finger" in experiment.parts:
+        several += [supply_of(name).name for name in config.cavity.own]
         line = of_line(config.camera.markers, curve=config.curve is not None)
         several += [each.name for each in line]
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}

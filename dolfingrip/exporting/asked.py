@@ -30,6 +30,7 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
             raise ConfigError(f"{suffix}: no effect extensions.{effect.name()}; allowed: without")
     for name in config.film.all:
         raise ConfigError(f"{suffix}: no film.{name}; allowed: a finger without films")
+    config.cavity.refuse_own(suffix)
     for name, cavity in config.cavity.all.items():
         if cavity.closed:
             raise ConfigError(f"{suffix}: no air in cavity.{name}; allowed: closed = false")

@@ -52,6 +52,7 @@ class Site:
         unknowns: what is solved for besides the fields, by name.
         motions: of the clamp, by global unknowns among ``unknowns``.
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
+        supplies: constants: pressures (MPa) of cavities with a supply of their own, by name.
         contact: of the skin with itself, where there is any.
         further: terms of Π that are no forms, without plate and contact.
         geometric: functions that must be called after the mesh has moved.
@@ -70,6 +71,7 @@ class Site:
     unknowns: dict[str, GlobalUnknown] = field(default_factory=dict)
     motions: list[SupportMotion] = field(default_factory=list)
     pressure: fem.Constant | None = None
+    supplies: dict[str, fem.Constant] = field(default_factory=dict)
     contact: BarrierContact | None = None
     further: list[Term] = field(default_factory=list)
     geometric: list[Callable[[], None]] = field(default_factory=list)

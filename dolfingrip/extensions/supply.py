@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.extensions.effect import Flow, Stage
 from dolfingrip.mechanics.model.model import Control
 from dolfingrip.mechanics.model.state import Memory
-
-NAME = "supply_kPa"
 
 
 class Supply(Memory):
@@ -22,10 +21,11 @@ class Supply(Memory):
     Args:
         cavity: the cavity's pressure.
         stages: effects on the pressure, from regulator to cavity.
+        name: of the control; the memory has the same.
     """
 
-    def __init__(self, cavity: Control, stages: Sequence[Stage]) -> None:
-        self._cavity = cavity
+    def __init__(self, cavity: Control, stages: Sequence[Stage], name: str = PRESSURE.name) -> None:
+        self._cavity, self._name = cavity, f"supply of {name}"
         self.stages = stages
         self._regulator_kPa = 0.0
         # no pressure behind a stage is known at first
@@ -66,8 +66,8 @@ class Supply(Memory):
 
     def values(self) -> dict[str, np.ndarray]:
         """Pressure at the regulator and behind each stage at the step's start."""
-        return {NAME: self._before.copy()}
+        return {self._name: self._before.copy()}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
         """Restore the pressure at each stage."""
-        self._before = values[NAME].copy()
+        self._before = values[self._name].copy()

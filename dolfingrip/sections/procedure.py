@@ -14,6 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, Field, model_validator
 
 from dolfingrip.channels import AMBIENT_KPA, VACUUM_KPA
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.section import FINGERS, Numbers, Refusal, Role, Section
 
 Branch = Literal["loading", "unloading", "hold"]
@@ -161,14 +162,19 @@ class CouponSettings(Section):
 
 
 class Cavity(Section):
-    """One of several cavities, with a part of the supply's pressure or closed with its air."""
+    """One of several cavities: a part of the experiment's pressure, its own supply, or air."""
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = FINGERS
-    later: ClassVar = {"closed": False, "closed_at_kPa": AMBIENT_KPA, "exponent": 1.0}
+    later: ClassVar = {
+        "closed": False, "closed_at_kPa": AMBIENT_KPA, "exponent": 1.0, "pressure_kPa": [],
+    }  # fmt: skip
 
     pressure_ratio: float = Field(
         1.0, ge=-10, le=10, description="the cavity's pressure by the experiment's; 0: vented"
+    )
+    pressure_kPa: Numbers = Field(
+        (), description="a supply of its own: its pressure at each time of the protocol"
     )
     closed: bool = Field(False, description="no supply: air is trapped in it")
     closed_at_kPa: float = Field(
@@ -182,6 +188,9 @@ class Cavity(Section):
         """Yield what the keys do not allow one another."""
         if self.closed and self.pressure_ratio != 1:
             yield Refusal("pressure_ratio", "allowed: not beside closed = true")
+        if self.pressure_kPa and (self.closed or self.pressure_ratio != 1):
+            other = "closed = true" if self.closed else "a pressure_ratio"
+            yield Refusal("pressure_kPa", f"allowed: not beside {other}")
 
 
 class Cavities(Section):
@@ -203,6 +212,26 @@ class Cavities(Section):
         return self.__pydantic_extra__.get(name, Cavity())
 
     def ratio(self, name: str) -> float:
-        """A cavity's pressure by the experiment's; 1 if it is not named, 0 if it is closed."""
+        """A cavity's pressure by the experiment's; 1 if it is not named, 0 without that supply."""
         found = self.of(name)
-        return 0.0 if found.closed else found.pressure_ratio
+        return 0.0 if found.closed or found.pressure_kPa else found.pressure_ratio
+
+    @property
+    def own(self) -> Mapping[str, Numbers]:
+        """Pressures of the cavities with a supply of their own, by name."""
+        return {name: each.pressure_kPa for name, each in self.all.items() if each.pressure_kPa}
+
+    def refuse_own(self, who: str) -> None:
+        """Refuse cavities with a supply of their own.
+
+        Args:
+            who: cannot follow them.
+
+        Raises:
+            ConfigError: one line, if there is one.
+        """
+        for name in self.own:
+            raise ConfigError(
+                f"cavity.{name}.pressure_kPa: {who} has no supply of its own for a cavity; "
+                "allowed: a pressure_ratio"
+            )

@@ -8,13 +8,16 @@ TOML: segments that are run through in order, ``cycles`` times, at each pose:
     rate_kPa_per_s = 25.0    # a coupon: rate_mm_per_s
     readings = 4
     [[segment]]
+    cavity_kPa = { cavity_2 = 40.0 }  # a supply of its own, beside to_kPa or alone
+    [[segment]]
     hold_s = 60.0
     readings = 5
     [[pose]]
     name = "gap 2 mm"
     set = ["plate.gap_mm=2", "gravity.direction=[1, 0, 0]"]
 
-or the CSV of a measurement, for the time stamps of one of its specimens.
+or the CSV of a measurement, for the time stamps of one of its specimens; columns such as
+``cavity_2_supply_kPa`` are supplies of single cavities.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from dolfingrip.channels import PRESSURE, cavity_of_supply, supply_of
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.procedure import Branch
@@ -43,7 +47,10 @@ class ProtocolSegment(Section):
 
     to_kPa: float | None = Field(None, description="pressure at the end of the ramp")
     to_mm: float | None = Field(None, description="crosshead's displacement at its end (coupon)")
-    rate_kPa_per_s: float = Field(25.0, gt=0, description="of the ramp")
+    cavity_kPa: dict[str, float] = Field(
+        {}, description="pressures at its end, by cavity, of supplies of their own"
+    )
+    rate_kPa_per_s: float = Field(25.0, gt=0, description="of the farthest ramp")
     rate_mm_per_s: float = Field(2.5, gt=0, description="of the ramp (coupon)")
     hold_s: float | None = Field(None, ge=0, description="length of the wait")
     readings: int = Field(4, ge=1, le=100_000, description="the last at the segment's end")
@@ -51,8 +58,19 @@ class ProtocolSegment(Section):
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
         given = [key for key in ("to_kPa", "to_mm", "hold_s") if getattr(self, key) is not None]
-        if len(given) != 1:
+        if len(given) > 1 or not (given or self.cavity_kPa):
             yield Refusal("hold_s", "allowed: exactly one of to_kPa, to_mm and hold_s")
+        if self.cavity_kPa and given not in ([], ["to_kPa"]):
+            yield Refusal("cavity_kPa", "allowed: alone or beside to_kPa", "a table")
+
+    def leads(self, by: str) -> bool:
+        """Return whether it waits, or is a ramp of what an experiment prescribes.
+
+        Args:
+            by: key of the end of the control's ramps.
+        """
+        own = by == "to_kPa" and bool(self.cavity_kPa)
+        return own or self.hold_s is not None or getattr(self, by) is not None
 
 
 class SetupPose(Section):
@@ -82,16 +100,29 @@ def waits(length_s: float, count: int) -> list[float]:
     return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
 
 
+def key(column: str) -> str:
+    """Return the key of the configuration that a protocol's column is the value of.
+
+    Args:
+        column: as :func:`read` returns them.
+    """
+    cavity = cavity_of_supply(column)
+    return f"protocol.{column}" if cavity is None else f"cavity.{cavity}.pressure_kPa"
+
+
 def read(
     file: Path, experiment: str, control: str = "pressure_kPa", specimen: str | None = None
 ) -> tuple[dict[str, Any], Sequence[SetupPose]]:
-    """Read the table ``[protocol]`` that a file describes, and its poses.
+    """Read the columns of the protocol that a file describes, and its poses.
 
     Args:
         file: TOML, or CSV in the format of measured data.
         experiment: experiment whose rows of a CSV are read.
         control: column of the experiment's control, ``pressure_kPa`` or ``displacement_mm``.
         specimen: specimen whose rows of a CSV are read; required if the experiment has several.
+
+    Returns:
+        Values by column, and set-ups; :func:`key` says where a column belongs.
 
     Raises:
         ConfigError: one line naming the key, its value and what is allowed.
@@ -107,15 +138,18 @@ def read(
     if not asked.segment:
         raise ConfigError(f"--protocol {file}: segment = []: allowed: at least one [[segment]]")
     by = f"to_{unit(control)}"
-    wrong = [s for s in asked.segment if s.hold_s is None and getattr(s, by) is None]
-    if wrong:
+    if not all(each.leads(by) for each in asked.segment):
         raise ConfigError(f"--protocol {file}: segment: allowed: {by} or hold_s in a {experiment}")
     return _table(asked, control), asked.pose
 
 
-def _table(asked: ProtocolFile, control: str) -> dict[str, Any]:
-    rows: list[tuple[float, float, int, Branch]] = [(0.0, 0.0, 1, "loading")]
+def _table(asked: ProtocolFile, control: str) -> dict[str, list[Any]]:
+    """Readings of all segments: each of the controls goes on a straight line to its end."""
+    own = dict.fromkeys(name for each in asked.segment for name in each.cavity_kPa)
     by, rate = f"to_{unit(control)}", f"rate_{unit(control)}_per_s"
+    rows: list[tuple[float, dict[str, float], int, Branch]] = [
+        (0.0, dict.fromkeys((control, *own), 0.0), 1, "loading")
+    ]
     for cycle in range(1, asked.cycles + 1):
         for segment in asked.segment:
             start_s, start, *_ = rows[-1]
@@ -123,14 +157,21 @@ def _table(asked: ProtocolFile, control: str) -> dict[str, Any]:
                 after = waits(segment.hold_s, segment.readings)
                 rows += [(start_s + t, start, cycle, "hold") for t in after]
                 continue
-            change = getattr(segment, by) - start
-            branch: Branch = "loading" if change > 0 else "unloading"
-            length_s = abs(change) / getattr(segment, rate)
-            for k in range(1, segment.readings + 1) if change else ():
+            end = start | segment.cavity_kPa
+            if getattr(segment, by) is not None:
+                end[control] = getattr(segment, by)
+            change = {name: end[name] - start[name] for name in end}
+            farthest = change[control] or max(change.values(), key=abs)
+            branch: Branch = "loading" if farthest > 0 else "unloading"
+            length_s = max(map(abs, change.values())) / getattr(segment, rate)
+            for k in range(1, segment.readings + 1) if length_s else ():
                 part = k / segment.readings
-                rows.append((start_s + part * length_s, start + part * change, cycle, branch))
-    columns = [list(column) for column in zip(*rows, strict=True)]
-    return dict(zip(("time_s", control, "cycle", "branch"), columns, strict=True))
+                now = {name: start[name] + part * change[name] for name in change}
+                rows.append((start_s + part * length_s, now, cycle, branch))
+    times, controls, cycles, branches = ([*column] for column in zip(*rows, strict=True))
+    values = {name: [each[name] for each in controls] for name in (control, *own)}
+    found = {"time_s": times, control: values.pop(control), "cycle": cycles, "branch": branches}
+    return found | {supply_of(name).name: each for name, each in values.items()}
 
 
 def _measured(
@@ -147,7 +188,8 @@ def _measured(
     rows = _of_one(file, rows, experiment, specimen)
     found: dict[str, Any] = {}
     try:
-        for name in ("time_s", control):
+        own = [name for name in rows[0] if control == PRESSURE.name and cavity_of_supply(name)]
+        for name in ("time_s", control, *own):
             found[name] = [float(row[name]) for row in rows]
         if "cycle" in rows[0]:
             found["cycle"] = [int(row["cycle"]) for row in rows]

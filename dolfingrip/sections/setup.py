@@ -75,18 +75,31 @@ class Sections(Section):
         Args:
             cavities: names of the mesh's cavities.
         """
-        ratios = {self.cavity.ratio(name) for name in cavities}
-        lowest = min(end * ratio for end in self.pressures_kPa for ratio in ratios)
-        return lowest < 0 or (self.contact.self_contact and len(ratios) > 1)
+        names = list(cavities)
+        driven = {self.cavity.own.get(name, self.cavity.ratio(name)) for name in names}
+        lowest = min(min(self._in_cavity_kPa(name)) for name in names)
+        return lowest < 0 or (self.contact.self_contact and len(driven) > 1)
 
     @property
     def pressures_kPa(self) -> tuple[float, ...]:
-        """Lowest and highest pressure of the supply."""
+        """Lowest and highest pressure of all supplies."""
+        own = (each for pressures in self.cavity.own.values() for each in pressures)
+        asked = (*self._of_experiment_kPa, *own)
+        return min(asked), max(asked)
+
+    @property
+    def _of_experiment_kPa(self) -> tuple[float, float]:
+        """Lowest and highest pressure of the supply that cavities share."""
         if self.protocol.time_s:
             asked: Sequence[float] = self.protocol.pressure_kPa
         else:
             asked = (self.experiment.min_pressure_kPa, self.experiment.max_pressure_kPa)
         return min(asked, default=0.0), max(asked, default=0.0)
+
+    def _in_cavity_kPa(self, name: str) -> Sequence[float]:
+        """Pressures that a supply gives a cavity, its lowest and highest among them."""
+        ratio = self.cavity.ratio(name)
+        return self.cavity.own.get(name) or [end * ratio for end in self._of_experiment_kPa]
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the sections do not allow one another."""
@@ -173,10 +186,14 @@ class Sections(Section):
             if self.mesh.file is None and name not in known:
                 allowed = f"allowed: {', '.join(known)}, or with mesh.file"
                 yield Refusal(f"cavity.{name}", allowed, "a table")
-            ends = [end * self.cavity.ratio(name) for end in self.pressures_kPa]
-            if min(ends) < VACUUM_KPA:
-                words = f"{min(ends):g} kPa in it, {NO_VACUUM}"
-                yield Refusal(f"cavity.{name}.pressure_ratio", words, self.cavity.ratio(name))
+            own, lowest = self.cavity.own.get(name, ()), min(self._in_cavity_kPa(name))
+            if own and len(own) != (count := len(self.protocol.time_s)):
+                words = f"allowed: one for each time of the protocol, {count}"
+                yield Refusal(f"cavity.{name}.pressure_kPa", words, f"{len(own)} values")
+            if lowest < VACUUM_KPA:
+                words = f"{lowest:g} kPa in it, {NO_VACUUM}"
+                key, shown = ("pressure_kPa", list(own)) if own else ("pressure_ratio", None)
+                yield Refusal(f"cavity.{name}.{key}", words, shown or self.cavity.ratio(name))
         ratios = {self.cavity.ratio(name) for name in self.cavity.all} | {1.0}
         if len(ratios) > 1 and self.experiment.control != "pressure":
             words = 'allowed: "pressure" where a cavity has a pressure_ratio other than 1'

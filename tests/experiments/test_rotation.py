@@ -132,6 +132,22 @@ def test_each_of_several_cavities_has_its_pressure_and_volume(bent: dict[str, Re
     assert "cavity_1_volume_mm3" not in recorder.columns(EXPERIMENTS["bending"], ("cavity",))
 
 
+def test_chambers_with_supplies_of_their_own(file: Path, bent: dict[str, Result]) -> None:
+    """One after the other: at each stop the finger is as where that chamber alone is driven."""
+    drive = {"cavity": {}, "cavity_2": {"pressure_kPa": [0.0, 0.0, 40.0]},
+             "cavity_3": {"pressure_kPa": [0.0, 0.0, 0.0]}}  # fmt: skip
+    config = settings(file, {}).changed(
+        protocol={"time_s": [0.0, 1.0, 2.0], "pressure_kPa": [0.0, 40.0, 0.0]}, cavity=drive
+    )
+    result = run("bending", config, comm=MPI.COMM_SELF)
+    assert result.failure is None
+    assert set(result.columns()) <= set(recorder.columns(EXPERIMENTS["bending"], CHAMBERS, config))
+    np.testing.assert_allclose(result["cavity_2_supply_kPa"], [0, 0, 40])
+    for i, alone in ((1, "cavity"), (2, "cavity_2")):
+        for name in ("tip_x_mm", "tip_y_mm", "cavity_1_volume_mm3", "cavity_2_pressure_kPa"):
+            assert result[name][i] == pytest.approx(bent[alone][name][-1], rel=1e-6, abs=1e-9)
+
+
 def test_trapped_air_beside_a_supply(file: Path) -> None:
     """A closed chamber next to a pressurised one: pₐ (V₀/V − 1) at each stop, told in columns."""
     ratios = {"cavity": {}, "cavity_2": {"closed": True}, "cavity_3": {"pressure_ratio": 0.0}}

@@ -22,7 +22,6 @@ from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.finger_rig import FingerRig
-from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, load
 from dolfingrip.jobs.job import JobFailure
 from dolfingrip.mechanics.model.model import Control, Prescribed
@@ -116,6 +115,7 @@ def answers(
             f'{experiment.name}, experiment.control = "{config.experiment.control}": allowed: '
             '"pressure" where readings are taken at places'
         )
+    config.cavity.refuse_own("a reading at a place")
     rig = type(experiment)(made_for).prepare(config, comm, Profile())
     assert isinstance(rig, FingerRig)
     wanted = find(config, list(keys)) if keys else []
@@ -153,7 +153,7 @@ class _Path:
             full = self._config.integration != "reduced"
             self._readings[peak_stretch.COLUMN] = PeakStretch(finger.model, full=full)
         if work.COLUMN in self._columns:
-            volume = Observation(finger).readings[CAVITY_VOLUME.name]
+            volume = Integral(finger.model, CAVITY_VOLUME.name, finger.driven)
             done = PressureWork(finger.by_pressure, volume, finger.cavity)
             self._readings[work.COLUMN] = FromRest(done)
         for column in self._columns:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from dolfingrip.channels import supply_of
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.sections.errors import ConfigError
@@ -37,7 +38,8 @@ def stops(config: Config) -> Sequence[Stop]:
             raise ConfigError(
                 f'experiment.control = "{experiment.control}": allowed: "pressure" with a protocol'
             )
-        return schedule.given(protocol, protocol.pressure_kPa)
+        own = {supply_of(name).name: each for name, each in config.cavity.own.items()}
+        return schedule.given(protocol, protocol.pressure_kPa, own)
     if by_pressure(config):
         most, least = experiment.max_pressure_kPa, experiment.min_pressure_kPa
         values, suction = (schedule.steps(end, experiment.step_kPa) for end in (most, least))

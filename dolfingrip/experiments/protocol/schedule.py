@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from dolfingrip.sections.protocol_file import waits
@@ -24,12 +24,14 @@ class Stop:
         time_s: time since the first stop.
         branch: ``loading``, ``unloading``, ``hold``, or ``approach`` and ``lift`` of a grasp.
         cycle: number of the cycle, from 1 on.
+        others: values of further controls, by name.
     """
 
     value: float
     time_s: float
     branch: GraspBranch
     cycle: int = 1
+    others: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
 def steps(largest: float, step: float) -> list[float]:
@@ -81,8 +83,16 @@ def cycles(
     return found
 
 
-def given(protocol: Protocol, values: Sequence[float]) -> list[Stop]:
-    """The stops of a protocol; ``values`` are the values of its control."""
+def given(
+    protocol: Protocol, values: Sequence[float], others: Mapping[str, Sequence[float]] = {}
+) -> list[Stop]:
+    """The stops of a protocol.
+
+    Args:
+        protocol: times, cycles and branches.
+        values: values of its control.
+        others: values of further controls, by name.
+    """
     found: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0
@@ -91,5 +101,7 @@ def given(protocol: Protocol, values: Sequence[float]) -> list[Stop]:
             branch = "unloading"
         if protocol.branch:
             branch = protocol.branch[i]
-        found.append(Stop(value, time_s, branch, protocol.cycle[i] if protocol.cycle else 1))
+        further = {name: each[i] for name, each in others.items()}
+        cycle = protocol.cycle[i] if protocol.cycle else 1
+        found.append(Stop(value, time_s, branch, cycle, further))
     return found

@@ -108,6 +108,8 @@ class FingerModel:
         asked = self.config.cavity.of(cavity)
         if asked.closed:
             return Control(self.site.unknowns[f"{cavity}.pressure_MPa"].constant, KPA)
+        if own := self.site.supplies.get(cavity):
+            return Control(own, KPA)
         ratio = asked.pressure_ratio
         return Control(self.site.pressure, KPA / ratio if ratio else np.inf)
 
@@ -143,6 +145,15 @@ class FingerModel:
             density += site.fixed(closing * site.domain.copies / whole)
         return density * exactly
 
+    @property
+    def driven(self) -> ufl.Form:
+        """Volume that the regulator's pressure works on (mm³): each cavity's by its ratio."""
+        ratio = self.config.cavity.ratio
+        volumes = [(ratio(name), self.volume_of(name)) for name in self.site.domain.cavities]
+        if all(each == 1 for each, _ in volumes):
+            return self.enclosed
+        return reduce(add, [self.site.fixed(each) * volume for each, volume in volumes])
+
     def control_volume(self) -> None:
         """Replace the model by one of the same state whose control is the cavity's volume."""
         self.model = volume_controlled(self.model, self.cavity, self.enclosed)
@@ -156,13 +167,15 @@ class FingerModel:
         """
         if self.plate is not None:
             self.plate.turn(normal_of(config.plate), config.plate.gap_mm, rest)
-        regulator = self.by_pressure.controls["pressure_kPa"]
-        if isinstance(regulator, Supply):
-            regulator.stages = config.extensions.active(Stage)
+        for control in self.by_pressure.controls.values():
+            if isinstance(control, Supply):
+                control.stages = config.extensions.active(Stage)
 
 
 def pressures(config: Config, site: Site) -> ufl.Form:
-    """Potential of the pressure in each cavity, which is a part of the regulator's (mJ).
+    """Potential of the pressure in each cavity (mJ).
+
+    It is a part of the regulator's, that of the cavity's own supply, or that of its trapped air.
 
     Raises:
         ConfigError: one line, if the configuration names a cavity that the mesh has not.
@@ -179,8 +192,12 @@ def pressures(config: Config, site: Site) -> ufl.Form:
     for name in domain.cavities:
         if config.cavity.of(name).closed:
             parts.append(trapped(config, site, name))
-            continue
-        by_ratio.setdefault(config.cavity.ratio(name), []).append(name)
+        elif name in config.cavity.own:
+            site.supplies[name] = site.fixed(0.0)
+            own = cavity_pressure.energy(site.u, domain.mesh, site.supplies[name])
+            parts.append(own * domain.surface(name, quadrature_degree=degree))
+        else:
+            by_ratio.setdefault(config.cavity.ratio(name), []).append(name)
     for ratio, names in by_ratio.items():
         inside = domain.surface(*names, quadrature_degree=degree)
         parts.append(energy * inside if ratio == 1 else site.fixed(ratio) * energy * inside)
@@ -297,17 +314,16 @@ def build(
         motion.append(Inertia(u, domain, densities(site), alpha, error_mm))
     loads = [*added.loads, *(each.energy for each in motion)]
     potential, terms = total_potential(config, site, base, loads, energies)
-    regulator = Control(site.pressure, KPA)
-    stages = supply(config, regulator)
+    controls, supplies = supply(config, site)
     supports = at_rest(u.function_space, site.domain, site.held)
     model = Model(
         site.domain,
         u,
         potential,
         supports,
-        {"pressure_kPa": stages or regulator, **added.controls},
+        {**controls, **added.controls},
         [*terms, *added.terms],
-        [site.history, *motion, *([] if stages is None else [stages])],
+        [site.history, *motion, *supplies],
         p=site.p,
         global_unknowns=added.global_unknowns,
         constraint=moving_clamp(site, supports),

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from mpi4py import MPI
 
-from dolfingrip.channels import AMBIENT_KPA
+from dolfingrip.channels import AMBIENT_KPA, supply_of
 from dolfingrip.config import Config
 from dolfingrip.experiments import ballooning
 from dolfingrip.experiments.protocol import pressurisation
@@ -101,13 +101,14 @@ class FingerRig(Rig):
         if self._config.experiment.dynamic or self._config.solver.max_step_s is not None:
             longest["time_s"] = self._config.solver.max_step_s or LONGEST_S
         if self._by_pressure:
-            return {"pressure_kPa": self._config.solver.max_step_kPa, **longest}
+            supplies = ("pressure_kPa", *(supply_of(name).name for name in self._config.cavity.own))
+            return {**dict.fromkeys(supplies, self._config.solver.max_step_kPa), **longest}
         ratio = self._config.experiment.step_volume_ratio
         return {CONTROL: ratio * self._rest_mm3, **longest}
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
         if self._by_pressure:
-            return {"pressure_kPa": stop.value, "time_s": stop.time_s}
+            return {"pressure_kPa": stop.value, **stop.others, "time_s": stop.time_s}
         volume = self._rest_mm3 * (1 + stop.value)
         return {CONTROL: volume, "time_s": stop.time_s}
 
@@ -121,7 +122,7 @@ class FingerRig(Rig):
             failure = go_to_rest(self._finger, self.newton, path.observers)
             if not self._by_pressure:
                 self._finger.model.controls[CONTROL].set(self._volume_mm3())
-        elif first.value != 0:
+        elif first.value != 0 or any(first.others.values()):
             failure = path.advance(UNPRESSURISED).failure
         else:
             return None
@@ -200,7 +201,7 @@ class FingerRig(Rig):
         if not self._by_pressure or self._config.experiment.control == "auto":
             return False  # the volume is controlled already, or soon
         finger, settings = self._finger, self._config.solver
-        search = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
+        search = LimitPointSearch(finger.model, finger.cavity, finger.driven, settings)
         return search.is_near(attempted["pressure_kPa"])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
+from dolfingrip.channels import PRESSURE, supply_of
 from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
@@ -13,7 +14,7 @@ from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
-from dolfingrip.mechanics.model.model import Control
+from dolfingrip.mechanics.model.model import Control, Prescribed
 from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.sections.fixture import PlateSettings
 
@@ -101,8 +102,10 @@ def _inside(site: Site, cavity: str) -> BarrierContact:
     return made if gap_mm > contact.barrier_mm else barrier(gap_mm / 2)
 
 
-def supply(config: Config, cavity: Control) -> Supply | None:
-    """The supply with its stages between regulator and cavity; None if there are none.
+def supply(config: Config, site: Site) -> tuple[dict[str, Prescribed], list[Supply]]:
+    """The controls of the pressures by name, and those with stages between regulator and cavity.
+
+    A cavity with a supply of its own has stages of its own, which are like the others.
 
     Raises:
         ConfigError: if the configuration prescribes the cavity's volume, from the start or later.
@@ -112,7 +115,13 @@ def supply(config: Config, cavity: Control) -> Supply | None:
         raise ConfigError(
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )
-    return Supply(cavity, stages) if stages else None
+    assert site.pressure is not None
+    found = {PRESSURE.name: Control(site.pressure, KPA)}
+    found |= {supply_of(name).name: Control(own, KPA) for name, own in site.supplies.items()}
+    if not stages:
+        return dict(found), []
+    behind = {name: Supply(control, stages, name) for name, control in found.items()}
+    return dict(behind), list(behind.values())
 
 
 def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport | None:

@@ -18,6 +18,7 @@ from dolfingrip.channels import (
     TIP_Y,
     WALL_GAP,
     of_cavity,
+    supply_of,
 )
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
@@ -171,11 +172,13 @@ class Observation:
             # a chord turns as the mean of the sections along it
             FromRest(chord(finger), lambda: float(turning.deg().mean())),
         ]
+        cavities = finger.site.domain.cavities
+        cavity = finger.pressure_in(*cavities) if len(cavities) == 1 else finger.cavity
         found: list[Reading] = [
             Time(model),
             ControlValue(model, PRESSURE.name, model.controls[PRESSURE.name]),
             *counted,
-            ControlValue(model, CAVITY_PRESSURE.name, finger.cavity),
+            ControlValue(model, CAVITY_PRESSURE.name, cavity),
             Integral(model, CAVITY_VOLUME.name, finger.enclosed),
             *of_cavities(finger),
             self._gap,
@@ -241,7 +244,7 @@ class Elongation:
 
 
 def of_cavities(finger: FingerModel) -> list[Reading]:
-    """Pressure and volume of each of several cavities."""
+    """Pressure and volume of each of several cavities, and what its own supply is set to."""
     found: list[Reading] = []
     cavities = finger.site.domain.cavities
     for name in cavities if len(cavities) > 1 else ():
@@ -250,6 +253,9 @@ def of_cavities(finger: FingerModel) -> list[Reading]:
             ControlValue(finger.model, pressure.name, finger.pressure_in(name)),
             Integral(finger.model, volume.name, finger.volume_of(name)),
         ]
+    for name in finger.site.supplies:
+        supply = supply_of(name).name
+        found.append(ControlValue(finger.model, supply, finger.model.controls[supply]))
     return found
 
 
