@@ -1,10 +1,11 @@
 """Designs that follow a curve: plane targets, and one that a finger of known sizes made.
 
-    scripts/run python -m benchmarks.curves [NAME …] [--mesh-mm 8 4]
+    scripts/run python -m benchmarks.curves [NAME …] [--mesh-mm 8 4] [--free-form]
 
 Each is a problem of eight bellows with a depth and a wall each, at 150 kPa, begun at the default
-finger. The table has the root mean square distance on the mesh of the design and on one with each
-cell divided in two along each axis, the simulations, and the time.
+finger; the faces' free form may be added. The table has the root mean square distance on the mesh of
+the design and on one with each cell divided in two along each axis, the simulations, and the time.
+Rows of other targets stay.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import csv
 import math
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +31,9 @@ from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 
 LENGTH_MM, PRESSURE_KPA, BELLOWS, PLACES = 90.0, 150.0, 8, 60
-RANGES = {"depth_mm": (11.0, 20.0), "wall_mm": (1.2, 2.2)}
+RANGES = {"depth_mm": (12.0, 22.0), "wall_mm": (1.2, 3.0)}
+"""A deeper wall than 3 mm leaves less than 1 mm of a bellows' chamber."""
+FREE_FORM = "[free_form]\nalong = 6\nmost_mm = 1.0\n"
 HERE = Path(__file__).parent
 
 
@@ -75,7 +79,7 @@ TARGETS = {
 }
 
 
-def solve(name: str, mesh: Change, folder: Path) -> dict[str, object]:
+def solve(name: str, mesh: Change, folder: Path, free_form: bool) -> dict[str, object]:
     """Solve one problem; a row of the table."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "curve.csv").open("w", newline="") as stream:
@@ -90,18 +94,21 @@ def solve(name: str, mesh: Change, folder: Path) -> dict[str, object]:
     settings = ", ".join(f'"{key}={value}"' for key, value in mesh.items())
     (folder / "design.toml").write_text(
         f'set = [{settings}]\n[objective]\nmatch = "curve.csv"\nat_pressure_kPa = {PRESSURE_KPA}\n'
-        f"[method]\nsimulations = 20\n[parameters]\n{ranges}"
+        f"[method]\nsimulations = 20\n[parameters]\n{ranges}{FREE_FORM if free_form else ''}"
     )
     problem = read(folder / "design.toml")
     begun = time.monotonic()
     with Pool(Where(workers=1)) as pool:
         answers = computed_in(folder / run.FOLDER, pool)
-        return _solved(name, problem, answers, folder, begun)
+        return {
+            "target": name,
+            "free_form": free_form,
+            "cells_mm": "default" if not mesh else " and ".join(map(str, mesh.values())),
+            **_solved(problem, answers, folder, begun),
+        }
 
 
-def _solved(
-    name: str, problem: Problem, answers: Compute, folder: Path, begun: float
-) -> dict[str, object]:
+def _solved(problem: Problem, answers: Compute, folder: Path, begun: float) -> dict[str, object]:
     every = starts.solve(problem, answers, say_nothing)
     found = every.best(problem)
     wall_s = time.monotonic() - begun
@@ -110,7 +117,6 @@ def _solved(
     run.write(result, found, folder)
     assert result.matched is not None
     return {
-        "target": name,
         "start_rms_mm": round(result.matched.start_rms_mm, 4),
         "rms_mm": round(result.matched.rms_mm, 4),
         "finer_mesh_rms_mm": round(math.sqrt(finer.objective or math.nan), 4),
@@ -124,23 +130,32 @@ def _solved(
     }
 
 
-def draw(names: list[str], mesh: Change, out: Path) -> None:
-    """Draw targets and the backs of the designs, each solved once more: ``curves.png``."""
+def draw(mesh: Change, out: Path) -> None:
+    """Draw targets and the backs of the designs in a folder, each solved once more."""
     import matplotlib.pyplot as plt
 
-    fig, panels = plt.subplots(1, len(names), figsize=(2.4 * len(names), 3.4), sharey=True)
-    for name, axes in zip(names, np.atleast_1d(panels), strict=True):
-        folder = out / name.replace(" ", "_")
-        target = np.loadtxt(folder / "curve.csv", delimiter=",", skiprows=1)
+    found = [each for each in _named(TARGETS) if (out / each / "design.toml").exists()]
+    fig, panels = plt.subplots(
+        1, len(found), figsize=(2.4 * len(found), 3.4), sharey=True, squeeze=False
+    )
+    start = backs(changed(Config(), mesh))
+    for name, axes in zip(found, panels[0], strict=True):
+        target = np.loadtxt(out / name / "curve.csv", delimiter=",", skiprows=1)
         axes.plot(*target.T, color="black", linewidth=4, alpha=0.25, label="target")
-        found = backs(load(folder / "design.toml"))
-        axes.plot(*backs(changed(Config(), mesh)).T, ":", color="grey", label="start")
-        axes.plot(*found.T, color="tab:red", linewidth=1.5, label="design")
-        axes.set(title=name, xlabel="x (mm)", aspect="equal")
-    np.atleast_1d(panels)[0].set_ylabel("z (mm)")
-    np.atleast_1d(panels)[0].invert_yaxis()
-    np.atleast_1d(panels)[0].legend(frameon=False, fontsize=8)
+        axes.plot(*start.T, ":", color="grey", label="start")
+        back = backs(load(out / name / "design.toml"))
+        axes.plot(*back.T, color="tab:red", linewidth=1.5, label="design")
+        axes.set(title=name.replace("_", " "), xlabel="x (mm)", aspect="equal")
+    panels[0, 0].set_ylabel("z (mm)")
+    panels[0, 0].invert_yaxis()
+    panels[0, 0].legend(frameon=False, fontsize=8)
     fig.savefig(HERE.parent / "docs" / "curves.png", dpi=150, bbox_inches="tight")
+
+
+def _named(names: Iterable[str]) -> list[str]:
+    """Folders of targets, and those of the same with free form."""
+    plain = [each.replace(" ", "_") for each in names]
+    return [name + end for name in plain for end in ("", "_free_form")]
 
 
 def main() -> None:
@@ -148,20 +163,26 @@ def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("names", nargs="*", default=list(TARGETS))
     asked.add_argument("--mesh-mm", nargs=2, type=float, help="largest and smallest cells")
+    asked.add_argument("--free-form", action="store_true", help="beside depth and wall")
     asked.add_argument("--out", type=Path, default=Path("out/curves"))
     given = asked.parse_args()
     mesh: Change = {}
     if given.mesh_mm:
         mesh = dict(zip(("mesh.size_mm", "mesh.edge_size_mm"), given.mesh_mm, strict=True))
-    rows = []
+    table = HERE / "curves.csv"
     for name in given.names:
-        rows.append(solve(name, mesh, given.out / name.replace(" ", "_")))
-        print(rows[-1], file=sys.stderr, flush=True)
-        with (HERE / "curves.csv").open("w", newline="") as stream:
-            table = csv.DictWriter(stream, list(rows[0]))
-            table.writeheader()
-            table.writerows(rows)
-    draw(given.names, mesh, given.out)
+        folder = given.out / _named([name])[given.free_form]
+        row = {key: str(each) for key, each in solve(name, mesh, folder, given.free_form).items()}
+        print(row, file=sys.stderr, flush=True)
+        with table.open(newline="") as stream:
+            kept = list(csv.DictReader(stream))
+        same = ("target", "free_form", "cells_mm")
+        rows = [each for each in kept if any(each[key] != row[key] for key in same)]
+        with table.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, list(row))
+            writer.writeheader()
+            writer.writerows([*rows, row])
+    draw(mesh, given.out)
 
 
 if __name__ == "__main__":

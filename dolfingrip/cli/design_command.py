@@ -23,6 +23,7 @@ from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.report.design import course, gradient_front
 from dolfingrip.report.shape_change import draw_change, draw_section, section_text, write_stl
 from dolfingrip.report.table import of_rows
+from dolfingrip.sections.units import unit
 
 
 def design(asked: DesignSettings) -> None:
@@ -149,6 +150,12 @@ def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
             one = result.parameters[key]
             said = f"{key} = {one.value:.4g} (bounds {one.low:g} and {one.high:g})"
             screen.say(f"stopped by {said}: {price:.2g} mm nearer for each unit beyond it")
+        if near.tied:
+            count = f"{len(near.tied)} of {len(result.parameters)}"
+            screen.say(f"tied: {count} parameters may be others where the rest makes up for it:")
+        for key, others in list(near.tied.items())[:SHOWN]:
+            made_up = (f"{other} {by:+.2g} {unit(other)}" for other, by in others.items())
+            screen.say(f"{key} +1 {unit(key)}: {', '.join(made_up) or 'hardly felt'}")
     for number, begun in enumerate(result.starts, 1):
         ends = "" if begun.objective is None else f"{begun.start:.4g} to {begun.objective:.4g}, "
         screen.say(f"start {number}: {ends}{begun.ending}")

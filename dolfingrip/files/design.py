@@ -66,6 +66,11 @@ class MatchedCurve(Part):
     stops_mm_per_unit: dict[str, float] = Field(
         {}, description="by parameter at its bound: how much nearer one unit more would bring it"
     )
+    tied: dict[str, dict[str, float]] = Field(
+        {},
+        description="by parameter that the curve does not determine: how much others change for "
+        "each unit of it, so that a finger lies along the curve as before",
+    )
 
 
 class DesignFile(ResultFile):

@@ -1,4 +1,4 @@
-"""Section of the configuration for a curve that the finger's back shall follow."""
+"""Section of the configuration for a curve that the finger's back or its tip shall follow."""
 
 from __future__ import annotations
 
@@ -55,8 +55,14 @@ class Polyline:
         return feet[rows, best], along[:, :, None] * along[:, None]
 
     def crossing(self) -> np.ndarray | None:
-        """A point (2,) where two pieces that are no neighbours meet; None if there is none."""
+        """A point (2,) where two pieces meet that do not follow each other, or where one goes back.
+
+        None if there is none.
+        """
         start, step = self.points[:-1], self._steps
+        back = (_cross(step[:-1], step[1:]) == 0) & ((step[:-1] * step[1:]).sum(axis=1) < 0)
+        if back.any():
+            return np.asarray(start[1:][back][0])
         i, j = np.triu_indices(len(step), 2)
         apart = start[j] - start[i]
         across = _cross(step[i], step[j])
@@ -74,11 +80,13 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 class CurveTarget(Section):
     """A curve in the plane of bending, from the clamp; the back's middle line is compared with it.
 
-    The finger's back begins at x = z = 0, goes along z and bends towards −x.
+    The finger's back begins at x = z = 0, goes along z and bends towards −x. With pressures it is
+    the way of the back's tip, which is compared with the place at the present pressure.
     """
 
     role: ClassVar = Role.INSTRUMENT
     felt_by: ClassVar = ("finger",)
+    later: ClassVar = {"pressure_kPa": None}
 
     x_mm: Numbers = Field(description="of its points, from the clamp on")
     z_mm: Numbers = Field(description="of its points")
@@ -87,15 +95,24 @@ class CurveTarget(Section):
         description="free: each place of the line counts by the nearest point of the curve; fixed: "
         "by the point at the same part of the deformed length, so that both ends meet",
     )
+    pressure_kPa: Numbers | None = Field(
+        None, description="rising, one for each point: the tip's way; places between are linear"
+    )
     places: int = Field(60, ge=2, le=1000, description="number of places of the line that count")
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
         if len(self.x_mm) < 2:
             yield Refusal("x_mm", "allowed: two points or more", f"{len(self.x_mm)} numbers")
-        if len(self.z_mm) != len(self.x_mm):
-            words = f"allowed: as many as x_mm has, {len(self.x_mm)}"
-            yield Refusal("z_mm", words, f"{len(self.z_mm)} numbers")
+        for key in ("z_mm", "pressure_kPa"):
+            given = getattr(self, key)
+            if given is not None and len(given) != len(self.x_mm):
+                words = f"allowed: as many as x_mm has, {len(self.x_mm)}"
+                yield Refusal(key, words, f"{len(given)} numbers")
+        if self.pressure_kPa is not None:
+            if not (np.diff(self.pressure_kPa) > 0).all():
+                yield Refusal("pressure_kPa", "allowed: rising", list(self.pressure_kPa))
+            return
         if not np.hypot(np.diff(self.x_mm), np.diff(self.z_mm)).all():
             yield Refusal(
                 "x_mm", "allowed: neighbouring points that differ", "the same point twice"

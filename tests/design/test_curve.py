@@ -13,7 +13,9 @@ import pytest
 
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import curve
+from dolfingrip.design.gradient.file import Circle, Cubic, Objective
 from dolfingrip.design.gradient.read import read
+from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.recorder import columns
 from dolfingrip.experiments.request import Place, Request
@@ -34,21 +36,47 @@ def written(folder: Path, points: object, name: str = "curve.csv") -> Path:
     return file
 
 
+def loaded(file: Path, ends: str = "free") -> Config:
+    asked = Objective(match=file, ends=ends)  # type: ignore[arg-type]
+    return curve.given(asked, file.parent, Config())[0]
+
+
 def test_files_of_all_kinds_are_one_curve(tmp_path: Path) -> None:
-    text = " ".join(f"{x},{z}" for x, z in QUARTER)
+    text = " ".join(f"{x / 2},{z / 2 - 1}" for x, z in QUARTER)
     svg = tmp_path / "curve.svg"
     svg.write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="10cm" viewBox="0 0 100 100">'
-        f'<polyline points="{text}"/></svg>'
+        f'<g transform="scale(2)"><polyline transform="translate(0 1)" points="{text}"/></g></svg>'
     )
     drawing = ezdxf.new(units=ezdxf.units.CM)
     drawing.modelspace().add_lwpolyline((QUARTER / 10).tolist())
     drawing.saveas(tmp_path / "curve.dxf")
     for file in (written(tmp_path, QUARTER), svg, tmp_path / "curve.dxf"):
-        found = curve.load(file, Config(), "fixed").curve
+        found = loaded(file, "fixed").curve
         assert found is not None
         np.testing.assert_allclose(np.stack([found.x_mm, found.z_mm], 1), QUARTER, atol=1e-9)
         assert found.ends == "fixed"
+
+
+def test_a_circle_and_a_cubic_are_curves() -> None:
+    """A quarter circle, and Bézier's curve of it, which is within 3e-4 of its radius."""
+    radius = 90 / (np.pi / 2)
+    circle = curve.given(Objective(match_circle=Circle(radius_mm=radius)), Path(), Config())[0]
+    bend = 4 / 3 * (np.sqrt(2) - 1) * radius
+    cubic = Cubic(x_mm=(0, 0, bend - radius, -radius), z_mm=(0, bend, radius, radius))
+    other = curve.given(Objective(match_cubic=cubic), Path(), Config())[0]
+    for found, off in ((circle.curve, 1e-12), (other.curve, 3e-4 * radius)):
+        assert found is not None
+        x, z = np.array(found.x_mm), np.array(found.z_mm)
+        np.testing.assert_allclose(np.hypot(x + radius, z), radius, atol=off)
+        assert (x[-1], z[-1]) == pytest.approx((-radius, radius))
+    late = Objective(match_circle=Circle(radius_mm=20, straight_mm=30, angle_deg=90))
+    found = curve.given(late, Path(), Config())[0].curve
+    assert found is not None
+    assert (found.x_mm[-1], found.z_mm[-1]) == pytest.approx((-20, 50))
+    round_twice = Objective(match_circle=Circle(radius_mm=5))
+    with pytest.raises(ConfigError, match=r"^objective.match_circle: crosses itself at x = "):
+        curve.given(round_twice, Path(), Config())
 
 
 LOOP = [(0, 0), (0, 40), (-20, 60), (-20, 20), (20, 20)]
@@ -65,12 +93,13 @@ LOOP = [(0, 0), (0, 40), (-20, 60), (-20, 20), (20, 20)]
         (QUARTER + 30, "begins at x = 30, z = 30 mm; allowed: within 9 mm of the clamp's"),
         (QUARTER[::-1], "x = z = 0; its other end does"),
         ([(0, 0), (0, "nan")], "not finite"),
-        ([(0, 0), (0, "far")], "line 3: allowed: two numbers in mm"),
+        ([(0, 0), (0, 40), (0, 20)], "crosses itself at x = 0, z = 40 mm"),
+        ([(0, 0), (0, "far")], "line 3: allowed: two numbers, x_mm and z_mm"),
     ],
 )
 def test_what_is_no_curve_is_refused(tmp_path: Path, points: object, said: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        curve.load(written(tmp_path, points), Config(), "free")
+        loaded(written(tmp_path, points))
     assert str(caught.value).startswith("objective.match = curve.csv: ")
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -81,7 +110,7 @@ def test_files_that_hold_none_are_refused(tmp_path: Path, name: str) -> None:
     if not name.startswith("absent"):
         (tmp_path / name).write_text("" if name.startswith("empty") else "a text")
     with pytest.raises(ConfigError):
-        curve.load(tmp_path / name, Config(), "free")
+        loaded(tmp_path / name)
 
 
 def test_a_design_file_names_it(tmp_path: Path) -> None:
@@ -101,6 +130,76 @@ def test_a_design_file_names_it(tmp_path: Path) -> None:
     assert "mm rms" in told
 
 
+WAY = [(50, -20, 85), (100, -50, 60)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "added", "said"),
+    [
+        (WAY[:1], "", "match_path = tip.csv: 1 row; allowed: two or more that differ"),
+        (WAY[::-1], "", "pressure_kPa does not rise from row to row; allowed: rising"),
+        (np.array(WAY) / [1, 1e3, 1e3], "", "is it in mm?"),
+        (WAY, "at_pressure_kPa = 50.0", "objective.at_pressure_kPa = 50.0: allowed: without match"),
+        (WAY, 'match = "tip.csv"', "2 quantities; allowed: one of maximise =, minimise =, match ="),
+    ],
+)
+def test_a_way_of_the_tip_that_is_none(
+    tmp_path: Path, rows: object, added: str, said: str
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        read(way(tmp_path, rows, added))
+    assert said in str(caught.value)
+
+
+def way(folder: Path, rows: object, added: str = "") -> Path:
+    text = "".join(f"{p},{x},{z}\n" for p, x, z in rows)  # type: ignore[attr-defined]
+    (folder / "tip.csv").write_text(f"pressure_kPa,x_mm,z_mm\n{text}")
+    file = folder / "design.toml"
+    file.write_text(
+        f'[objective]\nmatch_path = "tip.csv"\n{added}\n[parameters]\nfinger.wall_mm = [1.2, 2.0]'
+    )
+    return file
+
+
+def test_a_way_of_the_tip_is_the_mean_over_its_pressures(tmp_path: Path) -> None:
+    """Of three bellows at 10 and 20 kPa: distances of its marker, and their parts' squares."""
+    problem = read(way(tmp_path, [(10, 1, 43), (20, -15, 44)]))
+    assert str(problem.objective) == "curve_mean_square_mm2 at 10, 20 kPa"
+    assert [str(each) for each in problem.parts] == [
+        f"curve_part_{i}_mm at {p} kPa" for i in (1, 2) for p in (10, 20)
+    ]
+    assert curve.backwards(problem) == ""
+    names = ("curve_mean_square_mm2", "marker_1_x_mm", "marker_1_z_mm", "curve_part_1_mm")
+    config = changed(problem.nominal.base, {**SMALL, "camera.markers": 1})
+    places = tuple(Place("pressure_kPa", each) for each in (10.0, 15.0, 20.0))
+    found = compute(Request.of("bending", config, columns=names, places=places)).columns
+    x, z = found["marker_1_x_mm"], found["marker_1_z_mm"]
+    away = np.stack([x - [1, -7, -15], z - [43, 43.5, 44]], axis=1)
+    np.testing.assert_allclose(found["curve_mean_square_mm2"], (away**2).sum(axis=1), rtol=1e-9)
+    np.testing.assert_allclose(found["curve_part_1_mm"], away[:, 0], rtol=1e-9)
+
+
+def test_what_the_curve_does_not_determine_is_told(tmp_path: Path) -> None:
+    """Three numbers of which 1 and 2 bend alike, and 3 is not felt; parts that are written down."""
+    written(tmp_path, QUARTER)
+    file = tmp_path / "design.toml"
+    keys = [f"finger.override.{i}.depth_mm" for i in (1, 2, 3)]
+    ranges = "".join(f"{key} = [12.0, {high}]\n" for key, high in zip(keys, (17, 22, 17)))
+    file.write_text(f'[objective]\nmatch = "curve.csv"\nat_pressure_kPa = 9\n[parameters]\n{ranges}')
+    problem = read(file)
+    of_each = np.array([[3.0, 1.5, 0.0], [2.0, 1.0, 0.001]])  # mm, for a whole range
+    trial = Trial(np.full(3, 0.5), np.full(3, 15.0), None, 1, objective=0.04)  # type: ignore[arg-type]
+    trial.signed, trial.signed_slopes = np.array([0.04]), np.zeros((1, 3))
+    trial.of_parts = 2 * of_each.T @ of_each
+    told = curve.matched(problem, Descent([trial], trial, "", [], 1, 1.0))
+    assert told is not None
+    assert told.rms_mm == pytest.approx(0.2)
+    assert set(told.tied) == {keys[1], keys[2]}
+    assert told.tied[keys[2]] == {}
+    # a whole range of 10 mm of the second is half a range of 5 mm of the first
+    assert told.tied[keys[1]] == {keys[0]: pytest.approx(-0.25, rel=1e-3)}
+
+
 def test_the_example_is_a_problem() -> None:
     problem = read(Path(__file__).parents[2] / "examples" / "curve_design.toml")
     assert len(problem.variables) == 16
@@ -111,7 +210,7 @@ def test_the_example_is_a_problem() -> None:
 def test_distances_and_their_derivatives(ends: str) -> None:
     rng = np.random.default_rng(1)
     target = CurveTarget(x_mm=tuple(QUARTER[:, 0]), z_mm=tuple(QUARTER[:, 1]), ends=ends, places=24)  # type: ignore[arg-type]
-    found = _Distances(target)
+    found = _Distances(target, None)
     on_it = Polyline(QUARTER).at(found.shares)
     assert found.mean_square(on_it)[0] == pytest.approx(0, abs=1e-3)  # of its chords
     points = on_it + rng.normal(0, 0.5, on_it.shape)
@@ -131,14 +230,20 @@ def test_curvature_of_a_circle() -> None:
     assert (slopes * way).sum() == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-6)
 
 
+SMALL = {
+    **{"finger.bellows": 3, "finger.length_mm": 45.0, "solver.rtol": 1e-11},
+    **{"mesh.size_mm": 8.0, "mesh.edge_size_mm": 8.0},
+}
+
+
 def test_readings_along_the_line_have_derivatives() -> None:
     """Three bellows at 20 kPa, against differences on the moving mesh."""
     names = ("curve_mean_square_mm2", "curve_part_3_mm", "marker_3_x_mm", "curvature_2_per_m")
     start = changed(
         Config(),
         {
-            **{"finger.bellows": 3, "finger.length_mm": 45.0, "solver.rtol": 1e-11},
-            **{"mesh.size_mm": 8.0, "mesh.edge_size_mm": 8.0, "camera.markers": 4},
+            **SMALL,
+            "camera.markers": 4,
             "curve.x_mm": QUARTER[:, 0].tolist(),
             "curve.z_mm": QUARTER[:, 1].tolist(),
         },

@@ -1,24 +1,29 @@
-"""A file with a curve that a finger's back shall follow: CSV, or one path of an SVG or a DXF."""
+"""Curves that a finger shall follow: of a file, a circle, a cubic, or the tip's way."""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.gradient.file import Circle, Cubic, Objective
 from dolfingrip.design.gradient.problem import Floats, Problem, Scaling
-from dolfingrip.design.gradient.trial import Descent
+from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.design.quantities.quantity import UNITS
 from dolfingrip.files.design import MatchedCurve
 from dolfingrip.sections.curve import Polyline
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM
 from dolfingrip.sections.tables import check_separator, text_of
 
 OPTION: Final = "objective.match"
+
+KEYS: Final = ("match", "match_circle", "match_cubic", "match_path")
+"""Keys of an objective that give a curve."""
 
 TO_MM: Final = {"mm": 1.0, "cm": 10.0, "in": 25.4, "pt": 25.4 / 72}
 """Units of an SVG's width."""
@@ -29,42 +34,63 @@ SAMPLES: Final = 40
 MOST_POINTS: Final = 1000
 """Largest number of points that are kept; of more, so many at equal distances are."""
 
+MOST_ROWS: Final = 100
+"""Largest number of rows of a tip's way."""
+
 SHORTEST, LONGEST, NEAR = 1 / 3, 3.0, 0.1
 """Lengths of a curve, and the distance of its beginning from the clamp, by the finger's length."""
 
 
-def load(file: Path, base: Config, ends: str) -> Config:
-    """A configuration with the curve of a file.
+def given(asked: Objective, folder: Path, base: Config) -> tuple[Config, Objective]:
+    """Return a configuration with the curve that an objective asks for, and the objective.
 
     Args:
-        file: ``.csv`` with the columns x_mm and z_mm, ``.svg`` or ``.dxf`` with one path, whose
-            second coordinate is z; SVG counts it downwards.
-        base: of the finger.
-        ends: ``free`` or ``fixed``.
+        asked: the table of a design file; without a curve both stay as they are.
+        folder: that its files are relative to.
+        base: configuration of the finger.
+
+    Returns:
+        The configuration, and the objective, which is at the pressures of a tip's way.
 
     Raises:
-        ConfigError: one line, where it is no curve that a finger can be compared with.
+        ConfigError: one line, where there is no curve that a finger can be compared with.
     """
-    kind = file.suffix.lower()
-    if kind not in READERS:
-        raise ConfigError(f"{OPTION} = {file.name}: allowed: a file {', '.join(READERS)}")
-    points = READERS[kind](file)
-    said = f"{OPTION} = {file.name}"
-    if not np.isfinite(points).all():
-        raise ConfigError(f"{said}: a number that is not finite; allowed: millimetres")
+    length_mm = base.geometry.length_mm
+    if asked.match is not None:
+        said, points = f"{OPTION} = {asked.match.name}", _of_file(folder / asked.match)
+    elif asked.match_circle is not None:
+        said, points = f"{OPTION}_circle", _circle(asked.match_circle, length_mm)
+    elif asked.match_cubic is not None:
+        said, points = f"{OPTION}_cubic", _cubic(asked.match_cubic)
+    elif asked.match_path is not None:
+        said = f"{OPTION}_path = {asked.match_path.name}"
+        rows = _csv(folder / asked.match_path, said, ("pressure_kPa", "x_mm", "z_mm"))
+        pressures, x, z = _way(said, rows, length_mm).T.tolist()
+        for key in (f"at_{column}" for column in UNITS.values()):
+            if (value := getattr(asked, key)) is not None:
+                words = "allowed: without match_path, whose pressures count"
+                raise ConfigError(f"objective.{key} = {value}: {words}")
+        asked = asked.model_copy(update={"at_pressure_kPa": tuple(pressures)})
+        return base.changed(curve={"x_mm": x, "z_mm": z, "pressure_kPa": pressures}), asked
+    else:
+        return base, asked
+    x, z = _comparable(said, points, length_mm).T.tolist()
+    return base.changed(curve={"x_mm": x, "z_mm": z, "ends": asked.ends}), asked
+
+
+def _comparable(said: str, points: Floats, length_mm: float) -> Floats:
+    """Points (n, 2) of a curve that a finger of a length can be compared with.
+
+    Raises:
+        ConfigError: one line, where there is none.
+    """
+    _finite(said, points)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     apart = np.concatenate([[True], steps > TOLERANCE_MM])[: len(points)]
     points = points[apart]
-    if len(points) < 2:
-        count = f"{len(points)} point{'s' * (len(points) != 1)}"
-        raise ConfigError(f"{said}: {count}; allowed: two or more that differ")
-    line, length_mm = Polyline(points), base.geometry.length_mm
-    low, high = SHORTEST * length_mm, LONGEST * length_mm
-    if not low <= line.length_mm <= high:
-        raise ConfigError(
-            f"{said}: {line.length_mm:.4g} long; allowed: {low:.4g} to {high:.4g} mm for a finger "
-            f"of {length_mm:g} mm; is it in mm?"
-        )
+    _several(said, len(points), "points")
+    line = Polyline(points)
+    _in_mm(said, line.length_mm, "long", length_mm)
     starts = np.hypot(*points[[0, -1]].T)
     if starts[0] > NEAR * length_mm:
         other = "; its other end does" if starts[1] <= NEAR * length_mm else ""
@@ -79,38 +105,108 @@ def load(file: Path, base: Config, ends: str) -> Config:
             f"{said}: crosses itself at x = {at[0]:.4g}, z = {at[1]:.4g} mm; allowed: a curve that "
             "does not"
         )
-    x, z = line.points.T.tolist()
-    return base.changed(curve={"x_mm": x, "z_mm": z, "ends": ends})
+    return line.points
 
 
-def _csv(file: Path) -> Floats:
-    text = text_of(file, OPTION).splitlines()
-    said = f"{OPTION} = {file.name}"
+def _way(said: str, rows: Floats, length_mm: float) -> Floats:
+    """Rows of pressure, x and z of a tip's way that a finger of a length may have.
+
+    Raises:
+        ConfigError: one line, where there is none.
+    """
+    _finite(said, rows)
+    _several(said, len(rows), "rows")
+    if len(rows) > MOST_ROWS:
+        raise ConfigError(f"{said}: {len(rows)} rows; allowed: {MOST_ROWS}, as each takes a solve")
+    if not (np.diff(rows[:, 0]) > 0).all():
+        raise ConfigError(f"{said}: pressure_kPa does not rise from row to row; allowed: rising")
+    _in_mm(said, float(np.hypot(*rows[:, 1:].T).max()), "from the clamp at most", length_mm)
+    return rows
+
+
+def _finite(said: str, numbers: Floats) -> None:
+    if not np.isfinite(numbers).all():
+        raise ConfigError(f"{said}: a number that is not finite; allowed: millimetres")
+
+
+def _several(said: str, count: int, what: str) -> None:
+    if count < 2:
+        name = what if count != 1 else what[:-1]
+        raise ConfigError(f"{said}: {count} {name}; allowed: two or more that differ")
+
+
+def _in_mm(said: str, size_mm: float, what: str, length_mm: float) -> None:
+    low, high = SHORTEST * length_mm, LONGEST * length_mm
+    if not low <= size_mm <= high:
+        raise ConfigError(
+            f"{said}: {size_mm:.4g} {what}; allowed: {low:.4g} to {high:.4g} mm for a finger of "
+            f"{length_mm:g} mm; is it in mm?"
+        )
+
+
+def _circle(asked: Circle, length_mm: float) -> Floats:
+    """Points of a straight piece and a part of a circle."""
+    left = max(length_mm - asked.straight_mm, 0.0) / asked.radius_mm
+    angle = left if asked.angle_deg is None else math.radians(asked.angle_deg)
+    side, turns = math.copysign(asked.radius_mm, angle), np.linspace(0.0, angle, 2 * SAMPLES)
+    arc = np.stack([side * (np.cos(turns) - 1), asked.straight_mm + side * np.sin(turns)], axis=1)
+    return np.concatenate([[[0.0, 0.0]], arc])
+
+
+def _cubic(asked: Cubic) -> Floats:
+    """Points of a Bézier curve."""
+    share = np.linspace(0.0, 1.0, 2 * SAMPLES)[:, None]
+    powers = np.arange(4)
+    weights = np.array([1, 3, 3, 1]) * share**powers * (1 - share) ** powers[::-1]
+    return np.asarray(weights @ np.array([asked.x_mm, asked.z_mm]).T)
+
+
+def _of_file(file: Path) -> Floats:
+    """Points (n, 2) of the curve in a file.
+
+    Args:
+        file: ``.csv`` with the columns x_mm and z_mm, ``.svg`` or ``.dxf`` with one path, whose
+            second coordinate is z; SVG counts it downwards.
+    """
+    kind = file.suffix.lower()
+    if kind not in READERS:
+        raise ConfigError(f"{OPTION} = {file.name}: allowed: a file {', '.join(READERS)}")
+    return READERS[kind](file)
+
+
+def _csv(file: Path, said: str = "", columns: Sequence[str] = ("x_mm", "z_mm")) -> Floats:
+    said = said or f"{OPTION} = {file.name}"
+    text = text_of(file, said.partition(" ")[0]).splitlines()
     check_separator(said, text[0] if text else "")
     rows = csv.DictReader(text)
     names = [name.strip() for name in rows.fieldnames or ()]
-    if not {"x_mm", "z_mm"} <= set(names):
-        raise ConfigError(f"{said}: columns {', '.join(names) or 'none'}; allowed: x_mm, z_mm")
+    if not set(columns) <= set(names):
+        allowed = ", ".join(columns)
+        raise ConfigError(f"{said}: columns {', '.join(names) or 'none'}; allowed: {allowed}")
     rows.fieldnames = names
     found = []
     for number, row in enumerate(rows, 2):
         try:
-            found.append([float(row["x_mm"]), float(row["z_mm"])])
+            found.append([float(row[name]) for name in columns])
         except (TypeError, ValueError):
-            raise ConfigError(f"{said}: line {number}: allowed: two numbers in mm") from None
-    return np.array(found, dtype=float).reshape(-1, 2)
+            count = {2: "two", 3: "three"}[len(columns)]
+            words = f"allowed: {count} numbers, {' and '.join(columns)}"
+            raise ConfigError(f"{said}: line {number}: {words}") from None
+    return np.array(found, dtype=float).reshape(-1, len(columns))
 
 
 def _svg(file: Path) -> Floats:
     text_of(file, OPTION)
-    from svgpathtools import Line, svg2paths2
+    from svgpathtools import Document, Line
 
     said = f"{OPTION} = {file.name}"
     try:
-        paths, _, sheet = svg2paths2(str(file))
+        drawing = Document(str(file))
+        paths = drawing.paths()  # with the transforms of groups
     except Exception as error:  # of the parsers of XML and of paths
         raise ConfigError(f"{said}: not an SVG that can be read: {error}") from None
     _one(said, len(paths))
+    sheet = drawing.root.attrib
     width = sheet.get("width", "mm").strip()
     unit = width.lstrip("0123456789.+-eE ")
     if unit not in TO_MM:
@@ -166,11 +262,11 @@ def backwards(problem: Problem) -> str:
     Args:
         problem: whose objective may be a curve.
     """
-    if problem.nominal.base.curve is None:
+    curve = problem.nominal.base.curve
+    if curve is None or curve.pressure_kPa is not None:
         return ""
     from scipy.optimize import isotonic_regression
 
-    curve = problem.nominal.base.curve
     line = Polyline(np.stack([curve.x_mm, curve.z_mm], axis=1))
     points = line.at(np.linspace(0, 1, 201))
     steps = np.diff(points, axis=0)
@@ -193,6 +289,12 @@ def backwards(problem: Problem) -> str:
 
 NOTHING: Final = 0.005
 """Distance by the length of a curve that bending backwards may cost and is not told."""
+
+TIED_MM: Final = 0.1
+"""Root mean square distance below which a change of the line does not count."""
+
+SMALL_PART: Final = 0.05
+"""Part of a range by which a parameter changes and is not told, for a whole range of another."""
 
 AT_BOUND: Final = 1e-6
 """Part of its range within which a parameter is at its bound."""
@@ -220,4 +322,33 @@ def matched(problem: Problem, found: Descent) -> MatchedCurve | None:
         rms_mm=rms_mm,
         start_rms_mm=math.sqrt(found.start.objective),
         stops_mm_per_unit=ranked,
+        tied=_tied(problem, best),
     )
+
+
+def weak(trial: Trial) -> Floats:
+    """Directions (variables, k) of scaled variables that hardly move the line from its curve.
+
+    These are the singular directions of the parts' derivatives along which a step as long as a range
+    changes the root mean square distance by less than :data:`TIED_MM`.
+
+    Args:
+        trial: whose distances have parts.
+    """
+    assert trial.of_parts is not None
+    squares, directions = np.linalg.eigh(trial.of_parts / 2)
+    return np.asarray(directions[:, squares < TIED_MM**2])
+
+
+def _tied(problem: Problem, trial: Trial) -> dict[str, dict[str, float]]:
+    """Parameters of which each may be chosen, with the changes of others that make up for it."""
+    from scipy.linalg import qr
+
+    basis, sizes = weak(trial), Scaling(problem.variables).size
+    keys = [each.key for each in problem.variables]
+    free = qr(basis.T, mode="r", pivoting=True)[1][: basis.shape[1]]
+    found = {}
+    for one, row in sorted(zip(free, np.linalg.solve(basis[free].T, basis.T), strict=True)):
+        with_it = [i for i in np.flatnonzero(np.abs(row) > SMALL_PART) if i != one]
+        found[keys[one]] = {keys[i]: float(row[i] * sizes[i] / sizes[one]) for i in with_it}
+    return found

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dolfingrip.channels import CURVE_PARTS
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations
 from dolfingrip.design.gradient.policy import DescentPolicy
@@ -190,7 +189,7 @@ class TrustRegionSQP:
         if problem.parts:
             worst = found.by_condition[int(trial.signed.argmax())]
             turns = np.array([worst[each].slopes * self._range for each in problem.parts])
-            trial.of_parts = 2 * turns.T @ turns * len(CURVE_PARTS) / len(turns)
+            trial.of_parts = 2 * turns.T @ turns / max(len(problem.objective.values), 1)
         values, slopes = [], []
         for i, limit in enumerate(problem.limits):
             if limit.quantity.experiment is None:

@@ -13,6 +13,7 @@ from dolfingrip.sections.section import Section
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
 At = float | Numbers | None
+Four = Annotated[tuple[float, ...], Field(strict=False, min_length=4, max_length=4)]
 Experiment = Literal["bending", "blocked_force", "push", "grasp"]
 
 
@@ -35,6 +36,23 @@ class Placed(Section):
         return quantity(option, name, places, self.experiment)
 
 
+class Circle(Section):
+    """A straight piece from the clamp on, and a part of a circle towards −x after it."""
+
+    radius_mm: float = Field(gt=0, le=10_000)
+    straight_mm: float = Field(0.0, ge=0, le=1000, description="length of the straight piece")
+    angle_deg: float | None = Field(
+        None, ge=-350, le=350, description="of the part; default: as long as the finger in all"
+    )
+
+
+class Cubic(Section):
+    """A cubic Bézier curve."""
+
+    x_mm: Four = Field(description="of its four control points, from the clamp on")
+    z_mm: Four = Field(description="of its four control points")
+
+
 class Objective(Placed):
     """The quantity that is improved."""
 
@@ -42,6 +60,11 @@ class Objective(Placed):
     minimise: str | None = Field(None, description="name of a quantity")
     match: Path | None = Field(
         None, strict=False, description="CSV, SVG or DXF with a curve that the back shall follow"
+    )
+    match_circle: Circle | None = Field(None, description="that the back shall follow")
+    match_cubic: Cubic | None = Field(None, description="that the back shall follow")
+    match_path: Path | None = Field(
+        None, strict=False, description="CSV with the tip's places at pressures that it shall pass"
     )
     ends: Literal["free", "fixed"] = Field("free", description="of the curve that is matched")
 

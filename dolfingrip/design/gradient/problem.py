@@ -142,9 +142,10 @@ class Problem:
         if asked.name != CURVE.name:
             return ()
         values: list[tuple[float, ...]] = [(each,) for each in asked.values] or [()]
-        return tuple(
-            replace(asked, name=name, values=value) for name in CURVE_PARTS for value in values
-        )
+        curve = self.nominal.base.curve
+        of_tip = curve is not None and curve.pressure_kPa is not None
+        names = CURVE_PARTS[:2] if of_tip else CURVE_PARTS
+        return tuple(replace(asked, name=name, values=value) for name in names for value in values)
 
     @property
     def nominal(self) -> Condition:

@@ -42,11 +42,10 @@ def read(file: Path, overrides: Change = NO_CHANGE) -> Problem:
             f'experiment.control = "{base.experiment.control}": allowed: "pressure" for a design'
         )
     _without_memory(base)
-    sign, name = _objective(asked.objective)
-    if asked.objective.match is not None:
-        base = curve.load(file.parent / asked.objective.match, base, asked.objective.ends)
-    key = f"objective.{'minimise' if sign > 0 else 'maximise'}"
-    objective = asked.objective.quantity(key, name)
+    key, name = _objective(asked.objective)
+    sign = -1.0 if key == "maximise" else 1.0
+    base, improved = curve.given(asked.objective, file.parent, base)
+    objective = improved.quantity(f"objective.{key}", name)
     if name in OF_MANY:
         raise ConfigError(f"objective = {name}: an extreme over the shape; allowed: a constraint")
     limits = tuple(_limits(asked.constraints))
@@ -116,15 +115,14 @@ def _without_memory(base: Config) -> None:
             )
 
 
-def _objective(asked: Objective) -> tuple[float, str]:
-    matched = None if asked.match is None else CURVE.name
-    names = [each for each in (asked.maximise, asked.minimise, matched) if each is not None]
-    if len(names) != 1:
-        raise ConfigError(
-            f"objective: {len(names)} quantities; allowed: one of maximise =, minimise = and "
-            "match ="
-        )
-    return (-1.0 if asked.maximise else 1.0), names[0]
+def _objective(asked: Objective) -> tuple[str, str]:
+    """The key that says what is improved, and the quantity's name."""
+    keys = ("maximise", "minimise", *curve.KEYS)
+    given = [key for key in keys if getattr(asked, key) is not None]
+    if len(given) != 1:
+        words = ", ".join(f"{key} =" for key in keys)
+        raise ConfigError(f"objective: {len(given)} quantities; allowed: one of {words}")
+    return given[0], CURVE.name if given[0] in curve.KEYS else getattr(asked, given[0])
 
 
 def _limits(asked: Sequence[Limit]) -> list[Constraint]:

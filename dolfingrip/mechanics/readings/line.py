@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import CURVE, CURVE_PARTS, curvature, marker
-from dolfingrip.mechanics.model.model import Model
+from dolfingrip.channels import CURVE, CURVE_PARTS, PRESSURE, curvature, marker
+from dolfingrip.mechanics.model.model import Model, Prescribed
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
@@ -180,19 +180,27 @@ def _curvature(points: Floats) -> tuple[float, Floats]:
 
 
 class _Distances:
-    """Distances of places of the line from a curve.
+    """Distances of places of the line from a curve, or of the tip from its way over pressure.
 
     Args:
         curve: of the configuration.
+        pressure: in the finger.
     """
 
-    def __init__(self, curve: CurveTarget) -> None:
-        self.shares = np.linspace(0, 1, curve.places + 1)
+    def __init__(self, curve: CurveTarget, pressure: Prescribed) -> None:
+        self._curve, self._pressure = curve, pressure
+        tip_alone = curve.pressure_kPa is not None
+        self.shares = np.ones(1) if tip_alone else np.linspace(0, 1, curve.places + 1)
         self._polyline = Polyline(np.stack([curve.x_mm, curve.z_mm], axis=1))
         self._fixed = curve.ends == "fixed"
 
     def _away(self, points: Floats) -> tuple[Floats, Callable[[Floats], Floats]]:
         """Vectors (n, 2) from the curve, and the derivatives by places from those by them."""
+        curve = self._curve
+        if curve.pressure_kPa is not None:
+            here = self._pressure.value
+            place = [np.interp(here, curve.pressure_kPa, each) for each in (curve.x_mm, curve.z_mm)]
+            return points - place, lambda slopes: slopes
         if not self._fixed:
             nearest, moved = self._polyline.nearest(points)
             return points - nearest, lambda slopes: slopes - np.einsum("kij,kj->ki", moved, slopes)
@@ -244,7 +252,7 @@ def part_of_distance(model: Model, curve: CurveTarget, column: str) -> OfLine:
         curve: whose distances they are.
         column: one of :data:`~dolfingrip.channels.CURVE_PARTS`.
     """
-    distances = _Distances(curve)
+    distances = _Distances(curve, model.controls[PRESSURE.name])
     function = distances.part(CURVE_PARTS.index(column) + 1)
     return OfLine(BackLine(model), model, column, distances.shares, function)
 
@@ -276,6 +284,6 @@ def of_line(model: Model, markers: int, curve: CurveTarget | None) -> Sequence[R
         name = curvature(i).name
         found.append(OfLine(line, model, name, shares[i - 2 : i + 1], _curvature))
     if curve is not None:
-        distances = _Distances(curve)
+        distances = _Distances(curve, model.controls[PRESSURE.name])
         found.append(OfLine(line, model, CURVE.name, distances.shares, distances.mean_square))
     return found
