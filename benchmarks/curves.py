@@ -3,8 +3,9 @@
     scripts/run python -m benchmarks.curves [NAME …] [--mesh-mm 8 4] [--free-form]
 
 Each is a problem of eight bellows with a depth and a wall each, at 150 kPa, begun at the default
-finger; the faces' free form may be added. The table has the root mean square distance on the mesh of
-the design and on one with each cell divided in two along each axis, the simulations, and the time.
+finger; the faces' free form may be added. The table has the root mean square distance on the mesh
+of the design and on one with each cell divided in two along each axis, the simulations, and the
+time.
 Rows of other targets stay.
 """
 
@@ -32,7 +33,7 @@ from dolfingrip.jobs.pool import Pool
 
 LENGTH_MM, PRESSURE_KPA, BELLOWS, PLACES = 90.0, 150.0, 8, 60
 RANGES = {"depth_mm": (12.0, 22.0), "wall_mm": (1.2, 3.0)}
-"""A deeper wall than 3 mm leaves less than 1 mm of a bellows' chamber."""
+"""A wall of more than 3 mm leaves less than 1 mm of a bellows' chamber along z."""
 FREE_FORM = "[free_form]\nalong = 6\nmost_mm = 1.0\n"
 HERE = Path(__file__).parent
 

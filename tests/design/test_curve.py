@@ -143,9 +143,7 @@ WAY = [(50, -20, 85), (100, -50, 60)]
         (WAY, 'match = "tip.csv"', "2 quantities; allowed: one of maximise =, minimise =, match ="),
     ],
 )
-def test_a_way_of_the_tip_that_is_none(
-    tmp_path: Path, rows: object, added: str, said: str
-) -> None:
+def test_a_way_of_the_tip_that_is_none(tmp_path: Path, rows: object, added: str, said: str) -> None:
     with pytest.raises(ConfigError) as caught:
         read(way(tmp_path, rows, added))
     assert said in str(caught.value)
@@ -184,8 +182,12 @@ def test_what_the_curve_does_not_determine_is_told(tmp_path: Path) -> None:
     written(tmp_path, QUARTER)
     file = tmp_path / "design.toml"
     keys = [f"finger.override.{i}.depth_mm" for i in (1, 2, 3)]
-    ranges = "".join(f"{key} = [12.0, {high}]\n" for key, high in zip(keys, (17, 22, 17)))
-    file.write_text(f'[objective]\nmatch = "curve.csv"\nat_pressure_kPa = 9\n[parameters]\n{ranges}')
+    ranges = "".join(
+        f"{key} = [12.0, {high}]\n" for key, high in zip(keys, (17, 22, 17), strict=True)
+    )
+    file.write_text(
+        f'[objective]\nmatch = "curve.csv"\nat_pressure_kPa = 9\n[parameters]\n{ranges}'
+    )
     problem = read(file)
     of_each = np.array([[3.0, 1.5, 0.0], [2.0, 1.0, 0.001]])  # mm, for a whole range
     trial = Trial(np.full(3, 0.5), np.full(3, 15.0), None, 1, objective=0.04)  # type: ignore[arg-type]

@@ -65,16 +65,16 @@ def given(asked: Objective, folder: Path, base: Config) -> tuple[Config, Objecti
     elif asked.match_path is not None:
         said = f"{OPTION}_path = {asked.match_path.name}"
         rows = _csv(folder / asked.match_path, said, ("pressure_kPa", "x_mm", "z_mm"))
-        pressures, x, z = _way(said, rows, length_mm).T.tolist()
+        pressures, x, z = (tuple(map(float, each)) for each in _way(said, rows, length_mm).T)
         for key in (f"at_{column}" for column in UNITS.values()):
             if (value := getattr(asked, key)) is not None:
                 words = "allowed: without match_path, whose pressures count"
                 raise ConfigError(f"objective.{key} = {value}: {words}")
-        asked = asked.model_copy(update={"at_pressure_kPa": tuple(pressures)})
+        asked = asked.model_copy(update={"at_pressure_kPa": pressures})
         return base.changed(curve={"x_mm": x, "z_mm": z, "pressure_kPa": pressures}), asked
     else:
         return base, asked
-    x, z = _comparable(said, points, length_mm).T.tolist()
+    x, z = (tuple(map(float, each)) for each in _comparable(said, points, length_mm).T)
     return base.changed(curve={"x_mm": x, "z_mm": z, "ends": asked.ends}), asked
 
 
@@ -329,8 +329,8 @@ def matched(problem: Problem, found: Descent) -> MatchedCurve | None:
 def weak(trial: Trial) -> Floats:
     """Directions (variables, k) of scaled variables that hardly move the line from its curve.
 
-    These are the singular directions of the parts' derivatives along which a step as long as a range
-    changes the root mean square distance by less than :data:`TIED_MM`.
+    These are the singular directions of the parts' derivatives along which a step as long as a
+    range changes the root mean square distance by less than :data:`TIED_MM`.
 
     Args:
         trial: whose distances have parts.
