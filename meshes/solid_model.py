@@ -144,10 +144,11 @@ def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
         groups.TIP: [s for s in surfaces if _lies_in(s, 2, finger.length_mm)],
         groups.SYMMETRY: [s for s in surfaces if half and _lies_in(s, 1, 0.0)],
     }
-    walls = set(surfaces) - set(named[groups.SYMMETRY])
-    outside = _connected(named[groups.CLAMP][0], walls)
+    # a cavity with a tube and the skin meet at the clamp alone
+    walls = set(surfaces) - set(named[groups.SYMMETRY]) - set(named[groups.CLAMP])
+    outside = _connected(named[groups.TIP][0], walls)
     named |= _cavities(walls - outside)
-    named[groups.SKIN] = sorted(outside - set(named[groups.CLAMP]) - set(named[groups.TIP]))
+    named[groups.SKIN] = sorted(outside - set(named[groups.TIP]))
     gmsh.model.addPhysicalGroup(3, [volume], groups.SOLID_TAG, groups.SOLID)
     for name in groups.surfaces(named):
         if named[name]:

@@ -270,9 +270,9 @@ def _drawn(config: Config, asked: str) -> BoxSolid | CylinderSolid:
     shape = morphed(adapted)
     if isinstance(shape, CylinderSolid) and (adapted.morph.xi1 or adapted.morph.xi2):
         raise ConfigError(f"{asked}: [morph] flattens this design's cylinders; allowed: {without}")
-    if config.inlet is None or not getattr(adapted.geometry, "tube", False):
+    if config.inlet is None:
         return shape
-    return morphed(adapted.changed(**{adapted.geometry_table: {"tube": False}}))
+    return morphed(adapted.changed(**{adapted.geometry_table: adapted.geometry.sealed}))
 
 
 def _skin(solids: Solids) -> Faces:

@@ -20,6 +20,7 @@ from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble, second_order
 from dolfingrip.meshes.structured import structured_mesh
 from dolfingrip.parameter import every
+from dolfingrip.sections.geometry.bellows import Bellows
 from dolfingrip.sections.geometry.cast import Cast
 from dolfingrip.sections.geometry.pneunet import Pneunet
 from dolfingrip.sections.geometry.round_bellows import RoundBellows
@@ -86,6 +87,42 @@ def test_pneunet(tube: bool) -> None:
     assert found.volume_mm3 == pytest.approx(whole / 2, rel=1e-12)
     assert volume(mesh, "paper") == pytest.approx(length * 20 * 0.2 / 2, rel=1e-12)
     assert volume(mesh, "base") == pytest.approx(length * 20 * 3 / 2, rel=1e-12)
+
+
+def test_a_tube_through_the_clamp() -> None:
+    """Of bellows, in both shapes of cells, and of both round ones: its volume leaves the block."""
+    for mesher in (structured_mesh, finger_mesh):
+        sealed, open_ = (
+            check(mesher(Bellows(bellows=2, length_mm=40, tube_mm=wide), Mesh(size_mm=8.0)))
+            for wide in (0.0, 2.0)
+        )
+        grown = open_.cavity_mm3 - sealed.cavity_mm3
+        assert grown == pytest.approx((12 + 1.6) * 2 * 2 / 2, rel=1e-9)
+        assert sealed.volume_mm3 - open_.volume_mm3 == pytest.approx(grown, rel=1e-9)
+    around = RoundBellows(
+        convolutions=1, tube_mm=3.0, wall_mm=2.0, neck_radius_mm=4.0, pitch_mm=9.0
+    )
+    mesh = finger_mesh(around, Mesh(size_mm=3.0))
+    assert set(PAIR) < set(mesh.facets)
+    rims = [mesh.points[mesh.facets[name]][..., 2].min() for name in PAIR]
+    assert rims == pytest.approx([0.0, 0.0], abs=1e-9)
+    check(mesh)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "finger.tube_mm=12",
+            "finger.tube_mm = 12.0: too wide; allowed: above 0 and up to 10.9 mm",
+        ),
+        ("round_bellows.tube_mm=5", "round_bellows.tube_mm = 5.0: too wide; allowed: .* 4.4 mm"),
+    ],
+)
+def test_a_tube_wider_than_the_cavity(text: str, said: str) -> None:
+    kind = () if text.startswith("finger") else ("finger.kind=round_bellows",)
+    with pytest.raises(ConfigError, match=said):
+        config.load(None, assignments([*kind, text]))
 
 
 def test_regions_stay_with_their_cells() -> None:

@@ -47,7 +47,7 @@ def read(file: Path) -> ClosedSurface:
     ("design", "cavities", "block_mm", "own_mm", "place"),
     [
         (SHORT, 1, 13.6, 1.6, "clamp"),
-        (SHORT, 1, 13.6, 1.6, "side"),
+        ((*SHORT, "finger.tube_mm=2"), 1, 13.6, 1.6, "side"),
         (ROUND, 2, 5.0, 0.8, "side"),
         ((*CAST, "cast.tube=true"), 1, 7.0, 0.5, "clamp"),
         (PNEUNET, 1, 11.5, 1.5, "clamp"),
@@ -58,11 +58,10 @@ def test_an_inlet_reaches_every_cavity(
     place: str,
 ) -> None:  # fmt: skip
     """A tube of 1 mm bore: what it adds outside, and what its bore takes from the block."""
-    shut = (
-        configured(*design, "cast.tube=false")
-        if "cast.tube=true" in design
-        else configured(*design)
-    )
+    shut = configured(*design)
+    if opening := next((text for text in design if ".tube" in text), ""):
+        key = opening.partition("=")[0]
+        shut = configured(*design, f"{key}={'0' if key.endswith('_mm') else 'false'}")
     sealed = printable.write(shut, tmp_path / "sealed.step")
     assert sealed.voids == cavities
     size = ("inlet.bore_mm=1.0", "inlet.wall_mm=1.5", "inlet.length_mm=9", f"inlet.place={place}")

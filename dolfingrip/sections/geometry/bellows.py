@@ -34,6 +34,11 @@ class Bellows(Geometry):
     )
     base_block_mm: float = Field(12.0, gt=0, description="solid block at the clamp")
     tip_mm: float = Field(6.0, gt=0, description="solid tip")
+    tube_mm: float = Field(
+        0.0,
+        ge=0,
+        description="square tube from the base layer on through the clamped face; 0: none",
+    )
 
     @property
     def pitch_mm(self) -> float:
@@ -59,6 +64,10 @@ class Bellows(Geometry):
     def table(cls) -> str:
         """Name of its table in the configuration, which the mesh's file has, too."""
         return "finger"
+
+    def movable(self, key: str) -> bool:
+        """Return whether a mesh can follow a dimension; without a tube that has no face."""
+        return key != "tube_mm" or self.tube_mm > 0
 
     def bellows_intervals(self) -> list[Interval]:
         """Outer extent along z (mm) of each bellows, from clamp to tip.
@@ -95,14 +104,17 @@ class Bellows(Geometry):
         across = (-self.width_mm / 2, self.width_mm / 2)
         chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)
         channel = (-self.channel_width / 2, self.channel_width / 2)
+        half = self.tube_mm / 2
+        tube: list[Box] = [((floor, floor + self.tube_mm), (-half, half), (0.0, ends[0]))]
         cavity: list[Box] = [
             ((floor, roof), channel, ends),
+            *(tube if self.tube_mm else ()),
             *(((floor, depth - wall), chamber, z) for z in chambers),
         ]
         gaps: list[Box] = [((valley, depth), across, z) for z in self.gap_intervals()]
         inner = [chamber[1], channel[1]]
         # inside a cavity and in a gap between bellows, the solid's corners are concave at both ends
-        starts, stops = zip(*(box[2] for box in (*cavity, *gaps)), strict=True)
+        starts, stops = zip(*(box[2] for box in (*cavity, *gaps) if box[2][0]), strict=True)
         return BoxSolid(
             ((0.0, depth), across, (0.0, self.length_mm)),
             cavity,
@@ -134,7 +146,10 @@ class Bellows(Geometry):
     def distances_mm(self) -> Mapping[str, float]:
         """Least distance of parallel faces by the key that sets it."""
         ledge_mm = self.chamber_width_mm - self.channel_width  # on both sides of the channel
+        beside = (self.chamber_width_mm, self.channel_width, self.channel_mm, 0.0)
+        apart = [abs(each - self.tube_mm) for each in beside if each != self.tube_mm]
         return {
+            **({"tube_mm": min(apart)} if self.tube_mm else {}),
             "length_mm": self.length_mm,
             "base_block_mm": self.base_block_mm,
             "tip_mm": self.tip_mm,
@@ -162,6 +177,8 @@ class Bellows(Geometry):
         yield from self.below("base_layer_mm", self.depth_mm - 2 * self.wall_mm, why)
         highest_mm = self.depth_mm - self.base_layer_mm - self.wall_mm
         yield from self.below("channel_mm", highest_mm, "cavity not closed; ")
+        if self.tube_mm:
+            yield from self.up_to("tube_mm", min(self.chamber_width_mm, highest_mm), "too wide; ")
         if self.channel_width_mm is not None:
             yield from self.up_to("channel_width_mm", self.chamber_width_mm, "cavity not closed; ")
 

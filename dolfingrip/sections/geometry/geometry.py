@@ -100,6 +100,12 @@ class Geometry(Section):
         """The solid of these dimensions."""
         raise NotImplementedError
 
+    @property
+    def sealed(self) -> Mapping[str, Any]:
+        """Changes of keys that leave no tube through the clamped face."""
+        none = {"tube": False, "tube_mm": 0.0}
+        return {key: value for key, value in none.items() if hasattr(self, key)}
+
     def boxes(self) -> BoxSolid | None:
         """The solid with the shared dimensions, if it is made of boxes; None otherwise.
 

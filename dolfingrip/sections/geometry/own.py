@@ -48,7 +48,7 @@ class _Overrides(_Dimensions):
 class OwnChambers(Geometry):
     """A kind of geometry whose chambers may differ."""
 
-    later: ClassVar = {"override": {}, "along": {}}
+    later: ClassVar = {"override": {}, "along": {}, "tube_mm": 0.0}
 
     if TYPE_CHECKING:
         override: _Overrides

@@ -34,6 +34,9 @@ class RoundBellows(Geometry):
     wall_mm: Length = Field(0.8, description="all walls of the bellows")
     apart_mm: Length = Field(2.0, description="clear distance of the two bellows' crowns")
     block_mm: Length = Field(5.0, description="blocks at clamp and tip, along z")
+    tube_mm: float = Field(
+        0.0, ge=0, le=500, description="tube from each cavity through the clamped face; 0: none"
+    )
 
     @property
     def length_mm(self) -> float:
@@ -91,7 +94,9 @@ class RoundBellows(Geometry):
                 radius, own = self.of(i).crown_radius_mm, self.of(i).wall_mm
                 outer.append(Cylinder(axis, radius, (start, end)))
                 hollow.append(Cylinder(axis, radius - own, (start + own, end - own)))
-            inner.append([Cylinder(axis, self.neck_radius_mm - wall, ends), *hollow])
+            tube = Cylinder(axis, self.tube_mm / 2, (0.0, self.block_mm))
+            neck = Cylinder(axis, self.neck_radius_mm - wall, ends)
+            inner.append([neck, *hollow, *([tube] if self.tube_mm else ())])
         across = (-self.width_mm / 2, self.width_mm / 2)
         depth = (0.0, self.depth_mm)
         blocks = [
@@ -103,6 +108,7 @@ class RoundBellows(Geometry):
     def distances_mm(self) -> Mapping[str, float]:
         """Least distance of parallel faces by the key that sets it."""
         return {
+            **({"tube_mm": self.tube_mm} if self.tube_mm else {}),
             "gap_mm": self.gap_mm,
             "pitch_mm": self.pitch_mm - self.gap_mm - 2 * self.wall_mm,
             "neck_radius_mm": self.neck_radius_mm - self.wall_mm,
@@ -116,3 +122,5 @@ class RoundBellows(Geometry):
         yield from self.above("pitch_mm", least_mm, "leaves no cavity in a convolution; ")
         yield from self.above("neck_radius_mm", "wall_mm", "closes the necks; ")
         yield from self.above("crown_radius_mm", "neck_radius_mm")
+        if self.tube_mm:
+            yield from self.up_to("tube_mm", 2 * (self.neck_radius_mm - self.wall_mm), "too wide; ")
