@@ -330,6 +330,21 @@ def curvature(number: int) -> Channel:
                    form=".2f", of=("finger",))  # fmt: skip
 
 
+OBSTACLE: Final = tuple(
+    Channel(name=f"obstacle_{name}", unit=unit, title=title, about=about, form=form)
+    for name, unit, title, about, form in (
+        ("N", "N", "Force on the obstacle", "sum of the normal forces on the obstacle", ".3f"),
+        ("area_mm2", "mm2", "Area on the obstacle", "area of the skin at rest that presses on the "
+         "obstacle", ".1f"),
+        ("pressure_kPa", "kPa", "Pressure on the obstacle", "mean contact pressure on that area",
+         ".2f"),
+        ("spread", "", "Spread of the pressure", "standard deviation of the contact pressure on "
+         "that area by its mean", ".3f"),
+    )
+)  # fmt: skip
+"""Readings of what stands beside a finger, in a configuration with ``[obstacle]``."""
+
+
 def of_line(markers: int, *, curve: bool) -> tuple[Channel, ...]:
     """Return the channels of the back's middle line that a configuration asks for.
 

@@ -16,7 +16,7 @@ from typing import Any, Final, Self
 from dolfingrip.channels import Part
 from dolfingrip.extensions.effect import Adapting
 from dolfingrip.extensions.index import Extensions
-from dolfingrip.foods.food import Food
+from dolfingrip.foods.food import Food, Obstacle
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.films import Film
@@ -60,6 +60,7 @@ class Config(Setup):
     """All that a simulation depends on."""
 
     food: Food = Food()
+    obstacle: Obstacle | None = None
     extensions: Extensions = Extensions()
 
     def adapted(self) -> Self:
@@ -149,9 +150,11 @@ def felt(
     found = Config.counted(plain, parts)
     if found["protocol"].get("time_s"):
         found["experiment"] = {k: v for k, v in found["experiment"].items() if k == "snaps"}
-    if file := found.get("mesh", {}).get("file"):
+    for name in ("mesh", "obstacle"):
+        if not (file := found.get(name, {}).get("file")):
+            continue
         try:
-            found["mesh"]["file"] = hashlib.sha256(Path(file).read_bytes()).hexdigest()
+            found[name]["file"] = hashlib.sha256(Path(file).read_bytes()).hexdigest()
         except OSError as error:
-            raise ConfigError(f"mesh.file = {file}: {error.strerror}") from None
+            raise ConfigError(f"{name}.file = {file}: {error.strerror}") from None
     return {name: values for name, values in found.items() if values}

@@ -28,6 +28,7 @@ DIMENSIONLESS = {
     "finger.bellows",
     "camera.markers",
     "curve.places",
+    "obstacle.seed",
     "form.along",
     "material.nu",
     "material.ogden_alpha",
@@ -290,6 +291,7 @@ def test_every_key_is_printed_with_its_meaning() -> None:
         "inlet.kind=tube",
         "curve.x_mm=[0, 0]",
         "curve.z_mm=[0, 90]",
+        "obstacle.kind=cube",
     ]
     ogden = ["material.law=ogden", "material.ogden_mu_MPa=[1]", "material.ogden_alpha=[2]"]
     polynomial = ["material.law=polynomial", "material.C10_MPa=1"]

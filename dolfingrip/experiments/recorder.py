@@ -12,6 +12,7 @@ import tomlkit
 
 from dolfingrip.channels import (
     CHANNELS,
+    OBSTACLE,
     PRESSURE,
     TIME,
     WHO,
@@ -54,14 +55,16 @@ def columns(
     Args:
         experiment: whose columns they are.
         cavities: of the mesh; several have columns of their own.
-        config: of the run, which may ask for places along the back; None: it asks for none.
+        config: of the run, which may ask for places along the back, and have an obstacle; None:
+            it has neither.
     """
     names = cavities if len(cavities) > 1 else ()
     several = [each.name for name in names for each in of_cavity(name)]
     if config is not None and "finger" in experiment.parts:
         several += [supply_of(name).name for name in config.cavity.own]
         line = of_line(config.camera.markers, curve=config.curve is not None)
-        several += [each.name for each in line]
+        pressed = () if config.obstacle is None else OBSTACLE
+        several += [each.name for each in (*line, *pressed)]
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
     return (*WHO, *shared, *(each.name for each in experiment.columns), *several, *EFFORT)

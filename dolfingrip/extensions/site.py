@@ -16,6 +16,7 @@ from dolfingrip.forms.kinematics import green_lagrange
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.plate import RigidPlate
+from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.history import History
@@ -46,6 +47,7 @@ class Site:
         history: internal variables; the time and step as constants.
         p: pressure field of a mixed element (MPa); None for another element.
         plate: where one faces the finger.
+        obstacle: contact with what stands beside the finger.
         held: regions whose displacement is held at 0, by axis; an effect may take some out
             and put a term of its own in their place.
         parameters: constants of the potential, by name; readings can be derived by them.
@@ -66,6 +68,7 @@ class Site:
     history: History
     p: fem.Function | None = None
     plate: RigidPlate | None = None
+    obstacle: RigidContact | None = None
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
     unknowns: dict[str, GlobalUnknown] = field(default_factory=dict)

@@ -1,8 +1,8 @@
-"""The section of the configuration that tells what is grasped."""
+"""The sections of the configuration that tell what is grasped, and what stands in the way."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -22,23 +22,14 @@ else:
     )
 
 
-class Food(FoodKeys):
-    """The food that is grasped: kind, size, density and friction."""
+class FoodShape(FoodKeys):
+    """The kind of a food, with its size."""
 
     role: ClassVar = Role.SETUP
-    felt_by: ClassVar = ("gripper",)
 
     width_mm: float | None = Field(None, gt=0, le=500, description="along x; default: by kind")
     length_mm: float | None = Field(None, gt=0, le=500, description="along y; default: by kind")
     height_mm: float | None = Field(None, gt=0, le=500, description="along z; default: by kind")
-    density_kg_m3: float | None = Field(
-        None, gt=0, le=20_000, description="default: by kind; 1000 of a file"
-    )
-    friction: float = Field(0.38, ge=0, le=10, description="of fingers on food (the paper's)")
-    table_friction: float = Field(0.3, ge=0, le=10, description="of food on the table")
-    turn_deg: float = Field(0.0, ge=-180, le=180, description="about z, where it is put")
-    offset_x_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
-    offset_y_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
 
     @property
     def shape(self) -> FoodKind:
@@ -58,15 +49,8 @@ class Food(FoodKeys):
         found = [other if each is None else each for each, other in zip(given, usual, strict=True)]
         return found[0], found[1], found[2]
 
-    @property
-    def density(self) -> float:
-        """Density (kg/m³)."""
-        if self.density_kg_m3 is not None:
-            return self.density_kg_m3
-        return self._portion.density_kg_m3
-
     @model_validator(mode="after")
-    def _possible(self) -> Food:
+    def _possible(self) -> Self:
         for other in SHAPES:
             for key in other.exclusive:
                 value = getattr(self, key)
@@ -75,3 +59,40 @@ class Food(FoodKeys):
                     raise outside(key, value, f"allowed: none but with kind = {kinds}")
         self.shape.check(self.size_mm)
         return self
+
+
+class Food(FoodShape):
+    """The food that is grasped: kind, size, density and friction."""
+
+    felt_by: ClassVar = ("gripper",)
+
+    density_kg_m3: float | None = Field(
+        None, gt=0, le=20_000, description="default: by kind; 1000 of a file"
+    )
+    friction: float = Field(0.38, ge=0, le=10, description="of fingers on food (the paper's)")
+    table_friction: float = Field(0.3, ge=0, le=10, description="of food on the table")
+    turn_deg: float = Field(0.0, ge=-180, le=180, description="about z, where it is put")
+    offset_x_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
+    offset_y_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
+
+    @property
+    def density(self) -> float:
+        """Density (kg/m³)."""
+        if self.density_kg_m3 is not None:
+            return self.density_kg_m3
+        return self._portion.density_kg_m3
+
+
+class Obstacle(FoodShape):
+    """A rigid body that stands beside a finger's back, without friction; round food lies across."""
+
+    felt_by: ClassVar = ("finger",)
+
+    gap_mm: float = Field(
+        1.0, ge=0, le=200, description="from the back at rest to where it is felt"
+    )
+    z_mm: float = Field(
+        60.0, ge=-500, le=1500, description="of its centre of gravity, from the clamp"
+    )
+    barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which it is felt")
+    stiffness_MPa: float = Field(0.05, gt=0, description="of that barrier")

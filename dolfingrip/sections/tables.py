@@ -227,13 +227,13 @@ def check_separator(told: str, header: str) -> None:
 
 
 def anchor(data: dict[str, Any], folder: Path) -> None:
-    """Make the paths of the mesh's and the food's files absolute, so that they are found later.
+    """Make paths of the files of mesh, food and obstacle absolute, so that they are found later.
 
     Args:
         data: tables of a configuration; they are changed.
         folder: that paths are relative to.
     """
-    for name in ("mesh", "food"):
+    for name in ("mesh", "food", "obstacle"):
         section = data.get(name)
         if isinstance(section, dict) and isinstance(section.get("file"), str | Path):
             section["file"] = str((folder / section["file"]).resolve())

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from dolfingrip.channels import CURVE, OBSTACLE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.gradient.file import Circle, Cubic, Objective
 from dolfingrip.design.gradient.problem import Floats, Problem, Scaling
@@ -22,8 +23,11 @@ from dolfingrip.sections.tables import check_separator, text_of
 
 OPTION: Final = "objective.match"
 
-KEYS: Final = ("match", "match_circle", "match_cubic", "match_path")
-"""Keys of an objective that give a curve."""
+KEYS: Final = {
+    **dict.fromkeys(("match", "match_circle", "match_cubic", "match_path"), CURVE.name),
+    "wrap": OBSTACLE[-1].name,
+}
+"""Keys of an objective that ask for a form, and the reading that is minimised."""
 
 TO_MM: Final = {"mm": 1.0, "cm": 10.0, "in": 25.4, "pt": 25.4 / 72}
 """Units of an SVG's width."""
@@ -56,6 +60,11 @@ def given(asked: Objective, folder: Path, base: Config) -> tuple[Config, Objecti
         ConfigError: one line, where there is no curve that a finger can be compared with.
     """
     length_mm = base.geometry.length_mm
+    if asked.wrap is not None:
+        kind = {"kind": asked.wrap}
+        if asked.wrap.lower().endswith(".stl"):
+            kind = {"kind": "file", "file": str((folder / asked.wrap).resolve())}
+        return base.changed(obstacle=kind), asked
     if asked.match is not None:
         said, points = f"{OPTION} = {asked.match.name}", _of_file(folder / asked.match)
     elif asked.match_circle is not None:

@@ -67,6 +67,9 @@ class Objective(Placed):
         None, strict=False, description="CSV with the tip's places at pressures that it shall pass"
     )
     ends: Literal["free", "fixed"] = Field("free", description="of the curve that is matched")
+    wrap: str | None = Field(
+        None, description="food's kind, or an STL file, on which the pressure shall be uniform"
+    )
 
 
 class Limit(Placed):

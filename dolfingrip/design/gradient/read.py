@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import CURVE
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.design.gradient import curve, free_form
 from dolfingrip.design.gradient.file import File, FrontTable, Limit, Objective, Scenario
@@ -122,7 +121,7 @@ def _objective(asked: Objective) -> tuple[str, str]:
     if len(given) != 1:
         words = ", ".join(f"{key} =" for key in keys)
         raise ConfigError(f"objective: {len(given)} quantities; allowed: one of {words}")
-    return given[0], CURVE.name if given[0] in curve.KEYS else getattr(asked, given[0])
+    return given[0], curve.KEYS.get(given[0]) or getattr(asked, given[0])
 
 
 def _limits(asked: Sequence[Limit]) -> list[Constraint]:
@@ -238,7 +237,7 @@ def _condition(
         other, {**given, **tables.assignments(scenario.set, "scenarios.set")}
     )
     _without_memory(found)
-    for name in ("form", "curve"):
+    for name in ("form", "curve", "obstacle"):
         if (table := getattr(base, name)) is not None:
             found = found.changed(**{name: table.model_dump()})
     change: dict[str, float] = {}

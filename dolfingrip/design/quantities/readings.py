@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS, CONTACT_GAP, CURVE, FORCE, PRESSURE, read_of
+from dolfingrip.channels import CHANNELS, CONTACT_GAP, CURVE, FORCE, OBSTACLE, PRESSURE, read_of
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.quantities.quantity import (
     AskedDesign,
@@ -27,11 +27,14 @@ USUAL: Final[dict[str, str]] = {
     **{each.name: "bending" for each in read_of("finger")},
     **{each.name: "blocked_force" for each in read_of("plate")},
     CURVE.name: "bending",
+    **{each.name: "bending" for each in OBSTACLE},
     "work_mJ": "bending",
     "peak_stretch": "bending",
     SIDE_STIFFNESS: "push",
 }
 """FingerReadings, each with the experiment that is run for it unless another is named."""
+
+OBSTACLE_NAMES: Final = frozenset(each.name for each in OBSTACLE)
 
 EXPERIMENTS: Final = {"blocked_force": "blocked", "bending": "free", "push": "pushed"}
 """Experiments, and what the columns of their curves begin with."""
@@ -51,6 +54,8 @@ class FingerReadings(QuantitySource):
         where, values = next(iter(places.items()), ("", ()))
         if name == where:
             raise ConfigError(f"{said}: given by {where}; allowed: another place")
+        if name in OBSTACLE_NAMES and where == FORCE.name:
+            where = OBSTACLE[0].name  # the force that is meant is that on the obstacle
         usual = USUAL[where if name == PRESSURE.name else name]
         if where == FORCE.name:
             usual = USUAL[FORCE.name]

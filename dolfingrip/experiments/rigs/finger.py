@@ -17,6 +17,7 @@ from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.experiments.rigs.base_material import BaseMaterial, dead_weight, densities
 from dolfingrip.experiments.rigs.films import layer_energy, sheets
 from dolfingrip.experiments.rigs.fixture import moving_clamp, normal_of, supply, surround
+from dolfingrip.experiments.rigs.obstacle import beside
 from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
@@ -259,7 +260,7 @@ def total_potential(
         sheets=sheets(config, mesh, site.parameters),
         degree=integration_degree(space, full=config.integration != "reduced"),
     )
-    own = (dead_weight(site), site.plate, site.contact, *site.further)
+    own = (dead_weight(site), site.plate, site.obstacle, site.contact, *site.further)
     return written, [term for term in own if term is not None]
 
 
@@ -307,6 +308,8 @@ def build(
         pressure=fem.Constant(mesh, PETSc.ScalarType(0.0)),
     )
     surround(site, plate=plate)
+    if config.obstacle is not None:
+        site.obstacle = beside(site, config.obstacle)
     added = adds(site)
     motion: list[Inertia] = []
     if config.experiment.dynamic:

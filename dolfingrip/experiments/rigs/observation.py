@@ -29,6 +29,7 @@ from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.largest_stretch import LargestStretch
 from dolfingrip.mechanics.readings.line import of_line
+from dolfingrip.mechanics.readings.obstacle import on_obstacle
 from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGapReading
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
@@ -186,6 +187,8 @@ class Observation:
             *of_model(model, "finger"),
             *of_line(model, finger.config.camera.markers, finger.config.curve),
         ]
+        if finger.site.obstacle is not None:
+            found += on_obstacle(model, finger.site.obstacle)
         if plate is not None:
             found += [
                 PlateForce(model, plate),
