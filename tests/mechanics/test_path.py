@@ -35,6 +35,16 @@ def solid(clamped: bodies.Body) -> Iterator[bodies.Body]:
     clamped.model.prescribe({"pressure_kPa": 0.0, "time_s": 0.0})
 
 
+def test_a_way_that_is_a_sliver_of_a_step_is_one_step(solid: bodies.Body) -> None:
+    """As a search for a pressure takes, where the prediction's error tells the next step."""
+    path = by_pressure(Newton(solid.model, SETTINGS))
+    assert path.advance({"pressure_kPa": 20.0}).failure is None
+    path._by_error = True
+    arrival = path.advance({"pressure_kPa": 20.0 + 1e-3 * 40.0 * path._policy.sliver})
+    assert arrival.failure is None
+    assert arrival.steps == 1
+
+
 def test_lands_on_every_target(solid: bodies.Body) -> None:
     """Pressures and times are met exactly, in steps no longer than allowed."""
     path = by_pressure(Newton(solid.model, SETTINGS))

@@ -177,7 +177,8 @@ class LoadPath:
         """The part of a way of ``whole`` longest steps at which the next step ends."""
         length, remaining = min(self._length, 1.0) / whole, 1.0 - done
         if self._by_error:  # equal steps: a short last one would cost as much as a long one
-            length = remaining / math.ceil(remaining / length - self._policy.sliver)
+            count = math.ceil(remaining / length - self._policy.sliver)
+            length = remaining / max(count, 1)  # none of a way that is a sliver of a step
         # no tiny last step is left
         return 1.0 if (1 + self._policy.sliver) * length >= remaining else done + length
 
