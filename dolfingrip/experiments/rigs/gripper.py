@@ -11,7 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from scipy.optimize import brentq
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol.grasping import table_z_mm
 from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
@@ -156,6 +156,8 @@ def build_gripper(
     Raises:
         ConfigError: on every rank, one line.
     """
+    if config.obstacle is not None:
+        raise ConfigError("obstacle: allowed: beside a single finger; a gripper has [food]")
     food = grasped(config.food)
     found = stands_of(config, food)
     domain = _fingers(config, comm, found, half=halved(config, food))
