@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Final
-from xml.sax.saxutils import quoteattr
+from xml.etree.ElementTree import Comment, Element
 
 import meshio
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.exporting.asked import plain, tetrahedra
 from dolfingrip.files import whole
+from dolfingrip.files.xml import add, text
 from dolfingrip.meshes.groups import CLAMP
 from dolfingrip.meshes.measures import jacobians
 
@@ -22,24 +23,10 @@ PA_PER_MPA: Final = 1e6
 KG_MM3: Final = 1e-9
 """kg/mm³ per kg/m³."""
 
-MODEL: Final = """<!-- {title}
-     MuJoCo's elasticity of flexes is Saint Venant and Kirchhoff's, with this material's moduli at
-     small strain; it has no pressure in a cavity. MuJoCo 3 has integrator="implicitfast" here. -->
-<mujoco model={name}>
-  <compiler meshdir="."/>
-  <option timestep="0.001" gravity="{gravity}" integrator="discrete" iterations="1000"
-          tolerance="1e-10"/>
-  <worldbody>
-    <light pos="0.2 0.2 0.4" dir="-1 -1 -1.5"/>
-    <flexcomp name={name} type="gmsh" file={mesh} dim="3" scale="0.001 0.001 0.001"
-              mass="{mass:.8g}" radius="0.0002" rgba="0.9 0.6 0.2 1">
-      <elasticity young="{young:.8g}" poisson="{poisson:.8g}" damping="0.002"/>
-      <contact selfcollide="none"/>
-      <pin id="{clamped}"/>
-    </flexcomp>
-  </worldbody>
-</mujoco>
-"""
+NOTE: Final = (
+    " MuJoCo's elasticity of flexes is Saint Venant and Kirchhoff's, with this material's moduli "
+    'at small strain; it has no pressure in a cavity. MuJoCo 3 has integrator="implicitfast" here. '
+)
 
 
 def write(config: Config, file: Path) -> str:
@@ -67,17 +54,25 @@ def write(config: Config, file: Path) -> str:
     material, gravity = config.material, config.gravity
     axis = np.array(gravity.direction) / np.linalg.norm(gravity.direction)
     volume_mm3 = float(jacobians(mesh).mean(axis=1).sum()) / 6
-    content = MODEL.format(
-        title=f"A finger of {len(mesh.cells)} tetrahedra, written by dolfingrip.",
-        name=quoteattr(file.stem),
-        gravity=" ".join(f"{each:.8g}" for each in gravity.acceleration_m_s2 * axis),
-        mesh=quoteattr(solid.name),
-        mass=KG_MM3 * material.density_kg_m3 * volume_mm3,
-        young=2 * material.shear_MPa * (1 + material.poisson) * PA_PER_MPA,
-        poisson=material.poisson,
-        clamped=" ".join(map(str, np.unique(mesh.facets[CLAMP]))),
-    )
-    whole.write(file, content)
+    model = Element("mujoco", model=file.stem)
+    model.append(Comment(NOTE))
+    add(model, "compiler", meshdir=".")
+    add(
+        model, "option", timestep=0.001, gravity=gravity.acceleration_m_s2 * axis,
+        integrator="discrete", iterations=1000, tolerance=1e-10,
+    )  # fmt: skip
+    world = add(model, "worldbody")
+    add(world, "light", pos=(0.2, 0.2, 0.4), dir=(-1, -1, -1.5))
+    body = add(
+        world, "flexcomp", name=file.stem, type="gmsh", file=solid.name, dim=3,
+        scale=np.full(3, 1e-3), mass=KG_MM3 * material.density_kg_m3 * volume_mm3, radius=0.0002,
+        rgba=(0.9, 0.6, 0.2, 1),
+    )  # fmt: skip
+    young = 2 * material.shear_MPa * (1 + material.poisson) * PA_PER_MPA
+    add(body, "elasticity", young=young, poisson=material.poisson, damping=0.002)
+    add(body, "contact", selfcollide="none")
+    add(body, "pin", id=np.unique(mesh.facets[CLAMP]))
+    whole.write(file, text(model))
     return f"{len(mesh.points)} vertices, {len(mesh.cells)} tetrahedra, with {solid.name}"
 
 

@@ -15,11 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from dolfingrip.experiments.rigs.grasped import GraspedBody
 from dolfingrip.files.robot import JointCoordinate, Law, Link, RobotFile
+from dolfingrip.files.xml import add, text
 from dolfingrip.foods.food import Food
 from dolfingrip.mechanics.contact.distance import Capsule, TurnedShape
 from dolfingrip.meshes.gripper import Stand
 from dolfingrip.robot.links import BoundSkin
-from dolfingrip.robot.xml import add, text
 
 M_PER_MM: Final = 1e-3
 

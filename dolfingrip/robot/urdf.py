@@ -9,8 +9,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from dolfingrip.files.robot import Link, RobotFile
+from dolfingrip.files.xml import add, text
 from dolfingrip.robot.mjcf import M_PER_MM
-from dolfingrip.robot.xml import add, text
 
 BETWEEN_KG: Final = 1e-6
 """Mass of the links between the joints of one place, as most readers refuse links without."""

@@ -15,7 +15,7 @@ def add(parent: Element, tag: str, **attributes: Any) -> Element:
     Args:
         parent: that it is added to.
         tag: its name.
-        attributes: texts, or numbers and arrays of them, which are written with seven digits.
+        attributes: texts, or numbers and arrays of them, which are written with eight digits.
 
     Returns:
         The new element.
@@ -26,7 +26,7 @@ def add(parent: Element, tag: str, **attributes: Any) -> Element:
 def _text(value: Any) -> str:
     if isinstance(value, str):
         return value
-    return " ".join(f"{each:.7g}" for each in np.ravel(value))
+    return " ".join(f"{each:.8g}" for each in np.ravel(value))
 
 
 def text(root: Element) -> str:
