@@ -41,7 +41,7 @@ def robot(asked: RobotSettings) -> None:
     screen.print(of_rows(headings, rows, left=headings[:1]))
     low, high = file.valid.pressure_kPa
     screen.say(
-        f"{len(file.joints)} joints, which follow the back to {file.shape_error_mm:.2g} mm; "
+        f"{len(file.joints)} joints, which follow its sections to {file.shape_error_mm:.2g} mm; "
         f"fitted from {low:g} to {high:g} kPa and up to {file.valid.force_N:.3g} N; "
         f"the runs of finite elements took {file.simulated_s:.0f} s"
     )

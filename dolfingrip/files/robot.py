@@ -92,7 +92,7 @@ class RobotFile(ResultFile):
     damping_s: float = Field(description="damping by stiffness of each coordinate")
     line_s: float = Field(description="time constant of the pressure's supply")
     shape_error_mm: float = Field(
-        description="rms distance of the free finger's back from that of a chain of so many joints"
+        description="rms distance of the free finger's sections from a chain of so many joints"
     )
     valid: Validity
     comparisons: tuple[QuantityError, ...]

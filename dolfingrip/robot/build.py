@@ -15,6 +15,7 @@ from dolfingrip.files.robot import Joint, JointCoordinate, QuantityError, RobotF
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.run import Progress, silent
 from dolfingrip.robot import runs
+from dolfingrip.robot.chain import COORDINATES, TERMS
 from dolfingrip.robot.fit import POLICY, Fitted, fit
 from dolfingrip.robot.links import BoundSkin, links, skin, whole_solid
 from dolfingrip.robot.robot import Robot
@@ -64,17 +65,16 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
     fitted, tested = [free.fitted, *blocked[:count]], [free.kept_back, *blocked[count:]]
     found = fit(fitted)
     mesh = whole_solid(asked)
-    joints = found.chain.joints_mm[:, 1]
+    joints = found.chain.joints_mm[:, 2]
     ends = [float(mesh.points[:, 2].min()), *joints.tolist(), float(mesh.points[:, 2].max())]
-    levels = np.unique([*ends[:-1], *free.pressing_mm[:, 1]])  # corners of links, and the plate's
-    back = np.interp(levels, free.back_rest_mm[:, 1], free.back_rest_mm[:, 0])
+    levels = np.unique([*ends[:-1], *free.pressing_mm[:, 2]])  # corners of links, and the plate's
     file = RobotFile(
         config=asked.model_dump(mode="json"),
         links=links(mesh, asked, ends),
         joints=tuple(_joints(found)),
-        tip_mm=(float(free.tip_mm[0, 0]), 0.0, float(free.tip_mm[0, 1])),
-        pressing_mm=tuple((float(x), 0.0, float(z)) for x, z in zip(back, levels, strict=True)),
-        facing_plate=int((levels >= free.pressing_mm[1, 1] - 1e-9).sum()),
+        tip_mm=tuple(free.tip_mm[0]),
+        pressing_mm=tuple(map(tuple, free.back_points_mm(levels))),
+        facing_plate=int((levels >= free.pressing_mm[0, 2] - 1e-9).sum()),
         plate_N_per_mm=POLICY.plate_N_per_mm,
         damping_s=DAMPING_S,
         line_s=LINE_S,
@@ -96,23 +96,13 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
 
 def _joints(found: Fitted) -> Iterator[Joint]:
     """Joints with their coordinates, as the simulators have them."""
-    sideways = found.sideways
-    for number, (x, z) in enumerate(found.chain.joints_mm):
-        slide, bend = found.laws[2 * number : 2 * number + 2]
-        side, twist = (
-            (0.0, -rising, -rest, 0.0) for rising, rest in (sideways.side, sideways.twist)
-        )
-        given = (
-            ("slide", "slide", (0.0, 0.0, 1.0), slide),
-            ("bend", "hinge", (0.0, -1.0, 0.0), bend),
-            ("side", "hinge", (1.0, 0.0, 0.0), side),
-            ("twist", "hinge", (0.0, 0.0, 1.0), twist),
-        )
+    laws = found.laws.reshape(-1, len(COORDINATES), TERMS)
+    for number, (place, own) in enumerate(zip(found.chain.joints_mm, laws, strict=True), 1):
         yield Joint(
-            place_mm=(float(x), 0.0, float(z)),
+            place_mm=tuple(place),
             coordinates=tuple(
-                JointCoordinate(name=f"{name}_{number + 1}", kind=kind, axis=axis, law=tuple(law))
-                for name, kind, axis, law in given
+                JointCoordinate(name=f"{name}_{number}", kind=kind, axis=axis, law=tuple(law))
+                for (name, kind, axis), law in zip(COORDINATES, own, strict=True)
             ),
         )
 
@@ -129,9 +119,11 @@ def compare(robot: Robot, run: FingerRun) -> Iterator[QuantityError]:
     """
     p, gap = run.pressure_kPa, run.gap_mm
     found = robot.state(p, gap)
-    places = robot.chain.places(found.w, robot.chain.fixed(run.back_rest_mm[-1:]))[:, 0]
-    apart = np.linalg.norm(places - run.back_mm[:, -1], axis=1)
-    way = np.linalg.norm(run.back_mm[:, -1] - run.back_rest_mm[-1], axis=1)
+    tip = robot.tip.rest_mm
+    turned = np.stack([np.cos(run.turn_rad[:, -1]), np.sin(run.turn_rad[:, -1])], axis=1)
+    theirs = run.place_mm[:, -1] + tip[0, 0] * turned
+    ours = robot.chain.places(found.w, robot.tip)[:, 0, [0, 2]]
+    way, moved = (np.linalg.norm(each - tip[0, [0, 2]], axis=1) for each in (theirs, ours))
 
     def one(quantity: str, unit: str, fem: np.ndarray, chain: np.ndarray, error: np.ndarray,
             relative: float) -> QuantityError:  # fmt: skip
@@ -153,9 +145,9 @@ def compare(robot: Robot, run: FingerRun) -> Iterator[QuantityError]:
         most = max(float(np.abs(fem).max()), np.finfo(float).tiny)
         return one(quantity, unit, fem, chain, differing, float(np.abs(differing).max()) / most)
 
-    angle = np.degrees(found.w[:, robot.chain.hinges].sum(axis=1))
+    angle = np.degrees(found.w[:, robot.chain.bends].sum(axis=1))
     yield by_largest("angle", "deg", np.degrees(run.angle_rad), angle)
-    moved = np.linalg.norm(places - run.back_rest_mm[-1], axis=1)
+    apart = np.linalg.norm(ours - theirs, axis=1)
     yield by_largest("tip path", "mm", way, moved, apart)
     if gap is not None:
         yield by_largest("force on the plate", "N", run.force_N, found.forces_N)

@@ -1,7 +1,7 @@
-"""A planar chain of links with laws at its joints, and its equilibrium.
+"""A chain of links with laws at its joints, and its equilibrium.
 
-The chain lies in the plane of bending (x, z). A joint has a slide along z and then a hinge; the
-coordinates w of all joints are numbered from clamp to tip. Arrays have the states as first axis.
+The finger bends in the plane (x, z). The coordinates w of all joints are numbered from clamp to
+tip, those of one joint as :data:`COORDINATES` has them. Arrays have the states as first axis.
 """
 
 from __future__ import annotations
@@ -10,6 +10,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+
+COORDINATES: Final = (
+    ("slide", "slide", (0.0, 0.0, 1.0)),
+    ("bend", "hinge", (0.0, -1.0, 0.0)),
+    ("side", "hinge", (1.0, 0.0, 0.0)),
+    ("twist", "hinge", (0.0, 0.0, 1.0)),
+)
+"""Coordinates of a joint: name, kind, and axis in the axes of the finger at rest."""
 
 TERMS: Final = 4
 """Coefficients of a law a p + b p w + c w + d p²."""
@@ -28,14 +36,12 @@ _LEAST: Final = 1e-3
 """Stiffness below which no direction counts, as where the chain would buckle."""
 
 
-def _across(vectors: np.ndarray) -> np.ndarray:
-    """Vectors turned by a right angle, as the derivative of a rotation turns them."""
-    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
-
-
-def _turned(vectors: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Vectors turned by angles (rad)."""
-    return np.cos(angles)[..., None] * vectors + np.sin(angles)[..., None] * _across(vectors)
+def _turns(axis: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Rotations (…, 3, 3) about an axis (Rodrigues)."""
+    cross = np.cross(axis, np.eye(3)).T
+    sine, cosine = np.sin(angles)[..., None, None], np.cos(angles)[..., None, None]
+    turns: np.ndarray = np.eye(3) + sine * cross + (1 - cosine) * cross @ cross
+    return turns
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,7 @@ class Points:
     """Points that are fixed to links.
 
     Attributes:
-        rest_mm: (points, 2) places x, z at rest.
+        rest_mm: (points, 3) places at rest.
         link: (points,) links they belong to; 0 is the one that is clamped.
     """
 
@@ -71,7 +77,7 @@ class Chain:
     """Places of joints.
 
     Attributes:
-        joints_mm: (joints, 2) places x, z of the hinges at rest, from clamp to tip.
+            joints_mm: (joints, 3) places of the hinges at rest, from clamp to tip.
     """
 
     joints_mm: np.ndarray
@@ -79,47 +85,67 @@ class Chain:
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return 2 * len(self.joints_mm)
+        return len(COORDINATES) * len(self.joints_mm)
 
     @property
     def slides(self) -> np.ndarray:
         """Numbers of the slides among the coordinates."""
-        return np.arange(0, self.size, 2)
+        return np.arange(0, self.size, len(COORDINATES))
 
     @property
-    def hinges(self) -> np.ndarray:
-        """Numbers of the hinges among the coordinates."""
-        return np.arange(1, self.size, 2)
+    def bends(self) -> np.ndarray:
+        """Numbers of the hinges in the plane of bending among the coordinates."""
+        return self.slides + 1
+
+    @property
+    def sideways(self) -> np.ndarray:
+        """Numbers of the hinges that turn sideways and twist among the coordinates."""
+        return np.sort([*(self.slides + 2), *(self.slides + 3)])
 
     @property
     def _rest_mm(self) -> np.ndarray:
         """Places at which the links begin."""
-        return np.vstack([np.zeros(2), self.joints_mm])
+        return np.vstack([np.zeros(3), self.joints_mm])
+
+    @property
+    def _turning(self) -> np.ndarray:
+        """Which coordinates are hinges."""
+        return np.tile([kind == "hinge" for _, kind, _ in COORDINATES], len(self.joints_mm))
 
     def fixed(self, rest_mm: np.ndarray) -> Points:
         """Fix points to the links on which they lie at rest.
 
         Args:
-            rest_mm: (points, 2) places x, z.
+            rest_mm: (points, 3) places.
         """
         rest = np.asarray(rest_mm, dtype=float)
-        return Points(rest, np.searchsorted(self.joints_mm[:, 1], rest[:, 1], side="right"))
+        return Points(rest, np.searchsorted(self.joints_mm[:, 2], rest[:, 2], side="right"))
 
-    def frames(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return where the links are.
+    def frames(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where the links are, and the axes of their joints.
 
         Args:
             w: (…, coordinates) mm and rad.
 
         Returns:
-            Present places (…, links, 2) of the joint that each link begins with, the first one the
-            origin; and angles (…, links) of the links (rad).
+            Present places (…, links, 3) of the joint that each link begins with, the first one the
+            origin; turns (…, links, 3, 3) of the links; and axes (…, coordinates, 3).
         """
-        hinges = w[..., self.hinges]
-        angles = np.concatenate([np.zeros_like(hinges[..., :1]), np.cumsum(hinges, -1)], -1)
-        steps = np.diff(self._rest_mm, axis=0) + w[..., self.slides, None] * np.array([0.0, 1.0])
-        centres = np.cumsum(_turned(steps, angles[..., :-1]), axis=-2)
-        return np.concatenate([np.zeros_like(centres[..., :1, :]), centres], -2), angles
+        centres = [np.zeros((*w.shape[:-1], 3))]
+        turns = [np.broadcast_to(np.eye(3), (*w.shape[:-1], 3, 3))]
+        axes, each = [], iter(np.moveaxis(w, -1, 0))
+        for step in np.diff(self._rest_mm, axis=0):
+            turn = turns[-1]
+            centre = centres[-1] + turn @ step
+            for _, kind, axis in COORDINATES:
+                axes.append(turn @ np.array(axis))
+                if kind == "slide":
+                    centre = centre + axes[-1] * next(each)[..., None]
+                else:
+                    turn = turn @ _turns(np.array(axis), next(each))
+            centres.append(centre)
+            turns.append(turn)
+        return np.stack(centres, -2), np.stack(turns, -3), np.stack(axes, -2)
 
     def places(self, w: np.ndarray, points: Points) -> np.ndarray:
         """Return where points are.
@@ -129,37 +155,36 @@ class Chain:
             points: of the links.
 
         Returns:
-            (…, points, 2) places x, z (mm).
+            (…, points, 3) places (mm).
         """
-        centres, angles = self.frames(w)
+        centres, turns, _ = self.frames(w)
         arms = points.rest_mm - self._rest_mm[points.link]
-        return centres[..., points.link, :] + _turned(arms, angles[..., points.link])
+        turned = np.einsum("...pij,pj->...pi", turns[..., points.link, :, :], arms)
+        return np.asarray(centres[..., points.link, :] + turned)
 
     def slopes(self, w: np.ndarray, points: Points) -> np.ndarray:
-        """Return derivatives of places by the coordinates, (…, points, coordinates, 2)."""
-        centres, angles = self.frames(w)
-        places = self.places(w, points)
-        found = np.empty((*w.shape[:-1], len(points.link), self.size, 2))
-        along = _turned(np.array([0.0, 1.0]), angles[..., :-1])
-        found[..., self.slides, :] = along[..., None, :, :]
-        found[..., self.hinges, :] = _across(places[..., :, None, :] - centres[..., None, 1:, :])
-        joint = np.arange(self.size) // 2 + 1
-        found[..., joint > points.link[:, None], :] = 0.0
-        return found
+        """Return derivatives of places by the coordinates, (…, points, coordinates, 3)."""
+        centres, _, axes = self.frames(w)
+        joint = np.arange(self.size) // len(COORDINATES) + 1
+        arms = self.places(w, points)[..., :, None, :] - centres[..., None, joint, :]
+        along = axes[..., None, :, :]
+        found = np.where(self._turning[:, None], np.cross(along, arms), along)
+        return np.where((joint <= points.link[:, None])[..., None], found, 0.0)
 
-    def curvatures(self, slopes: np.ndarray) -> np.ndarray:
-        """Return second derivatives of places by the coordinates.
+    def curvatures(self, w: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+        """Return second derivatives of a point's place by the coordinates.
 
         Args:
-            slopes: (…, coordinates, 2) what :meth:`slopes` gave.
+            w: (…, coordinates) mm and rad.
+            slopes: (…, coordinates, 3) of the point, from :meth:`slopes`.
 
         Returns:
-            (…, coordinates, coordinates, 2).
+            (…, coordinates, coordinates, 3); a hinge turns the slopes of all that comes later.
         """
+        axes = np.where(self._turning[:, None], self.frames(w)[2], 0.0)
         order = np.arange(self.size)
-        later = np.maximum(order[:, None], order)
-        turns = np.minimum(order[:, None], order) % 2 == 1  # hinges turn what comes later
-        return np.where(turns[..., None], _across(slopes)[..., later, :], 0.0)
+        first, later = np.minimum(order[:, None], order), np.maximum(order[:, None], order)
+        return np.cross(axes[..., first, :], slopes[..., later, :])
 
 
 def terms(w: np.ndarray, pressures_kPa: np.ndarray) -> np.ndarray:
@@ -220,7 +245,7 @@ def equilibrium(
         values, vectors = np.linalg.eigh(stiffness)
         along = np.einsum("sij,si->sj", vectors, residual) / np.maximum(np.abs(values), _LEAST)
         step = np.einsum("sij,sj->si", vectors, along)
-        turn = np.abs(step[:, chain.hinges]).max(axis=1)
+        turn = np.abs(step[:, chain.bends]).max(axis=1)
         step *= (_LARGEST_STEP / np.maximum(turn, _LARGEST_STEP))[:, None]
         slope = (residual * step).sum(axis=1)
         part = np.ones(len(w))
@@ -246,7 +271,7 @@ def _balance(
     touching = plates.stiffness_N_per_mm * (depth > 0)
     stiffness = np.einsum("smi,smj,sm->sij", along, along, touching)
     for m in range(len(plates.points.link)):
-        stiffness -= chain.curvatures(slopes[:, m])[..., 0] * force[:, m, None, None]
+        stiffness -= chain.curvatures(w, slopes[:, m])[..., 0] * force[:, m, None, None]
     diagonal = np.arange(w.shape[1])
     stiffness[:, diagonal, diagonal] += stiffnesses(laws, pressures_kPa)
     residual = np.einsum("sik,ik->si", terms(w, pressures_kPa), laws)

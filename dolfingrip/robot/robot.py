@@ -11,15 +11,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dolfingrip.files.robot import RobotFile
-from dolfingrip.robot.chain import Chain, Equilibrium, Plates, equilibrium, stiffnesses
-from dolfingrip.robot.fit import Sideways, sideways_softness
+from dolfingrip.robot.chain import Chain, Equilibrium, Plates, equilibrium
+from dolfingrip.robot.fit import softness
 from dolfingrip.sections.errors import ConfigError
 
 TRIED: Final = 26
 """Pressures between which the one that is sought is looked for."""
-
-IN_PLANE: Final = ("slide", "bend")
-SIDEWAYS: Final = ("side", "twist")
 
 
 class Robot:
@@ -31,13 +28,9 @@ class Robot:
 
     def __init__(self, file: RobotFile) -> None:
         self.file = file
-        named = [{each.name.split("_")[0]: each for each in joint.coordinates}
-                 for joint in file.joints]  # fmt: skip
-        self.chain = Chain(np.array([joint.place_mm for joint in file.joints])[:, [0, 2]])
-        self.laws = np.array([each[name].law for each in named for name in IN_PLANE])
-        side, twist = (named[0][name].law for name in SIDEWAYS)
-        self.sideways = Sideways((-side[1], -side[2]), (-twist[1], -twist[2]))
-        self._tip = self.chain.fixed(np.array([file.tip_mm])[:, [0, 2]])
+        self.chain = Chain(np.array([joint.place_mm for joint in file.joints]))
+        self.laws = np.array([each.law for joint in file.joints for each in joint.coordinates])
+        self.tip = self.chain.fixed(np.array([file.tip_mm]))
 
     @classmethod
     def read(cls, folder: Path | str) -> Self:
@@ -72,7 +65,7 @@ class Robot:
             Coordinates, stiffness and forces, (states, …).
         """
         p = np.atleast_1d(np.asarray(pressure_kPa, dtype=float))
-        back = np.array(self.file.pressing_mm)[:, [0, 2]]
+        back = np.array(self.file.pressing_mm)
         points = self.chain.fixed(back if whole else back[-self.file.facing_plate :])
         plate = -np.inf if gap_mm is None else back[-1, 0] - gap_mm
         plates = Plates(np.full(len(p), plate), points, self.file.plate_N_per_mm)
@@ -92,7 +85,7 @@ class Robot:
             (states,) in degrees.
         """
         w = self.state(pressure_kPa, gap_mm).w
-        return np.asarray(np.degrees(w[:, self.chain.hinges].sum(axis=1)))
+        return np.asarray(np.degrees(w[:, self.chain.bends].sum(axis=1)))
 
     def tip_mm(self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None) -> np.ndarray:
         """Return the displacement of the tip's centre.
@@ -105,7 +98,7 @@ class Robot:
             (states, 2) along x and z.
         """
         w = self.state(pressure_kPa, gap_mm).w
-        return np.asarray(self.chain.places(w, self._tip)[:, 0] - self._tip.rest_mm[0])
+        return np.asarray((self.chain.places(w, self.tip)[:, 0] - self.tip.rest_mm[0])[:, [0, 2]])
 
     def force_N(
         self, pressure_kPa: np.ndarray | float, gap_mm: float, *, whole: bool = False
@@ -132,11 +125,7 @@ class Robot:
             (states, 2) along x, in the plane of bending, and along y.
         """
         p = np.atleast_1d(np.asarray(pressure_kPa, dtype=float))
-        w = self.state(p).w
-        along = self.chain.slopes(w, self._tip)[:, 0, :, 0]
-        x = (along**2 / stiffnesses(self.laws, p)).sum(axis=1)
-        y = sideways_softness(self.chain, w, self._tip, self.sideways, p)
-        return 1 / np.stack([x, y], axis=1)
+        return 1 / softness(self.chain, self.laws, self.state(p).w, self.tip, p)
 
     def pressure_for(
         self,

@@ -25,11 +25,18 @@ from dolfingrip.jobs.store import Store, same
 FUNCTION: Final = f"{__name__}:perform"
 """Import path of :func:`perform`."""
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 """Version of what a stored run holds."""
 
-SLICES: Final = 90
-"""Slices along the finger whose backs are followed."""
+SECTIONS: Final = 91
+"""Sections along the finger whose rigid motions are followed."""
+
+WINDOW: Final = 0.06
+"""Half the length of finger, by the whole, whose nodes tell a section's motion: over bellows it is
+smooth."""
+
+_FEWEST: Final = 6
+"""Nodes that a section has at least."""
 
 READINGS: Final = 10
 """Pressures of a run after rest, of which every second one is fitted to."""
@@ -54,10 +61,12 @@ class FingerRun:
         angle_rad: (stops,) of the tip.
         force_N: (stops,) on the plate; 0 where there is none.
         stiffness_x, stiffness_y: (stops,) of the free tip (N/mm); NaN where they were not read.
-        back_rest_mm: (slices, 2) places x, z of the back at rest, by z.
-        back_mm: (stops, slices, 2) present places.
-        tip_mm: (1, 2) centre of the tip's face at rest.
-        pressing_mm: (2, 2) ends of the back that faces a plate, at rest.
+        levels_mm: (sections,) places z of the sections at rest, from clamp to tip.
+        back_mm: (sections,) least x of the finger at rest near each section.
+        place_mm: (stops, sections, 2) present places x, z of the sections' points x = 0.
+        turn_rad: (stops, sections) how far the sections have turned.
+        tip_mm: (1, 3) centre of the tip's face at rest.
+        contact_mm: length of the back that faces a plate, from the tip.
         depth_mm: of the finger, along x.
         wall_s: time that it took.
         failure: why it ended early, in words; "" where it did not.
@@ -69,33 +78,63 @@ class FingerRun:
     force_N: np.ndarray
     stiffness_x: np.ndarray
     stiffness_y: np.ndarray
-    back_rest_mm: np.ndarray
+    levels_mm: np.ndarray
     back_mm: np.ndarray
+    place_mm: np.ndarray
+    turn_rad: np.ndarray
     tip_mm: np.ndarray
-    pressing_mm: np.ndarray
+    contact_mm: float
     depth_mm: float
     wall_s: float
     failure: str
 
     @property
+    def length_mm(self) -> float:
+        """From clamp to tip."""
+        return float(np.ptp(self.levels_mm))
+
+    @property
     def plate_mm(self) -> float:
         """Place of the plate along x; −∞ where there is none."""
-        return -math.inf if self.gap_mm is None else float(self.pressing_mm[0, 0]) - self.gap_mm
+        return -math.inf if self.gap_mm is None else float(self.back_mm[-1]) - self.gap_mm
+
+    def rest_line_mm(self, height_mm: float) -> np.ndarray:
+        """Return the line of the sections' points at a height x, at rest, (sections, 3)."""
+        return np.stack([np.full_like(self.levels_mm, height_mm), 0 * self.levels_mm,
+                         self.levels_mm], axis=1)  # fmt: skip
+
+    def line_mm(self, height_mm: float) -> np.ndarray:
+        """Return where these points are, (stops, sections, 3)."""
+        x, z = np.moveaxis(self.place_mm, -1, 0)
+        turned = height_mm * np.cos(self.turn_rad), height_mm * np.sin(self.turn_rad)
+        return np.stack([x + turned[0], 0 * x, z + turned[1]], axis=-1)
+
+    def back_points_mm(self, levels_mm: np.ndarray) -> np.ndarray:
+        """Return points of the back at levels z, at rest, (levels, 3)."""
+        back = np.interp(levels_mm, self.levels_mm, self.back_mm)
+        return np.stack([back, 0 * back, levels_mm], axis=1)
+
+    @property
+    def pressing_mm(self) -> np.ndarray:
+        """Ends (2, 3) of the back that faces a plate, at rest."""
+        top = self.levels_mm[-1]
+        return self.back_points_mm(np.array([top - min(self.contact_mm, self.length_mm), top]))
 
     def at(self, stops: np.ndarray) -> FingerRun:
         """Return the run at some of its stops."""
-        rows = ("pressure_kPa", "angle_rad", "force_N", "stiffness_x", "stiffness_y", "back_mm")
+        rows = ("pressure_kPa", "angle_rad", "force_N", "stiffness_x", "stiffness_y", "place_mm",
+                "turn_rad")  # fmt: skip
         return replace(self, **{name: getattr(self, name)[stops] for name in rows})
 
     @property
     def fitted(self) -> FingerRun:
         """The run at every second pressure, from rest on."""
-        return self.at(np.arange(0, len(self.back_mm), 2))
+        return self.at(np.arange(0, len(self.pressure_kPa), 2))
 
     @property
     def kept_back(self) -> FingerRun:
         """The run at the other pressures."""
-        return self.at(np.arange(1, len(self.back_mm), 2))
+        return self.at(np.arange(1, len(self.pressure_kPa), 2))
 
 
 def prepared(config: Config) -> Config:
@@ -152,8 +191,8 @@ def gaps_mm(free: FingerRun, shares: Sequence[float]) -> list[float]:
     Raises:
         ConfigError: one line, where the finger bends the other way or hardly at all.
     """
-    way = float(-(free.back_mm[:, -1, 0] - free.back_mm[0, -1, 0]).min())
-    if way < 0.01 * float(np.ptp(free.back_rest_mm[:, 1])):
+    way = float((free.place_mm[0, -1, 0] - free.place_mm[:, -1, 0]).max())
+    if way < 0.01 * free.length_mm:
         raise ConfigError(
             f"the free finger's tip moves {way:.3g} mm towards its back up to "
             f"{free.pressure_kPa[-1]:g} kPa; allowed: a finger that bends to its back (−x)"
@@ -197,37 +236,28 @@ def simulated(
 def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
     """Read what :func:`perform` returned."""
     data, failure = row["result"] or row["partial"] or {}, row["failure"] or ""
-    if len(data.get("back_mm", ())) < LEAST_STOPS:
+    stops = len(data.get("turn_rad", ()))
+    if stops < LEAST_STOPS:
         raise ConfigError(
-            f"{request.experiment.command}: {len(data.get('back_mm', ()))} readings"
-            f"{': ' if failure else ''}{failure}; a chain needs {LEAST_STOPS}"
+            f"{request.experiment.command}: {stops} readings{': ' if failure else ''}{failure}; "
+            f"a chain needs {LEAST_STOPS}"
         )
     columns = {name: np.array(each, float) for name, each in data["columns"].items()}
-    pressure = columns[PRESSURE.name]
     blocked = request.experiment.name == "blocked_force"
-    rest = np.array(data["back_rest_mm"])
-    even = np.linspace(rest[0, 1], rest[-1, 1], SLICES + 1)
-
-    def resampled(back: np.ndarray) -> np.ndarray:
-        """The back at even heights, which are the same in runs of half a finger and of a whole."""
-        return np.stack([np.interp(even, rest[:, 1], each) for each in back.T], axis=1)
-
-    back_rest = resampled(rest)
-    back = np.array([resampled(np.array(each)) for each in data["back_mm"]])
-    length = back_rest[-1, 1] - min(request.config.plate.contact_length_mm, back_rest[-1, 1])
-    ends = np.array([back_rest[-1, 1], length])
-    nothing = np.full(len(pressure), np.nan)
+    nothing = np.full(stops, np.nan)
     return FingerRun(
         gap_mm=request.config.plate.gap_mm if blocked else None,
-        pressure_kPa=pressure,
+        pressure_kPa=columns[PRESSURE.name],
         angle_rad=np.radians(columns[ANGLE.name]),
-        force_N=columns[FORCE.name] if blocked else np.zeros(len(pressure)),
+        force_N=columns[FORCE.name] if blocked else np.zeros(stops),
         stiffness_x=columns.get(STIFFNESSES[0].name, nothing),
         stiffness_y=columns.get(STIFFNESSES[1].name, nothing),
-        back_rest_mm=back_rest,
-        back_mm=back,
+        levels_mm=np.array(data["levels_mm"]),
+        back_mm=np.array(data["back_mm"]),
+        place_mm=np.array(data["place_mm"]),
+        turn_rad=np.array(data["turn_rad"]),
         tip_mm=np.array(data["tip_mm"]),
-        pressing_mm=np.stack([np.interp(ends, back_rest[:, 1], back_rest[:, 0]), ends], axis=1),
+        contact_mm=request.config.plate.contact_length_mm,
         depth_mm=data["depth_mm"],
         wall_s=row["wall_s"] or 0.0,
         failure=failure,
@@ -241,7 +271,7 @@ def perform(request: Data) -> Data:
         request: plain data of a :class:`~dolfingrip.experiments.request.Request`.
 
     Returns:
-        Its readings, and the back's places at each of them.
+        Its readings, and the sections' motions at each of them.
 
     Raises:
         JobFailure: where the model did not come to the end; with what was read before.
@@ -249,14 +279,14 @@ def perform(request: Data) -> Data:
     with tempfile.TemporaryDirectory() as folder:
         asked = replace(Request.from_plain(request), fields=Path(folder))
         answer = compute(asked)
-        found = {"columns": answer.plain()["columns"], **_backs(Path(folder), answer)}
+        found = {"columns": answer.plain()["columns"], **_sections(Path(folder), answer)}
     if answer.failure_class is not None:
         raise JobFailure(answer.failure_class, answer.failure or "", found)
     return found
 
 
-def _backs(folder: Path, answer: Answer) -> Data:
-    """Follow the nodes at the back of each slice through the fields of a run."""
+def _sections(folder: Path, answer: Answer) -> Data:
+    """Follow sections through the fields of a run: the rigid motion nearest to their nodes'."""
     stops = len(answer.columns[PRESSURE.name])
     if not stops:
         return {}
@@ -266,23 +296,30 @@ def _backs(folder: Path, answer: Answer) -> Data:
         reader.set_active_time_point(stop)
         steps.append(reader.read()[0])
     rest = np.asarray(steps[0].points)
+    moved = rest + np.array([each["displacement_mm"] for each in steps])
     (x0, _, z0), (x1, _, z1) = rest.min(axis=0), rest.max(axis=0)
-    height = z1 - z0
-    slices = np.minimum(((rest[:, 2] - z0) / height * SLICES).astype(int), SLICES - 1)
-    slices[rest[:, 2] > z1 - 1e-6 * height] = SLICES  # the tip's face and the clamp
-    slices[rest[:, 2] < z0 + 1e-6 * height] = -1
-    nodes = []
-    for number in np.unique(slices):
-        own = np.flatnonzero(slices == number)
-        nodes.append(own[rest[own, 0] <= rest[own, 0].min() + 0.01 * (x1 - x0)])
-    tip = rest[slices == SLICES]
-
-    def means(points: np.ndarray) -> list[list[float]]:
-        return [points[each][:, [0, 2]].mean(axis=0).tolist() for each in nodes]
-
+    levels = np.linspace(z0, z1, SECTIONS)
+    back, places, turns = [], [], []
+    for level in levels:
+        apart = np.abs(rest[:, 2] - level)
+        least = np.partition(apart, _FEWEST)[_FEWEST] + 1e-6 * (z1 - z0)
+        window = max(WINDOW * (z1 - z0), least)
+        own = np.flatnonzero(apart <= max(min(window, level - z0, z1 - level), least))
+        back.append(float(rest[apart <= window, 0].min()))
+        # x + i z
+        before, after = (each[..., own, 0] + 1j * each[..., own, 2] for each in (rest, moved))
+        middle, middles = before.mean(), after.mean(axis=-1)
+        spin = ((after - middles[:, None]) * (before - middle).conj()).sum(axis=-1)
+        spin /= np.abs(spin)
+        place = middles + spin * (1j * level - middle)
+        places.append(np.stack([place.real, place.imag], axis=-1))
+        turns.append(np.unwrap(np.angle(spin)))
+    tip = rest[rest[:, 2] > z1 - 1e-6 * (z1 - z0), 0]
     return {
-        "back_rest_mm": means(rest),
-        "back_mm": [means(rest + np.asarray(each["displacement_mm"])) for each in steps],
-        "tip_mm": [[float(tip[:, 0].min() + tip[:, 0].max()) / 2, float(z1)]],
+        "levels_mm": levels.tolist(),
+        "back_mm": back,
+        "place_mm": np.stack(places, axis=1).tolist(),
+        "turn_rad": np.stack(turns, axis=1).tolist(),
+        "tip_mm": [[float(tip.min() + tip.max()) / 2, 0.0, float(z1)]],
         "depth_mm": float(x1 - x0),
     }

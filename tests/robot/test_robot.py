@@ -171,8 +171,8 @@ def test_urdf_and_control(robot: Robot, made: Path) -> None:
     assert [model.joint(i).name for i in range(model.njnt)] == control.names
     # an equilibrium by the law alone: no effort where the chain rests
     w = robot.state(50.0).w[0]
-    position = np.zeros(len(control.names))
-    position[0::4], position[1::4] = w[0::2] * 1e-3, w[1::2]
+    position = w.copy()
+    position[0::4] *= 1e-3
     efforts = control.efforts(50.0, position, np.zeros_like(position))
     assert np.abs(efforts).max() < 1e-9
     data = mujoco.MjData(model)
@@ -203,12 +203,10 @@ def test_pressure_for(robot: Robot) -> None:
 def test_refusals(robot: Robot) -> None:
     with pytest.raises(ConfigError, match=r"experiment.max_pressure_kPa = -20: allowed: above 0"):
         runs.prepared(short("experiment.max_pressure_kPa=-20"))
-    back = np.zeros((3, 2, 2))
-    back[:, :, 1] = [0.0, 50.0]
     still = np.zeros(3)
     run = runs.FingerRun(
-        None, np.arange(3.0), still, still, still, still, back[0], back, back[0], back[0], 1.0,
-        0.0, "",
+        None, np.arange(3.0), still, still, still, still, np.array([0.0, 50.0]), np.zeros(2),
+        np.zeros((3, 2, 2)), np.zeros((3, 2)), np.zeros((1, 3)), 5.0, 1.0, 0.0, "",
     )  # fmt: skip
     with pytest.raises(ConfigError, match="allowed: a finger that bends to its back"):
         runs.gaps_mm(run, [0.1])
