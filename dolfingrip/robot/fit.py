@@ -239,7 +239,7 @@ class _Errors:
     def _softness(
         self, laws: np.ndarray, w: np.ndarray, moved: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What :func:`softness` gives, and derivatives by the coefficients."""
+        """Softness at the tip, and derivatives by the coefficients."""
         p, chain = self.states.pressure_kPa, self.chain
         slopes = chain.slopes(w, self.tip)[:, 0]
         along = np.swapaxes(slopes[..., :2], 1, 2) / stiffnesses(laws, p)[:, None]

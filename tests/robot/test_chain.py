@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from dolfingrip.robot.chain import Chain, Plates, equilibrium
-from dolfingrip.robot.fit import POLICY, coordinates, fit, softness
+from dolfingrip.robot.fit import POLICY, Fitted, coordinates, fit, softness
 from dolfingrip.robot.runs import FingerRun
 from dolfingrip.sections.errors import ConfigError
 
@@ -28,6 +29,7 @@ def coordinates_at_random(states: int) -> np.ndarray:
     return np.random.default_rng(SEED).normal(0, 0.2, (states, KNOWN.size))
 
 
+@cache
 def invented(gap_mm: float | None) -> FingerRun:
     """A run that the known chain would give."""
     place = -np.inf if gap_mm is None else -gap_mm
@@ -56,6 +58,12 @@ def invented(gap_mm: float | None) -> FingerRun:
         wall_s=0.0,
         failure="",
     )
+
+
+@cache
+def refitted() -> Fitted:
+    """A fit to what the known chain would give."""
+    return fit([invented(None).fitted, invented(2.0), invented(15.0)])
 
 
 def test_derivatives() -> None:
@@ -120,7 +128,7 @@ def test_a_fit_finds_what_the_runs_come_from() -> None:
     free, tested = invented(None), invented(8.0)
     near, line = coordinates(KNOWN, free), KNOWN.fixed(free.rest_line_mm(1.5))
     assert np.abs(KNOWN.places(near, line) - free.line_mm(1.5)).max() < 0.05
-    found = fit([free.fitted, invented(2.0), invented(15.0)])
+    found = refitted()
     assert found.chain.joints_mm[0, 0] == pytest.approx(1.5, abs=0.3)
     plates = Plates(np.full(11, -8.0), found.chain.fixed(tested.pressing_mm), 50.0)
     start = np.zeros((11, found.chain.size))
@@ -149,10 +157,9 @@ def test_a_fit_by_wrong_forces_is_seen() -> None:
     """Half the force in the blocked runs makes a chain of about half the stiffness."""
     free = invented(None)
     blocked = [invented(2.0), invented(15.0)]
-    right = fit([free.fitted, *blocked])
     wrong = fit(
         [replace(free, stiffness_x=free.stiffness_x / 2).fitted]
         + [replace(run, force_N=run.force_N / 2) for run in blocked]
     )
-    stiff = [np.median(each.laws[each.chain.bends, 2]) for each in (right, wrong)]
+    stiff = [np.median(each.laws[each.chain.bends, 2]) for each in (refitted(), wrong)]
     assert stiff[1] / stiff[0] == pytest.approx(0.5, abs=0.1)
