@@ -191,7 +191,7 @@ def _balanced(chain: Chain, states: _States, free: FingerRun, policy: ChainPolic
     laws[chain.bends] = solved(chain.bends, [0, 1, 2, 3], load)
     stiff = -laws[chain.bends[0], 2] / (policy.gyration * free.depth_mm) ** 2
     laws[chain.slides, 2] = -stiff
-    laws[np.ix_(chain.slides, [0, 3])] = solved(chain.slides, [0, 3], load + stiff * w)
+    laws[chain.slides[:, None], [0, 3]] = solved(chain.slides, [0, 3], load + stiff * w)
     arms = free.tip_mm[0, 2] - chain.joints_mm[:, 2]
     laws[chain.sideways, 2] = -float(np.square(arms).sum() * free.stiffness_y[0])
     return laws

@@ -279,14 +279,14 @@ def perform(request: Data) -> Data:
     with tempfile.TemporaryDirectory() as folder:
         asked = replace(Request.from_plain(request), fields=Path(folder))
         answer = compute(asked)
-        found = {"columns": answer.plain()["columns"], **_sections(Path(folder), answer)}
+        found = {"columns": answer.plain()["columns"], **_followed(Path(folder), answer)}
     if answer.failure_class is not None:
         raise JobFailure(answer.failure_class, answer.failure or "", found)
     return found
 
 
-def _sections(folder: Path, answer: Answer) -> Data:
-    """Follow sections through the fields of a run: the rigid motion nearest to their nodes'."""
+def _followed(folder: Path, answer: Answer) -> Data:
+    """Sections in the fields of a run."""
     stops = len(answer.columns[PRESSURE.name])
     if not stops:
         return {}
@@ -296,7 +296,19 @@ def _sections(folder: Path, answer: Answer) -> Data:
         reader.set_active_time_point(stop)
         steps.append(reader.read()[0])
     rest = np.asarray(steps[0].points)
-    moved = rest + np.array([each["displacement_mm"] for each in steps])
+    return sections(rest, rest + np.array([each["displacement_mm"] for each in steps]))
+
+
+def sections(rest: np.ndarray, moved: np.ndarray) -> Data:
+    """Follow a finger's sections: the rigid motions nearest to those of the nodes around them.
+
+    Args:
+        rest: (nodes, 3) places at rest (mm).
+        moved: (stops, nodes, 3) present places (mm).
+
+    Returns:
+        Attributes of a :class:`FingerRun`, as lists.
+    """
     (x0, _, z0), (x1, _, z1) = rest.min(axis=0), rest.max(axis=0)
     levels = np.linspace(z0, z1, SECTIONS)
     back, places, turns = [], [], []

@@ -10,7 +10,7 @@ import pytest
 
 from dolfingrip.robot.chain import Chain, Plates, equilibrium
 from dolfingrip.robot.fit import POLICY, Fitted, coordinates, fit, softness
-from dolfingrip.robot.runs import FingerRun
+from dolfingrip.robot.runs import FingerRun, sections
 from dolfingrip.sections.errors import ConfigError
 
 SEED = 5
@@ -151,6 +151,32 @@ def test_sections_that_no_chain_follows_are_refused() -> None:
     said = "a chain of 24 joints follows the free finger's sections to"
     with pytest.raises(ConfigError, match=said):
         fit([folded.fitted, invented(2.0)])
+
+
+def test_sections_of_folded_bellows_move_as_the_axis_of_bending() -> None:
+    """Round folds that swell by a tenth while the axis x = 3 bends to an arc of a quarter turn."""
+    random = np.random.default_rng(SEED)
+    z, around = random.uniform(0, LENGTH, 40_000), random.uniform(0, 2 * np.pi, 40_000)
+    z[:50], z[50:100] = 0.0, LENGTH
+    radius = 8 + 3 * np.cos(2 * np.pi * z / 8)
+
+    def placed(swelling: float, turn: float) -> np.ndarray:
+        x = 8 + swelling * radius * np.cos(around) - 3
+        angle, reach = turn * z / LENGTH, LENGTH / turn
+        bent = 3 - reach * (1 - np.cos(angle)) + x * np.cos(angle)
+        y = swelling * radius * np.sin(around)
+        return np.stack([bent, y, reach * np.sin(angle) + x * np.sin(angle)], axis=1)
+
+    states = [(1.0, 1e-9), (1.05, 0.6), (1.1, np.pi / 2)]
+    found = sections(placed(*states[0]), np.array([placed(*each) for each in states]))
+    levels = np.array(found["levels_mm"])
+    for (_, turn), turned, place in zip(states, found["turn_rad"], found["place_mm"], strict=True):
+        assert np.abs(np.array(turned) - turn * levels / LENGTH).max() < np.radians(1.0)
+        axis = np.array(place) + 3 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+        assert np.linalg.norm(np.diff(axis, axis=0), axis=1).sum() == pytest.approx(
+            LENGTH, rel=2e-3
+        )
+    assert min(found["back_mm"]) == pytest.approx(8 - 11, abs=0.1)
 
 
 def test_a_fit_by_wrong_forces_is_seen() -> None:
