@@ -56,6 +56,8 @@ class Site:
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
         supplies: constants: pressures (MPa) of cavities with a supply of their own, by name.
         contact: of the skin with itself, where there is any.
+        walls: contact of each cavity's walls with themselves, by its name; empty where they cannot
+            meet.
         further: terms of Π that are no forms, without plate and contact.
         geometric: functions that must be called after the mesh has moved.
     """
@@ -76,6 +78,7 @@ class Site:
     pressure: fem.Constant | None = None
     supplies: dict[str, fem.Constant] = field(default_factory=dict)
     contact: BarrierContact | None = None
+    walls: dict[str, BarrierContact] = field(default_factory=dict)
     further: list[Term] = field(default_factory=list)
     geometric: list[Callable[[], None]] = field(default_factory=list)
 

@@ -49,6 +49,20 @@ class Watched:
         self.passing += self._surface.passing()
 
 
+def watched_run(config: configuration.Config) -> tuple[Watched, list[dict[str, float]]]:
+    """Bend a finger, look at every accepted state, and read at each stop."""
+    experiment = find("bend")
+    rig = experiment.prepare(experiment.settings(config), MPI.COMM_SELF, Profile())
+    assert isinstance(rig, FingerRig)
+    watched = Watched(rig.specimen)
+    path = rig.path([watched])
+    rows = []
+    for stop in experiment.schedule(config):
+        assert path.advance(rig.controls(stop)).failure is None
+        rows.append(rig.read())
+    return watched, rows
+
+
 def test_triangles_that_pass_are_found() -> None:
     """An edge through a triangle, and one beside it."""
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [2, 2, 2.0]])
@@ -66,20 +80,26 @@ def test_walls_of_a_chamber_meet_and_do_not_pass(
     config = configuration.from_dict(
         {**SOFT, "experiment": {"max_pressure_kPa": -8.0, "step_kPa": 4.0}}
     )
-    experiment = find("bend")
-    rig = experiment.prepare(experiment.settings(config), MPI.COMM_SELF, Profile())
-    assert isinstance(rig, FingerRig)
-    watched = Watched(rig.specimen)
-    path = rig.path([watched])
-    rows = []
-    for stop in experiment.schedule(config):
-        assert path.advance(rig.controls(stop)).failure is None
-        rows.append(rig.read())
+    watched, rows = watched_run(config)
     print(watched.states, watched.passing, [row["cavity_volume_mm3"] for row in rows])
     assert (watched.passing == 0) is inside
     if inside:
         assert 0 < rows[-1]["wall_gap_mm"] < 0.2
         assert all(row["cavity_volume_mm3"] > 0 for row in rows)
+
+
+@pytest.mark.parametrize("nodes", [True, False], ids=["nodes", "contact points"])
+def test_outer_corners_of_bellows_meet_and_do_not_pass(
+    nodes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Contact points of the skin are spread; without contact of its nodes some of them pass."""
+    if not nodes:
+        monkeypatch.setattr(Surface, "interpolated", False)
+    short = ["finger.length_mm=36", "finger.bellows=2"]
+    sucked = ["experiment.max_pressure_kPa=-75", "experiment.step_kPa=75"]
+    watched, _ = watched_run(configuration.load(None, assignments([*short, *sucked])))
+    print(watched.states, watched.passing)
+    assert (watched.passing == 0) is nodes
 
 
 def test_a_half_with_its_image_has_the_energy_of_the_whole() -> None:

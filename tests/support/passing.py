@@ -41,13 +41,20 @@ def crossings(points: np.ndarray, triangles: np.ndarray, edges: np.ndarray) -> i
         triangles: (m, 3) points of each.
         edges: (k, 2) points of each.
     """
+    # by place along the longest way, so that edges of a chunk are near few triangles
+    along = int(np.ptp(points, axis=0).argmax())
+    triangles = triangles[np.argsort(points[triangles].min(axis=1)[:, along])]
+    edges = edges[np.argsort(points[edges].min(axis=1)[:, along])]
     corners, ends = points[triangles], points[edges]
     low, high = corners.min(axis=1), corners.max(axis=1)
+    highest = np.maximum.accumulate(high[:, along])
     near = []
     for first in range(0, len(edges), CHUNK):
         some = ends[first : first + CHUNK, None]
-        apart = (some.max(axis=2) < low) | (some.min(axis=2) > high)
-        near.append(np.argwhere(~apart.any(axis=2)) + np.array([first, 0]))
+        start = np.searchsorted(highest, some[..., along].min())
+        some_near = slice(start, np.searchsorted(low[:, along], some[..., along].max(), "right"))
+        apart = (some.max(axis=2) < low[some_near]) | (some.min(axis=2) > high[some_near])
+        near.append(np.argwhere(~apart.any(axis=2)) + np.array([first, start]))
     e, t = np.concatenate(near).T
     shared = (edges[e][:, :, None] == triangles[t][:, None, :]).any(axis=(1, 2))
     e, t = e[~shared], t[~shared]

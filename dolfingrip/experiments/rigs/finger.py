@@ -115,11 +115,6 @@ class FingerModel:
         return Control(self.site.pressure, KPA / ratio if ratio else np.inf)
 
     @property
-    def inside(self) -> list[BarrierContact]:
-        """Contact of each cavity's walls with themselves; empty where they cannot meet."""
-        return [term for term in self.site.further if isinstance(term, BarrierContact)]
-
-    @property
     def parameters(self) -> dict[str, fem.Constant]:
         """Constants of the potential by name; readings can be derived by them."""
         return self.site.parameters

@@ -68,34 +68,38 @@ def surround(site: Site, *, plate: bool) -> None:
             width_mm=given.barrier_mm,
             stiffness_MPa=given.stiffness_MPa,
         )
+    may_meet = site.config.walls_may_meet(site.domain.cavities)
     if contact.self_contact:
         skin = site.domain.facets(*SKIN)
         surface = Surface(site.u.function_space, site.domain, skin, contact.spacing_mm)
         site.contact = BarrierContact(surface, contact.barrier_mm, contact.stiffness_MPa)
-    if site.config.walls_may_meet(site.domain.cavities):
-        site.further += [_inside(site, name) for name in site.domain.cavities]
+        if may_meet and surface.interpolated:
+            site.further.append(_nodes_apart(site, *SKIN))
+    if may_meet:
+        site.walls = {name: _nodes_apart(site, name) for name in site.domain.cavities}
+        site.further += site.walls.values()
     # the clamp is held across, and so is the plane of symmetry
     across = ["clamp", "symmetry"] if site.domain.half else ["clamp"]
     site.held |= {0: ["clamp"], 1: across, 2: ["clamp"]}
 
 
-def _inside(site: Site, cavity: str) -> BarrierContact:
-    """Contact of a cavity's walls with one another, and with their mirror image in half a finger.
+def _nodes_apart(site: Site, *regions: str) -> BarrierContact:
+    """Contact between the nodes of some walls, and with their mirror image in half a finger.
 
     Walls that are nearer to one another than the barrier at rest, as in corners of a fine mesh, get
-    a narrower one. It is as stiff as the largest pressure that presses walls on one another.
+    a narrower one. It is as stiff as the largest pressure that presses walls on one another. On the
+    skin it keeps apart the nodes that lie between contact points.
     """
     domain, contact = site.domain, site.config.contact
     largest_MPa = max(map(abs, site.config.pressures_kPa)) * KPA
-    facets = domain.facets(cavity)
-    surface = Surface(site.u.function_space, domain, facets, spacing_mm=None)
+    surface = Surface(site.u.function_space, domain, domain.facets(*regions), spacing_mm=None)
     if domain.half:
         surface = surface.mirrored()
 
     def barrier(width_mm: float) -> BarrierContact:
         # the image has half of the energy
         stiffness_MPa = max(contact.stiffness_MPa, largest_MPa) / domain.copies
-        return BarrierContact(surface, width_mm, stiffness_MPa, title=f"the wall of {cavity}")
+        return BarrierContact(surface, width_mm, stiffness_MPa, title=f"the wall of {regions[0]}")
 
     made = barrier(contact.barrier_mm)
     gap_mm = made.gap_mm(np.zeros_like(site.u.x.array), contact.barrier_mm)

@@ -127,7 +127,7 @@ class WallGap(Reading):
 
     def __init__(self, finger: FingerModel) -> None:
         super().__init__(finger.model, WALL_GAP.name)
-        self._inside = finger.inside
+        self._inside = list(finger.site.walls.values())
 
     def value(self) -> float:
         dofs = self.model.u.x.array

@@ -122,6 +122,11 @@ class Surface(NodeSet):
         return np.asfortranarray(self.rest + self.displacement(local_dofs))
 
     @property
+    def interpolated(self) -> bool:
+        """Return whether some vertices lie between nodes."""
+        return bool(self.weights.nnz > len(self.rest))
+
+    @property
     def edges(self) -> np.ndarray:
         """(k, 2) unique edges of the triangles."""
         pairs = np.concatenate(

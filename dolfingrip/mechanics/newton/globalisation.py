@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.model import compatibility
 from dolfingrip.mechanics.model.model import INVERTED, Model
 from dolfingrip.mechanics.newton.policy import StepPolicy
@@ -72,6 +73,7 @@ class Globalisation:
         self._damped = damped
         self._short = 0
         self._inverted = 0
+        self._cut = False
         self._scale_N = scale_N
         self._peak = 0.0
         self._recent: deque[float] = deque(maxlen=self._policy.recent)
@@ -98,6 +100,11 @@ class Globalisation:
     def stuck(self) -> bool:
         """True if the last step made no progress, or elements would invert again and again."""
         return self._short > 0 or self._folds
+
+    @property
+    def convex(self) -> bool:
+        """True from a step that surfaces have cut on, until the residual is small."""
+        return self._cut and self._recent[-1] > self._policy.near * self._peak
 
     def judge(self, iteration: int, norm: float, scale: float = 0.0) -> IterationVerdict:
         """The verdict on the residual norm (N) at the start of ``iteration``.
@@ -145,6 +152,7 @@ class Globalisation:
     def fraction(self, step: np.ndarray) -> float:
         """The fraction of ``step`` (a local array of the unknowns) to take."""
         fraction, self.bound = self._model.admissible_step(step)
+        self._cut |= self.bound == BarrierContact.name
         self.overshot = False
         if self._stagnates or (self.bound and self._settled):
             fraction = self._search(step, fraction)

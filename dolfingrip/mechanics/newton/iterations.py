@@ -211,7 +211,7 @@ class Iterations:
             self._model.set_residual(norm)
             self._last_fall = self._fall_to_the_end(norm)
             with self._first_controls(snes.getIterationNumber()):
-                tangent.assemble()
+                tangent.assemble(convex=self.rules.convex)
             if tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, tangent.matrix)
