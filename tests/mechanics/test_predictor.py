@@ -17,6 +17,7 @@ from dolfingrip.mechanics.path.policy import PathPolicy, PredictorPolicy
 SEED = 5
 SETTINGS = Solver(rtol=1e-10, max_step_kPa=40.0, min_step_kPa=5.0)
 RISE = [40.0, 80.0, 120.0, 160.0, 200.0]
+BETWEEN = [180.0, 140.0, 100.0, 60.0]
 
 
 @pytest.fixture
@@ -78,14 +79,27 @@ def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatc
         return plain(self, guess, **how)
 
     monkeypatch.setattr(Newton, "solve", solve)
-    followed(solid, [*RISE, *RISE[-2::-1]])
+    followed(solid, [*RISE, *BETWEEN])
     assert all(guessed)
     guessed.clear()
     solid.displace(np.zeros_like(solid.nodes))
     solid.model.prescribe({"pressure_kPa": 0.0})
     monkeypatch.setattr(predictor, "taylor_terms", lambda *_: [])
-    followed(solid, [*RISE, *RISE[-2::-1]])
+    followed(solid, [*RISE, *BETWEEN])
     assert guessed == [False, False, True, True, True, False, False, True, True]
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+def test_a_way_back_starts_from_the_states_of_the_way_there(
+    solid: bodies.Body, *, jumps: bool
+) -> None:
+    """An elastic body was there already; after a step that moves it far it may not return there."""
+    policy = PathPolicy(soft=10.0 if jumps else 0.2)  # 10: all steps count as jumps
+    iterations, found = followed(solid, [*RISE, *RISE[-2::-1]], policy)
+    back = iterations[len(RISE) :]
+    assert all(back) if jumps else not any(back)
+    for there, here in zip(found[3::-1], found[5:], strict=True):
+        np.testing.assert_allclose(here, there, atol=1e-8 * np.abs(there).max())
 
 
 def test_a_state_set_from_outside_is_a_new_path(solid: bodies.Body) -> None:

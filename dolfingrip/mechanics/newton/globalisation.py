@@ -154,7 +154,7 @@ class Globalisation:
         fraction, self.bound = self._model.admissible_step(step)
         self._cut |= self.bound == BarrierContact.name
         self.overshot = False
-        if self._stagnates or (self.bound and self._settled):
+        if self._stagnates or ((self.convex or self.bound) and self._settled):
             fraction = self._search(step, fraction)
         elif self._search_first and not self._settled:
             fraction = self._search(step, fraction)

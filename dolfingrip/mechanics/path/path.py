@@ -110,19 +110,22 @@ class LoadPath:
                 return dict(target)
             return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
 
-        self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
+        self._predictor.note(good)
+        noted = self._predictor.noted({**good.controls, **target})
+        if noted is None:
+            self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
         self._lost = False
         turns: bool | None = None  # whether the load falls before the target, if known
-        before = self.newton.counts.iterations
+        before, damped = self.newton.counts.iterations, self.newton.counts.damped
         done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
             if is_late(self.model.comm, self._end_s):
                 failure = Failure(FailureKind.TIME_LIMIT, at(done))
                 return Arrival(iterations, steps, failure)
-            reach = self._next(done, whole)
+            reach = 1.0 if noted else self._next(done, whole)
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
-            guess = self._predictor.guess(ahead)
+            guess, returns, noted = noted or self._predictor.guess(ahead), noted is not None, None
             taken = (reach - done) * whole
             last = taken < 2 * self._shortest
             solve = self._solve(good, at(reach), guess, taken, last=last)
@@ -135,7 +138,11 @@ class LoadPath:
                 self._length = taken * self._policy.length.by_error(error)
                 continue
             if solve.converged and not rejected:
-                self._stiffest = max(self._stiffest, self._stiffness(taken, good))
+                stiffness = self._stiffness(taken, good)
+                self._stiffest = max(self._stiffest, stiffness)
+                jumped = 0 < stiffness < self._policy.soft * self._stiffest
+                if jumped or self.newton.counts.damped > damped:
+                    self._predictor.forget()
                 self._adapt(taken, guess, solve.iterations, good)
                 if error:
                     longest = taken * self._policy.length.by_error(error)
@@ -144,8 +151,11 @@ class LoadPath:
                 for observer in self.observers:
                     observer.converged(good)
                 self.model.accept_step()
-                self._place, self._end = ahead, at(reach)
-                self._predictor.keep(ahead)
+                self._place, self._end = ahead, {} if returns else at(reach)
+                if solve.iterations > self._policy.comfortable:
+                    self._predictor.restart(ahead)
+                else:
+                    self._predictor.keep(ahead)
                 good = self.model.state()
                 if self._over():
                     break

@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.state import Guess
+from dolfingrip.mechanics.model.state import Guess, State
 from dolfingrip.mechanics.path.policy import PathPolicy, SeriesPolicy
 
 
@@ -33,6 +33,7 @@ class Predictor:
         self._series = policy.series
         self._policy = policy.predictor
         self._kept: deque[tuple[float, Guess]] = deque(maxlen=self._policy.most)
+        self._noted: dict[frozenset[tuple[str, float]], np.ndarray] = {}
 
     def restart(self, place: float) -> None:
         """Forget all states except the present, converged one at ``place`` on the path."""
@@ -78,6 +79,27 @@ class Predictor:
             guess = Guess(self._model.unknowns.local(), carried.values)
             self._kept.append((place, guess))
 
+    def note(self, state: State) -> None:
+        """Note the present, converged ``state``, if nothing remembers the way to it."""
+        if not state.history:
+            self._noted[_loads(state.controls)] = self._model.unknowns.local()
+
+    def forget(self) -> None:
+        """Forget the noted states, to which a path does not return after a jump."""
+        self._noted.clear()
+
+    def noted(self, controls: Mapping[str, float]) -> Guess | None:
+        """The state that was noted at ``controls``, at whatever time; None if there is none."""
+        unknowns = self._noted.get(_loads(controls))
+        if unknowns is None:
+            return None
+        here = self._model.unknowns.local()
+        self._model.unknowns.set_local(unknowns)
+        self._model.carried.reset()
+        found = Guess(unknowns, self._model.carried.values)
+        self._model.unknowns.set_local(here)
+        return found
+
     def guess(self, place: float) -> Guess | None:
         """The state at ``place``, or as near to it as bounds allow; None if that is not far."""
         if len(self._kept) < self._policy.fewest:
@@ -94,6 +116,11 @@ class Predictor:
             return None
         carried = np.tensordot(weights, [state.carried for state in states], 1)
         return Guess(last.unknowns + part * step, last.carried + part * (carried - last.carried))
+
+
+def _loads(controls: Mapping[str, float]) -> frozenset[tuple[str, float]]:
+    """Controls without the time."""
+    return frozenset(item for item in controls.items() if item[0] != "time_s")
 
 
 def lagrange(places: np.ndarray, place: float) -> np.ndarray:
