@@ -295,6 +295,15 @@ def _numbered(name: str) -> str:
     return f"{OF_CAVITIES}1" if name == "cavity" else name
 
 
+def of_band(column: str) -> tuple[str, str]:
+    """Return the columns of the lower and the upper end of a reading's band.
+
+    Args:
+        column: of the reading.
+    """
+    return f"low_{column}", f"high_{column}"
+
+
 CURVE = Channel(
     name="curve_mean_square_mm2",
     unit="mm2",

@@ -18,6 +18,7 @@ from dolfingrip.cli.console import Screen, check_writable, console, gradient_key
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
 from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.experiments import pressures_kPa, synthetic
+from dolfingrip.experiments.derivatives import bands
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION
@@ -57,7 +58,10 @@ def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Resu
     wanted = _pressures(asked.render, config)
     check_writable(out)
     warn(experiment, config, screen)
-    if request.gradients is not None:
+    keys = request.gradients
+    if request.bands is not None:
+        keys = bands.Bands.of(experiment, config, request.bands).keys(keys)
+    if keys is not None:
         chosen(config, request.gradients)  # a bad key raises before anything is computed
         for choice in choices(config, request.gradients):
             screen.say(
@@ -221,7 +225,7 @@ def _print(experiment: Experiment, result: Result, out: Path, console: Screen) -
 
 
 def _print_remarks(experiment: Experiment, result: Result, console: Screen) -> None:
-    for remark in experiment.remarks(result):
+    for remark in [*experiment.remarks(result), *bands.sentences(experiment, result)]:
         console.say(remark)
     for key, ending in result.second_runs.items():
         if ending is not None:
@@ -280,10 +284,14 @@ def perform(asked: RunSettings) -> None:
     keys, kind = gradient_keys(asked.gradients, asked.parameters), experiment.with_options(given)
     if kind is not experiment:  # which has settings of its own
         poses = [(folder, experiment.settings(config)) for folder, config in poses]
-    check = asked.mesh_check if kind.mesh_check else False
-    requests = [
-        Request.of(kind, config, keys, fields=folder, mesh_check=check) for folder, config in poses
-    ]
+    if asked.uncertain and not asked.bands:
+        key = next(iter(asked.uncertain))
+        raise ConfigError(f"--uncertain {key}: allowed: with --bands")
+    wanted = {
+        "mesh_check": asked.mesh_check if kind.mesh_check else False,
+        "bands": asked.uncertain if asked.bands else None,
+    }
+    requests = [Request.of(kind, config, keys, fields=folder, **wanted) for folder, config in poses]
     screen = console()
     exit_early(*[run_experiment(request, asked, screen) for request in requests])
 

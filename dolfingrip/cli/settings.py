@@ -42,6 +42,19 @@ def _assigned_pressures(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
     return found
 
 
+def _uncertain(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
+    """Read ``KEY=STD`` texts, and what TOML files of measurements tell."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        if "=" in text:
+            found |= tables.assignments([text], flag)
+            continue
+        from dolfingrip.diagnosis.data.lab_setup import SetupFile
+
+        found |= SetupFile(Path(text)).spreads()
+    return found
+
+
 def _names(texts: Sequence[str], flag: str) -> tuple[str, ...]:
     """Read names that are joined by commas."""
     return tuple(name.strip() for text in texts for name in text.split(","))
@@ -164,6 +177,14 @@ class RunSettings(ConfiguredSettings):
         None,
         "Estimate the error that is due to the mesh; by default after long runs.",
     )
+    bands: bool = option(False, "Compute intervals of the readings from what is not known exactly.")
+    uncertain: Mapping[str, Any] = option(
+        NOTHING,
+        "Standard deviation for --bands in place of the usual one, e.g. modulus=0.1 or "
+        "finger.wall_mm=0.05; or a measurement's TOML; repeatable.",
+        metavar="KEY=STD|FILE",
+        read=_uncertain,
+    )
     protocol: Path | None = _protocolfile(None)
     specimen: str | None = _specimen(None)
 
@@ -183,6 +204,7 @@ def of_experiment(experiment: Experiment) -> type[RunSettings]:
         "video": experiment.drawable,
         "gradients": experiment.gradients, "parameters": experiment.gradients,
         "mesh_check": experiment.mesh_check,
+        "bands": experiment.gradients, "uncertain": experiment.gradients,
         "protocol": experiment.protocol, "specimen": experiment.protocol,
     }  # fmt: skip
     return make_dataclass(

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS, PRESSURE, TIME, Channel
+from dolfingrip.channels import CHANNELS, PRESSURE, TIME, Channel, of_band
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series, Style, runs
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.files.columns import Columns, branches, numbers, required, select_rows
@@ -25,6 +25,9 @@ MOST_SERIES: Final = 8
 
 MARKERS: Final = "os^v"
 """Marks of a plot's first, second and further curves."""
+
+BANDS: Final = "Bands: 95 % of what may be, by what is not known exactly of the finger and its rig."
+"""Note of a chart with bands of simulations."""
 
 BEYOND: Final = 0.12
 """Part of the pressures by which a fitted line goes on beyond a turning point."""
@@ -135,8 +138,9 @@ def chart(
             y = numbers(result.table, channel.name)
             if y is not None and len(series) < MOST_SERIES:
                 name = f"{result.name}: {name}" if result.name else name
+                low, high = (numbers(result.table, each) for each in of_band(channel.name))
                 series.append(
-                    Series(name, x, y, result.style, result.scene, branches=branch, marker=marker)
+                    Series(name, x, y, result.style, result.scene, low, high, branch, marker=marker)
                 )
     first = panel.curves[0][0]
     if not series:
@@ -155,6 +159,7 @@ def chart(
         Axis(panel.label, first.symbol, ends=ends, zero=True),
         series,
         marks,
+        BANDS if any(each.low is not None and each.marker != "D" for each in series) else "",
     )
 
 

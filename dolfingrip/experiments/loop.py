@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from dolfingrip.config import Config
 from dolfingrip.experiments import mesh_error
+from dolfingrip.experiments.derivatives.bands import Bands
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
 from dolfingrip.experiments.derivatives.sensitivities import Sensitivities
@@ -58,6 +59,7 @@ def run(
     progress: Callable[[Row], None] = lambda row: None,
     gradients: Sequence[str] | None = None,
     mesh_check: bool | None = False,
+    bands: Mapping[str, float] | None = None,
     tell: Tell | None = None,
 ) -> Result:
     """Run an experiment.
@@ -73,6 +75,8 @@ def run(
             for a second run with the other choice, and for the difference of both runs.
         mesh_check: whether the error of the readings that is due to the mesh is estimated; None:
             if that costs a small part of the run.
+        bands: standard deviations by which bands of the readings are computed, beside the usual
+            ones; None: no bands.
         tell: called with a line about what takes longer than two seconds: on every rank about each
             iteration of a load step; each second, from another thread of the rank that compiles a
             form, about that, and with an empty line once it is compiled.
@@ -90,6 +94,7 @@ def run(
         gradients,
         fields=None if out is None else Path(out),
         mesh_check=mesh_check,
+        bands=bands,
     )
     return follow(asked, comm, progress, tell)
 
@@ -119,8 +124,9 @@ def follow(
         result = _once(request, comm, progress, tell)
         for choice in asked:
             second = replace(
-                request, config=choice.other, gradients=None, fields=None, mesh_check=False
-            )
+                request, config=choice.other, gradients=None, fields=None, mesh_check=False,
+                bands=None,
+            )  # fmt: skip
             other = _once(second, comm, progress, tell)
             assert not isinstance(other.failure, RunFailure)
             result.second_runs[choice.key] = other.failure
@@ -146,30 +152,38 @@ def _once(
     profile = Profile()
     experiment, config = request.experiment, request.config
     stops = experiment.schedule(config)
-    rig = experiment.prepare(config, comm, profile)
+    bands = None if request.bands is None else Bands.of(experiment, config, request.bands)
+    built = config if bands is None else bands.config
+    keys = request.gradients if bands is None else bands.keys(request.gradients)
+    rig = experiment.prepare(built, comm, profile)
+    banded = [] if bands is None else [n for n, each in rig.readings.items() if each.derived]
     rig.newton.watch.tell = tell
     result = Result(experiment.name, config, folder=request.fields)
     derived: list[Sensitivities | AtHighest] = []
-    if request.gradients is not None:
+    if keys is not None:
         at = stops if request.at_highest else None
         with profile.phase("sensitivities"):
-            derived = collectors(rig, config, request.gradients, at, request.columns)
+            derived = collectors(rig, built, keys, at, request.columns)
     kept: dict[int, State] = {}
     wanted = [] if request.mesh_check is False else mesh_error.places(stops)
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
-            files = Recorder(request.fields, experiment, config, rig.newton.model, profile)
+            files = Recorder(request.fields, experiment, config, rig.newton.model, profile, banded)
             recorder = stack.enter_context(files)
 
         def reached(row: Row) -> None:
+            place = len(result.rows)
             result.rows.append(row)
+            for each in derived:
+                each.record(place)
+            if bands is not None:
+                slopes = (one for each in derived for one in each.rows if one["row"] == place)
+                row |= bands.ends(row, slopes, banded)
             if recorder is not None:
                 recorder.append(row)
-            for each in derived:
-                each.record(len(result.rows) - 1)
-            if len(result.rows) - 1 in wanted:
-                kept[len(result.rows) - 1] = rig.newton.model.state()
+            if place in wanted:
+                kept[place] = rig.newton.model.state()
             progress(row)
 
         observers = [each.forward for each in derived if isinstance(each, Sensitivities)]
@@ -192,7 +206,7 @@ def _once(
                 checked = mesh_error.estimate(rig, config, states, result)
         notes = experiment.notes(config)
         result.facts = record.of_run(result, rig.newton, profile, wall_s, notes).model_copy(
-            update={"mesh_check": checked}
+            update={"mesh_check": checked, "bands": {} if bands is None else dict(bands.spreads)}
         )
         if recorder is not None:
             recorder.finish(result.facts, result.sensitivities)

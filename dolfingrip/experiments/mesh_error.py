@@ -48,7 +48,6 @@ from dolfingrip.mechanics.model.state import Guess, State
 from dolfingrip.mechanics.model.term import Lagged
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.from_rest import FromRest
-from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.meshes.bisection import bisected
 from dolfingrip.meshes.solid import MeshError
@@ -179,8 +178,7 @@ class Bisection:
             raise CannotTell
         found = {}
         for name, reading in self._fine_readings.items():
-            prescribed = isinstance(reading, Time | ControlValue) or not reading.differentiable
-            if name in CHANNELS and name in self._readings and not prescribed:
+            if name in CHANNELS and name in self._readings and reading.derived:
                 found[name] = _raw(reading).value() - _raw(self._readings[name]).value()
         return found
 

@@ -18,6 +18,7 @@ from dolfingrip.channels import (
     WHO,
     WORDS,
     measured,
+    of_band,
     of_cavity,
     of_line,
     read_of,
@@ -105,12 +106,26 @@ class Recorder:
     A run that is interrupted, or ends by an error, keeps its rows and fields so far, and a
     ``run.json`` that says how it ended and how to repeat it.
 
+    Args:
+        out: folder for the files.
+        experiment: that is run.
+        config: of the run.
+        model: whose fields are written.
+        profile: takes the time of the output.
+        banded: columns that have a band.
+
     Raises:
         WriteError: on every rank, if a file cannot be written.
     """
 
     def __init__(
-        self, out: Path, experiment: Experiment, config: Config, model: Model, profile: Profile
+        self,
+        out: Path,
+        experiment: Experiment,
+        config: Config,
+        model: Model,
+        profile: Profile,
+        banded: Sequence[str] = (),
     ) -> None:
         self._out = out
         self._config = config
@@ -120,7 +135,8 @@ class Recorder:
         self._rows = 0
         self._last: Row = {}
         self._finished = False
-        self._columns = columns(experiment, model.domain.cavities, config)
+        bands = (end for name in banded for end in of_band(name))
+        self._columns = (*columns(experiment, model.domain.cavities, config), *bands)
         self._file = on_root(self._comm, self._open)
         self._fields = FieldFile(model, out / "fields.pvd")
 

@@ -81,6 +81,8 @@ class Request:
         ranks: MPI processes. They are no part of the key.
         mesh_check: whether the error of the mesh is estimated, too; None: if that costs a small
             part of the run.
+        bands: standard deviations by which bands of the readings are computed, too, beside the
+            usual ones of :mod:`dolfingrip.parameter.nuisances`; None: no bands.
     """
 
     experiment: Indexed
@@ -93,6 +95,7 @@ class Request:
     fields: Path | None = None
     ranks: int = 1
     mesh_check: bool | None = False
+    bands: Mapping[str, float] | None = None
 
     @classmethod
     def of(
@@ -121,8 +124,8 @@ class Request:
         keys = None if gradients is None else tuple(gradients)
         if config.experiment.dynamic and not found.dynamic:
             raise ConfigError(f"experiment.dynamic = true: {found.command}: allowed: false")
-        if config.experiment.dynamic and keys is not None:
-            raise ConfigError("experiment.dynamic = true: gradients: allowed: false")
+        if config.experiment.dynamic and (keys is not None or wanted.get("bands") is not None):
+            raise ConfigError("experiment.dynamic = true: gradients, bands: allowed: false")
         return cls(found, found.settings(config), keys, **wanted)
 
     @property
@@ -140,9 +143,10 @@ class Request:
             ConfigError: one line, where the mesh file cannot be read.
         """
         parts, made_for = self.experiment.parts, self.made_for
-        checked = {} if self.mesh_check is False else {"mesh_check": self.mesh_check}
+        further: Data = {} if self.mesh_check is False else {"mesh_check": self.mesh_check}
+        further |= {} if self.bands is None else {"bands": self.bands}
         return {
-            **checked,
+            **further,
             "format": FORMAT,
             "experiment": self.experiment.name,
             "gradients": None if self.gradients is None else sorted(self.gradients),

@@ -142,6 +142,7 @@ class RunFile(ResultFile):
     complete: bool = Field(False, description="whether the path came to its end")
     mesh: MeshCounts = MeshCounts()
     mesh_check: MeshCheck | None = Field(None, description="null: it was not made")
+    bands: dict[str, float] = Field({}, description="standard deviations that bands are made of")
     newton: SolverCounts = SolverCounts()
     failure: RunFailure | None = None
     notes: tuple[str, ...] = Field((), description="doubts about the configuration")

@@ -18,9 +18,9 @@ from dolfingrip.diagnosis.finger.model import baseline_problem, errors, wall_std
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import variants
-from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
 from dolfingrip.diagnosis.simulation.variants import simulate_walls
+from dolfingrip.parameter.nuisances import WALL
 
 PRESSURES_kPa = (0, 15, 30, 45, 60)
 TOLD = """experiment = ["bending", "blocked_force"]

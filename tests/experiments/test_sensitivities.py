@@ -152,7 +152,7 @@ def test_every_effect_registers_its_numbers() -> None:
         (
             [],
             ("experiment.control=volume", "gravity.acceleration_m_s2=9.81"),
-            'experiment.control = "volume": allowed: "pressure" with --gradients and gravity',
+            "with --gradients or --bands and gravity",
         ),
     ],
 )

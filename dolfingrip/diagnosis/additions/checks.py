@@ -10,9 +10,10 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.unknown import MODULUS
-from dolfingrip.diagnosis.simulation.nuisances import BASE_LAYER, GAIN, OFFSET, wall_key
+from dolfingrip.diagnosis.simulation.nuisances import BASE_LAYER
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.parameter import every
+from dolfingrip.parameter.nuisances import GAIN, OFFSET, wall_key
 
 WALL_OFFSET: Final = "extensions.wall_offset.offset_mm"
 BASE_OFFSET: Final = "extensions.base_layer_offset.offset_mm"

@@ -20,9 +20,10 @@ from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import variants
-from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance, wall
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance, wall
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.parameter import every
+from dolfingrip.parameter.nuisances import WALL
 from dolfingrip.sections.section import Role
 
 

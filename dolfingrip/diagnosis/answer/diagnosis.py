@@ -23,9 +23,9 @@ from dolfingrip.diagnosis.core.decision import Decision, Sensitivity, sensitivit
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import WALL, modulus_keys
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
 from dolfingrip.parameter import find
+from dolfingrip.parameter.nuisances import WALL, modulus_keys
 from dolfingrip.sections.section import Role
 
 MESH_UNKNOWN: Final = (

@@ -17,9 +17,10 @@ from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.problem import Subset
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import GAIN, OFFSET, WALL, wall
+from dolfingrip.diagnosis.simulation.nuisances import wall
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import NextExperiment
+from dolfingrip.parameter.nuisances import GAIN, OFFSET, WALL
 
 
 def settled_by(

@@ -47,6 +47,7 @@ from dolfingrip.diagnosis.data.columns import (
 )
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.parameter import named
+from dolfingrip.parameter.nuisances import NUISANCES, USUAL
 from dolfingrip.sections import tables
 from dolfingrip.sections.section import Role
 
@@ -57,24 +58,6 @@ SECTIONS: Final = tuple(
     if any(section.felt_on(EXPERIMENTS[each].parts) for each in EXPERIMENT_NAMES)
 )
 """Sections of the configuration that a laboratory can tell about its set-up."""
-
-NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
-    "modulus": (0.2, "relative, of the material"),
-    "wall": (0.05, "relative, of the walls' thickness wall_mm"),
-    "pressure_gain": (0.015, "relative, of the regulator's scale"),
-    "pressure_offset_kPa": (2.0, "of the regulator's zero"),
-    "plate_gap_mm": (0.3, "of the force sensor's place, each time it is set"),
-    "specimen_scale": (0.015, "relative, of one specimen's stiffness where there are several"),
-    "coupon_area": (0.0, "relative, of the coupons' cross-section"),
-    "coupon_slack_mm": (0.1, "of the travel at which the force of each coupon begins"),
-    "material_law": (
-        0.01,
-        "relative, of a coupon's force and width: what no simple law of a material follows",
-    ),
-}
-"""Standard deviations of nuisances, which are no causes, in the key's unit, with explanations."""
-
-_USUAL: Final = {key: std for key, (std, _) in NUISANCES.items()}
 
 CENTRES: Final = ("clamp", "tip")
 """Points of the simulated chord: the centres of the two faces."""
@@ -113,7 +96,7 @@ class LabSetup:
     noise: Mapping[str, float] = field(default_factory=dict)
     correlated_noise: Mapping[str, float] = field(default_factory=dict)
     correlation_time_s: float | None = None
-    nuisances: Mapping[str, float] = field(default_factory=_USUAL.copy)
+    nuisances: Mapping[str, float] = field(default_factory=USUAL.copy)
     rate: float | None = None
     max_pressure_kPa: float = math.inf
     chord: tuple[Any, Any] = CENTRES
@@ -224,13 +207,12 @@ class SetupFile:
             self._check_coupon(sections.get("coupon", {}))
         else:
             sections.pop("coupon", None)
-        noise = dict(self._data.get("noise", {}))
+        noise, told = dict(self._data.get("noise", {})), _flat(self._data.get("nuisance", {}))
         correlated = noise.pop("correlated", {})
         if not isinstance(correlated, dict):
             raise self._refuse(f"noise.correlated = {correlated}: allowed: a table")
         correlated = dict(correlated)
         lasting = correlated.pop("correlation_time_s", None)
-        told = _flat(self._data.get("nuisance", {}))
         if "specimen_scale" in noise:
             told = {"specimen_scale": noise.pop("specimen_scale"), **told}
         rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
@@ -241,12 +223,17 @@ class SetupFile:
             self._spreads("noise", noise, NUMBERS),
             self._spreads("noise.correlated", correlated, READING_COLUMNS),
             self._optional("noise.correlated.correlation_time_s", lasting),
-            _USUAL | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
+            USUAL | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
             self._optional(rate, numbers.get(rate)),
             self._optional("max_pressure_kPa", numbers.get("max_pressure_kPa")) or math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
             told=frozenset(told),
         )
+
+    def spreads(self) -> dict[str, Any]:
+        """All standard deviations that the file tells, by nuisance and by column."""
+        noise = {k: v for k, v in self.table("noise").items() if not isinstance(v, dict)}
+        return {**noise, **_flat(self.table("nuisance"))}
 
     def _sections(self, data: Mapping[str, Any], specimen: str) -> dict[str, dict[str, Any]]:
         """Values by section and key; flat keys are put into their sections."""

@@ -21,15 +21,10 @@ from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import (
-    WALL,
-    base_variant,
-    by_log_modulus,
-    modulus_keys,
-    nuisances,
-)
+from dolfingrip.diagnosis.simulation.nuisances import base_variant, by_log_modulus, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
+from dolfingrip.parameter.nuisances import WALL, modulus_keys
 
 
 def _of_rig(key: str) -> bool:

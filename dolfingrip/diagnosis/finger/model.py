@@ -30,9 +30,10 @@ from dolfingrip.diagnosis.finger.simulation import (
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation import meshes
-from dolfingrip.diagnosis.simulation.nuisances import WALL, wall
+from dolfingrip.diagnosis.simulation.nuisances import wall
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.extensions.effect import Prior
+from dolfingrip.parameter.nuisances import WALL
 
 
 def errors(simulation: FingerSimulation) -> Errors:

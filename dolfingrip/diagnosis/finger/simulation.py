@@ -20,12 +20,7 @@ from dolfingrip.diagnosis.policy import MODEL, ROUTES
 from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
 from dolfingrip.diagnosis.simulation.meshes import MeshMap
-from dolfingrip.diagnosis.simulation.nuisances import (
-    Nuisance,
-    base_variant,
-    neutral_stages,
-    nuisances,
-)
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance, base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.schedule import StopInterpolant
 from dolfingrip.diagnosis.simulation.simulated import (
@@ -37,6 +32,7 @@ from dolfingrip.diagnosis.simulation.simulated import (
 from dolfingrip.diagnosis.simulation.variants import simulate_walls
 from dolfingrip.experiments.request import MESH
 from dolfingrip.parameter import moduli
+from dolfingrip.parameter.nuisances import neutral_stages
 
 
 @dataclass(eq=False)

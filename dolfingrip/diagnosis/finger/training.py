@@ -19,10 +19,11 @@ from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, TILTED, box_of, coordinates_of
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 from dolfingrip.diagnosis.policy import MODEL, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
+from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
+from dolfingrip.parameter.nuisances import modulus_keys
 
 FINGERS: Final = frozenset({"bending", "blocked_force"})
 

@@ -14,10 +14,10 @@ from dolfingrip.diagnosis.core.polynomial import Coordinate
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import bounds_of
+from dolfingrip.parameter.nuisances import WALL
 
 IMPLAUSIBLE: Final = {
     "pressure_gain": ("gain", "pressure_gain", 1.0),

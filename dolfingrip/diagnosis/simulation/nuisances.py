@@ -2,14 +2,14 @@
 
 Each is a change of all readings at one standard deviation. They come from the forward
 sensitivities of one base simulation; the numbers are those of
-:data:`dolfingrip.diagnosis.data.lab_setup.NUISANCES`, or the laboratory's own, in the table
+:data:`dolfingrip.parameter.nuisances.NUISANCES`, or the laboratory's own, in the table
 ``[nuisance]`` of its TOML. There it can give any parameter of the configuration one, too. A
 modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.variants`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,20 +18,25 @@ import numpy as np
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.core.unknown import Unknown
-from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings
-from dolfingrip.parameter import every, find, moduli, named
-from dolfingrip.sections.geometry.index import TABLES
+from dolfingrip.parameter import every, named
+from dolfingrip.parameter.nuisances import (
+    GAIN,
+    GAP,
+    NUISANCES,
+    OFFSET,
+    SPECIMEN,
+    WALL,
+    WALLS,
+    changes,
+    modulus_keys,
+    neutral_stages,
+    wall_key,
+)
 
-WALLS: Final = tuple(f"{table}.wall_mm" for table in TABLES)
-WALL: Final = "wall"
-"""Name of the nuisance that these are."""
 BASE_LAYER: Final = "finger.base_layer_mm"
-GAIN: Final = "extensions.pressure_gain.gain"
-OFFSET: Final = "extensions.pressure_offset.offset_kPa"
-GAP: Final = "plate.gap_mm"
 
 UNITS: Final = {
     "pressure_offset_kPa": "kPa", "plate_gap_mm": "mm", "coupon_slack_mm": "mm"
@@ -66,25 +71,6 @@ class Nuisance:
 def wall(config: Config) -> tuple[str, float]:
     """Key and value of the walls' thickness (mm)."""
     return f"{config.geometry_table}.wall_mm", config.geometry.wall_mm
-
-
-def neutral_stages(config: Config) -> Change:
-    """Return the change that makes the regulator's gain and offset parameters, without effect.
-
-    An effect that is on already stays as it is.
-    """
-    neutral = {"pressure_gain": (GAIN, 1.0), "pressure_offset": (OFFSET, 0.0)}
-    return dict(n for name, n in neutral.items() if getattr(config.extensions, name) is None)
-
-
-def wall_key(config: Config) -> str | None:
-    """Return the key of the walls' thickness; None where the body has none, as of a mesh file.
-
-    Args:
-        config: of a finger.
-    """
-    key = f"{config.geometry_table}.wall_mm"
-    return key if config.mesh.file is None and key in WALLS else None
 
 
 def _refuse_unused(measurement: Measurement, applied: Sequence[Config]) -> None:
@@ -152,11 +138,6 @@ def base_variant(
     return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=headroom)
 
 
-def modulus_keys(config: Config) -> tuple[str, ...]:
-    """Parameters that :func:`by_log_modulus` needs the derivatives by."""
-    return tuple(key for key in moduli(config) if not key.endswith("bulk_MPa"))
-
-
 def by_log_modulus(measurement: Measurement, simulated: SimulatedReadings) -> np.ndarray:
     """(n,) derivative of readings by the logarithm of a factor of all moduli.
 
@@ -168,11 +149,10 @@ def by_log_modulus(measurement: Measurement, simulated: SimulatedReadings) -> np
     found = np.zeros(len(test))
     for run in simulated.runs:
         mine = np.isin(test, run.group.tests)
-        for parameter in find(run.config, modulus_keys(run.config)):
-            key = parameter.key
+        for key, amount in changes(run.config, "modulus", 1.0).items():
             slope = simulated.slopes.get(key)
             if slope is not None:
-                found[mine] += slope[mine] * parameter.value(run.config)
+                found[mine] += slope[mine] * amount
     return found
 
 
@@ -194,50 +174,38 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
     configs = {number: run.config for run in base.runs for number in run.group.tests}
     forces = in_proportion(measurement)
 
-    def of(
-        key: str,
-        slope: np.ndarray,
-        scale: Callable[[Config], float] = lambda config: 1.0,
-        name: str = "",
-    ) -> Nuisance:
-        """By the slope, (n,), and by the parameter's unit."""
-        told = [each.setup.nuisances.get(key, 0.0) for each in measurement.tests]
-        spread = np.array([std * scale(configs[i]) for i, std in enumerate(told)])
-        unit = UNITS.get(key) or (named(key).unit if "." in key else "")
-        return Nuisance(Unknown.marginal(name or key, max(told), unit), slope * spread[test])
+    def of(key: str, own: np.ndarray | bool = True, name: str = "") -> Nuisance:
+        """By the key that is told; of the readings, (n,), that ``own`` marks."""
+        change = np.zeros(len(test))
+        for each in measurement.tests:
+            mine = (test == each.number) & own
+            std = each.setup.nuisances.get(key, 0.0)
+            for parameter, amount in changes(configs[each.number], key, std).items():
+                slope = base.slopes.get(parameter)
+                if slope is not None:
+                    change[mine] += slope[mine] * amount
+        return told(key, change, name)
 
-    stiffness = by_log_modulus(measurement, base)
-    walls = np.sum([base.slope(key) for key in WALLS], axis=0)
+    def told(key: str, change: np.ndarray, name: str = "") -> Nuisance:
+        std = max(each.setup.nuisances.get(key, 0.0) for each in measurement.tests)
+        unit = UNITS.get(key) or (named(key).unit if "." in key else "")
+        return Nuisance(Unknown.marginal(name or key, std, unit), change)
+
+    area = np.array([each.setup.nuisances["coupon_area"] for each in measurement.tests])
     found = [
-        of("modulus", stiffness),
-        of(WALL, walls, lambda config: config.geometry.wall_mm),
-        of("pressure_gain", base.slope(GAIN), _gain),
-        of("pressure_offset_kPa", base.slope(OFFSET)),
-        of("coupon_area", np.where(forces, base.readings, 0.0)),
-        *(of(key, base.slope(key)) for key in _own(measurement)),
+        *map(of, ("modulus", WALL, "pressure_gain", "pressure_offset_kPa")),
+        told("coupon_area", np.where(forces, base.readings, 0.0) * area[test]),
+        *map(of, _own(measurement)),
     ]
-    gap = base.slope(GAP)
     found += [
-        of("plate_gap_mm", np.where(np.isin(test, numbers), gap, 0.0), name=name)
+        of("plate_gap_mm", np.isin(test, numbers), name)
         for name, numbers in _plates(measurement, configs).items()
     ]
     names = list(dict.fromkeys(each.specimen for each in measurement.tests))
     if len(names) > 1:
         specimen = listed["specimen"].to_numpy()
-        found += [
-            of(
-                "specimen_scale", np.where(specimen == name, stiffness, 0.0),
-                name=f"specimen_scale of {name}",
-            )
-            for name in names
-        ]  # fmt: skip
+        found += [of(SPECIMEN, specimen == name, f"{SPECIMEN} of {name}") for name in names]
     return [nuisance for nuisance in found if np.nan_to_num(nuisance.change).any()]
-
-
-def _gain(config: Config) -> float:
-    """The regulator's gain, which the standard deviation is relative to."""
-    on = getattr(config.extensions, "pressure_gain")  # noqa: B009
-    return 1.0 if on is None else float(on.gain)
 
 
 def _plates(measurement: Measurement, configs: dict[int, Config]) -> dict[str, list[int]]:

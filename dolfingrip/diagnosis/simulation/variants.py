@@ -27,9 +27,9 @@ from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.groups import path_independent
-from dolfingrip.diagnosis.simulation.nuisances import WALL, wall_key
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup, SimulatedReadings, simulate
+from dolfingrip.parameter.nuisances import WALL, wall_key
 
 
 def simulate_walls(

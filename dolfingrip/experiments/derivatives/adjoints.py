@@ -9,7 +9,7 @@ from typing import Final
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.finger_rig import at_rest, has_weight
+from dolfingrip.experiments.rigs.finger_rig import at_rest, has_weight, put_at_rest
 from dolfingrip.experiments.rigs.perturbation import perturbations, velocities
 from dolfingrip.experiments.rigs.undeformed import unplaced
 from dolfingrip.mechanics.contact.plate import RigidPlate
@@ -189,7 +189,7 @@ class FingerAdjoints:
                 zeros = rest.readings(lambda: {one.column: one.value() for one in counted})
             for one, change in zip(each, rest.changes, strict=True):
                 moved = change.unknowns[: len(model.u.x.array)]
-                one.at_rest = moved if moved.any() else None
+                one.at_rest = moved if put_at_rest(finger) and moved.any() else None
         found: dict[str, dict[str, float]] = {}
         for name, adjoint in self._adjoints.items():
             counts = isinstance(self._readings[name], FromRest)

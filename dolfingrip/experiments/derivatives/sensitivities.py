@@ -38,13 +38,13 @@ def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
         return []
     if config.experiment.control == "auto":
         raise ConfigError(
-            'experiment.control = "auto": allowed: "pressure" or "volume" with --gradients, as the '
-            "stops beyond the limit point depend on the parameters"
+            'experiment.control = "auto": allowed: "pressure" or "volume" with --gradients or '
+            "--bands, as the stops beyond the limit point depend on the parameters"
         )
     if config.experiment.control == "volume" and config.adapted().gravity.acceleration_m_s2:
         raise ConfigError(
-            'experiment.control = "volume": allowed: "pressure" with --gradients and gravity, as '
-            "the volume at rest would change with all that the hanging finger depends on"
+            'experiment.control = "volume": allowed: "pressure" with --gradients or --bands and '
+            "gravity, as the volume at rest would change with all that the hanging finger feels"
         )
     if not numbers:
         return [parameter for parameter in every(config) if parameter.entry is not Entry.CHOICE]
@@ -94,7 +94,8 @@ class Sensitivities:
             size = len(self._rig.newton.model.u.x.array)
             for perturbation, change in zip(self._perturbations, self.forward.changes, strict=True):
                 moved = change.unknowns[:size]
-                perturbation.at_rest = moved.copy() if moved.any() else None
+                placed = self._rig.from_rest_shape and moved.any()
+                perturbation.at_rest = moved.copy() if placed else None
 
     def record(self, row: int) -> None:
         """Derive the readings of the present stop, which is row ``row`` of the result."""

@@ -112,13 +112,17 @@ class FingerRig(Rig):
         volume = self._rest_mm3 * (1 + stop.value)
         return {CONTROL: volume, "time_s": stop.time_s}
 
+    @property
+    def from_rest_shape(self) -> bool:
+        return put_at_rest(self._finger)
+
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
         """Bring the finger to rest: unpressurised, hanging, with the plate at its gap from there.
 
         A weightless finger is at rest as it is built; its first stop is solved for from there.
         """
         failure = None
-        if has_weight(self._finger) or _presses_at_rest(self._finger):
+        if self.from_rest_shape:
             failure = go_to_rest(self._finger, self.newton, path.observers)
             if not self._by_pressure:
                 self._finger.model.controls[CONTROL].set(self._volume_mm3())
@@ -216,8 +220,17 @@ def has_weight(finger: FingerModel) -> bool:
     return bool(finger.config.gravity.acceleration_m_s2)
 
 
-def _presses_at_rest(finger: FingerModel) -> bool:
-    """Return whether trapped air has another pressure than the air around."""
+def put_at_rest(finger: FingerModel) -> bool:
+    """Return whether the plate's gap counts from the shape at rest, else from the undeformed one.
+
+    A finger without weight, and without trapped air of another pressure than the air around, stays
+    as it is built until a load comes. What a regulator lets in at zero is a load.
+
+    Args:
+        finger: model of the finger.
+    """
+    if has_weight(finger):
+        return True
     cavities = finger.config.cavity.all.values()
     return any(each.closed and each.closed_at_kPa != AMBIENT_KPA for each in cavities)
 

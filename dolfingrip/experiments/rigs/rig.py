@@ -101,6 +101,11 @@ class Rig(ABC):
         """Changes of the specimen's model, one for each parameter of ``config``."""
         raise ConfigError("--gradients: allowed: with another experiment")
 
+    @property
+    def from_rest_shape(self) -> bool:
+        """Whether supports are placed from the shape at rest, else from the undeformed one."""
+        return False
+
     def over(self) -> bool:
         """Return whether the experiment ends before its last stop."""
         return False

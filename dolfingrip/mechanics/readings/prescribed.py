@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from dolfingrip.channels import TIME
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
-from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 from dolfingrip.mechanics.readings.reading import Reading
 
 
@@ -24,15 +26,27 @@ class ControlValue(Reading):
         super().__init__(model, column)
         self._control = control
 
+    @property
+    def derived(self) -> bool:
+        return self._unknown() is not None
+
+    def _unknown(self) -> GlobalUnknown | None:
+        """The unknown that the control's value is, where another control has replaced it."""
+        if not isinstance(self._control, Control):
+            return None
+        constant = self._control.constant
+        each = (one for one in self.model.unknowns.global_unknowns if one.constant is constant)
+        return next(each, None)
+
     def value(self) -> float:
         return float(self._control.value)
 
     def gradient(self) -> np.ndarray:
         found = Gradient(self.model.unknowns)
-        if isinstance(self._control, Control):
-            for unknown in self.model.unknowns.global_unknowns:
-                if unknown.constant is self._control.constant:
-                    found.add(unknown, 1 / self._control.factor)
+        unknown = self._unknown()
+        if unknown is not None:
+            assert isinstance(self._control, Control)
+            found.add(unknown, 1 / self._control.factor)
         return found.array
 
     def add_shape_gradient(self, found: ShapeGradient) -> None:
@@ -41,6 +55,8 @@ class ControlValue(Reading):
 
 class Time(Reading):
     """Time since the first stop (s); it does not depend on state or parameters."""
+
+    derived: ClassVar = False
 
     def __init__(self, model: Model) -> None:
         super().__init__(model, TIME.name)

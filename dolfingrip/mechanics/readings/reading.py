@@ -30,6 +30,11 @@ class Reading(ABC):
 
     differentiable: ClassVar[bool] = True
 
+    @property
+    def derived(self) -> bool:
+        """Whether it depends on the state, and how can be derived; a prescribed number does not."""
+        return self.differentiable
+
     def __init__(self, model: Model, column: str) -> None:
         self.model = model
         self.column = column

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, CHORD_ANGLE, FORCE, STRETCH
+from dolfingrip.channels import ANGLE, CHORD_ANGLE, FORCE, STRETCH, of_band
 from dolfingrip.files.run import GraspKind
 from dolfingrip.report.page.content import Check, KeyNumber
 from dolfingrip.report.page.finger import Fields
@@ -91,8 +91,16 @@ def _main(run: Run) -> list[KeyNumber]:
     name = channel.title if channel else curve.label
     value = said(float(y[row]), channel.symbol if channel else "")
     verdict, words = _verdict(run)
-    where = _at(run, row)
-    return [KeyNumber(name, value, "pass" if verdict == "pass" else "fail", f"{where}, {words}")]
+    found = [_at(run, row), *_band(run, curve.column, row), words]
+    return [KeyNumber(name, value, "pass" if verdict == "pass" else "fail", ", ".join(found))]
+
+
+def _band(run: Run, column: str, row: int) -> list[str]:
+    """The band of a reading in words; empty where it has none."""
+    low, high = (run.column(end) for end in of_band(column))
+    if low is None or high is None:
+        return []
+    return [f"95 %: {said(float(low[row]))} to {said(float(high[row]))}"]
 
 
 def _bending(run: Run) -> list[KeyNumber]:

@@ -17,9 +17,9 @@ from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation import elastic_curve, variants
-from dolfingrip.diagnosis.simulation.nuisances import GAP
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.experiments import run
+from dolfingrip.parameter.nuisances import GAP
 
 TOLD = """experiment = ["bending", "blocked_force"]
 [plate]
