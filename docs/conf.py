@@ -28,6 +28,7 @@ extensions = [
     "sphinx_design",
     "sphinxcontrib.bibtex",
     "generated",
+    "tutorials",
 ]
 exclude_patterns = ["_ext", "pictures"]
 bibtex_bibfiles = ["references.bib"]

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import typer
 from rich.console import Console
+from support import pages
+from support.checkout import needs_checkout
 from typer.testing import CliRunner
 
 from dolfingrip import config
@@ -21,6 +24,7 @@ from dolfingrip.diagnosis.data import table
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
+from dolfingrip.report import video
 from dolfingrip.report.table import of_columns
 from dolfingrip.sections import protocol_file
 from dolfingrip.sections.tables import assignments
@@ -147,3 +151,48 @@ def test_an_effect_is_described_without_markup() -> None:
     assert "material.mu_MPa is the" in said
     assert "``" not in said
     assert ":mod:" not in said
+
+
+ANSWERS = list(pages.blocks(ROOT / "docs" / "five_answers.md"))
+MADE = (
+    ("out/picture/strip.png", "out/picture/curve.png"),
+    ("out/video/video.mp4", "out/video/video.gif"),
+    ("out/finger.stl",),
+    ("out/verdict/summary.md",),
+    ("out/my_law/result.csv",),
+)
+"""Files that each answer leaves."""
+
+
+def test_each_answer_is_short_and_on_one_page() -> None:
+    """Three commands and twelve typed lines at most."""
+    assert len(ANSWERS) == len(MADE)
+    for each in ANSWERS:
+        print(each.heading, len(each.commands), len(each.typed))
+        assert len(each.commands) <= 3
+        assert len(each.typed) <= 12
+
+
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An empty clone, which all answers are copied into."""
+    return pages.clone(tmp_path_factory.mktemp("clone"))
+
+
+@needs_checkout
+@pytest.mark.parametrize(
+    ("answer", "made"),
+    list(zip(ANSWERS, MADE, strict=True)),
+    ids=[each.heading for each in ANSWERS],
+)
+def test_an_answer_is_had_by_copying_it(
+    answer: pages.Block, made: tuple[str, ...], clone: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blocks run as they stand on the page, with the sizes that their marker names.
+
+    The video has a second in place of ten.
+    """
+    monkeypatch.setattr(video, "POLICY", replace(video.POLICY, seconds=1.0))
+    pages.run(answer.reduced(), clone)
+    for name in made:
+        assert (clone / name).stat().st_size > 100
