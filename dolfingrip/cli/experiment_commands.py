@@ -225,7 +225,7 @@ def _print(experiment: Experiment, result: Result, out: Path, console: Screen) -
 
 
 def _print_remarks(experiment: Experiment, result: Result, console: Screen) -> None:
-    for remark in [*experiment.remarks(result), *bands.sentences(experiment, result)]:
+    for remark in [*experiment.remarks(result), *bands.band_sentences(experiment, result)]:
         console.say(remark)
     for key, ending in result.second_runs.items():
         if ending is not None:

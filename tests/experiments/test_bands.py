@@ -12,7 +12,7 @@ from support import small
 from dolfingrip.channels import of_band
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.experiments import run
-from dolfingrip.experiments.derivatives.bands import WIDTH, Bands, sentences
+from dolfingrip.experiments.derivatives.bands import WIDTH, Bands, band_sentences
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.result import Result
 from dolfingrip.files.columns import read_csv
@@ -81,7 +81,7 @@ def test_the_ends_are_those_of_runs_with_other_numbers(
     assert drawn.series[0].high is not None
     assert drawn.series[0].high[2] == pytest.approx(last[of_band(columns[0])[1]])
     assert "95 %" in drawn.note
-    said = sentences(experiment, again)[0]
+    said = band_sentences(experiment, again)[0]
     assert " at 50 kPa: " in said
     assert all(key in said for key in each)
 

@@ -47,7 +47,7 @@ LEAST: Final = 0.01
 
 @dataclass(frozen=True)
 class Bands:
-    """What is not known exactly of a run.
+    """Standard deviations of numbers that a run depends on, and the changes of its readings.
 
     Attributes:
         experiment: that is run.
@@ -194,7 +194,7 @@ def by_column_and_parameter(entries: Iterable[Mapping[str, Any]]) -> dict[tuple[
     return {(each["column"], each["parameter"]): float(each["derivative"]) for each in entries}
 
 
-def sentences(experiment: Experiment, result: Result) -> list[str]:
+def band_sentences(experiment: Experiment, result: Result) -> list[str]:
     """Say the bands of an experiment's main readings at the highest load, and what makes them wide.
 
     Args:

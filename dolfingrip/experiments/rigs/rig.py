@@ -103,7 +103,7 @@ class Rig(ABC):
 
     @property
     def from_rest_shape(self) -> bool:
-        """Whether supports are placed from the shape at rest, else from the undeformed one."""
+        """True where supports are placed from the shape at rest, else from the undeformed one."""
         return False
 
     def over(self) -> bool:

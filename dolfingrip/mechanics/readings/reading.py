@@ -32,7 +32,7 @@ class Reading(ABC):
 
     @property
     def derived(self) -> bool:
-        """Whether it depends on the state, and how can be derived; a prescribed number does not."""
+        """True if it depends on the state and has derivatives; a prescribed number has none."""
         return self.differentiable
 
     def __init__(self, model: Model, column: str) -> None:

@@ -14,7 +14,7 @@ from PIL import Image as Pillow
 
 from dolfingrip.charts.chart import Chart
 from dolfingrip.experiments.chart import DrawnResult, chart, panels
-from dolfingrip.experiments.derivatives.bands import sentences
+from dolfingrip.experiments.derivatives.bands import band_sentences
 from dolfingrip.files.run import RunFile
 from dolfingrip.report import render
 from dolfingrip.report.drawers import drawer
@@ -62,7 +62,7 @@ class Runs(Contribution):
 
 def _remarks(run: runs.Run) -> list[str]:
     result = run.result
-    found = [f"{run.title}: {said}." for said in sentences(run.experiment, result)]
+    found = [f"{run.title}: {said}." for said in band_sentences(run.experiment, result)]
     if result.failure is not None:
         found.append(f"{run.title} {result.failure.sentence()}")
     if result.outcome is not None:
