@@ -67,6 +67,7 @@ napoleon_use_ivar = True
 
 # -- pages -------------------------------------------------------------------------------------
 
+smartquotes_action = "qe"  # no dashes: --resolution is an option
 html_title = "dolfingrip"
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {

@@ -88,6 +88,17 @@ def test_lines_where_there_is_no_terminal() -> None:
     ]
 
 
+def test_a_long_line_goes_on_in_the_next_where_there_is_no_terminal() -> None:
+    """No word is lost; 230 characters came before."""
+    console = screen(terminal=False)
+    note = ", ".join(f"bounded by part {i}" for i in range(12))
+    with progress.shown(console, "readings", at_once=True) as show:
+        show(1, 9, note)
+    lines = said(console).splitlines()
+    assert max(map(len, lines)) <= progress.WIDEST
+    assert " ".join(line.strip() for line in lines) == f"1 of 9 readings, {note}"
+
+
 def test_a_campaign_says_at_once_how_far_it_was() -> None:
     console = screen(terminal=False)
     with progress.jobs(console, "designs", progress.FEW) as show:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 EVERY_S = 30.0
 """Time between two lines where there is no terminal."""
+
+WIDEST = 100
+"""Characters of a line there; a longer one goes on in the next."""
 
 FEW = 50
 """A campaign of no more designs than these has a line for each of them."""
@@ -132,7 +136,9 @@ def shown(
             speed = pace.text(done, total, computed)
             if total <= few or clock() - last >= EVERY_S:
                 last = clock()
-                console.print(_joined(f"{done} of {total} {what}", speed, note), soft_wrap=True)
+                text = _joined(f"{done} of {total} {what}", speed, note)
+                lines = textwrap.wrap(text, WIDEST, subsequent_indent="    ")
+                console.print("\n".join(lines), soft_wrap=True)
 
         yield say
         return
