@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import shlex
+from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+import typer
+from support import pages
 from support.checkout import needs_checkout
+
+from dolfingrip.cli.app import app
+from dolfingrip.cli.command import settings_of
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -66,3 +73,43 @@ def test_files_that_pages_name_are_there() -> None:
     missing = [(page, path) for page, path in sorted(named)
                if not (root / path).exists() and not (root / f"{path}.py").exists()]  # fmt: skip
     assert missing == []
+
+
+def _commands() -> list[tuple[str, str]]:
+    """Page and command of all calls of dolfingrip in shell blocks."""
+    own = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
+    return [
+        (page.name, command)
+        for page in own
+        for block in pages.blocks(page)
+        for command in block.commands
+        if command.startswith(pages.DOLFINGRIP)
+    ]
+
+
+def _words(command: str) -> list[str]:
+    """Name and arguments, up to where the shell goes on."""
+    parts = shlex.shlex(command, posix=True, punctuation_chars="|&;<>")
+    parts.whitespace_split = True
+    parts.commenters = "#"
+    own = list(takewhile(lambda part: not set(part) <= set("|&;<>"), parts))[2:]
+    return own[:-1] if "2>&1" in command and own[-1] == "2" else own
+
+
+@needs_checkout
+def test_every_command_on_a_page_is_understood() -> None:
+    """Names, options, values and keys of ``--set`` are there; nothing is computed."""
+    known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    found = _commands()
+    assert len(found) > 60
+    wrong = []
+    for page, command in found:
+        words = _words(command)
+        try:
+            entry = known[words[0]].entry
+            context = entry.built().make_context(words[0], words[1:])
+            described = settings_of(entry.settings)
+            {each.name: each.value(context.params[each.name]) for each in described}
+        except Exception as error:  # whatever it is, the page tells a reader to type it
+            wrong.append((page, command, f"{type(error).__name__}: {error}"))
+    assert wrong == []
