@@ -184,7 +184,11 @@ def _pictures(
                 return files
             from dolfingrip.report import render
 
+            curve = result.config.curve
             look: dict[str, Any] = {"colour_by": colour_by, "plate": _plate(result)}
+            if curve is not None:  # in the cut, as it is the back's middle that is compared
+                points = np.stack([curve.x_mm, curve.z_mm], axis=1)
+                look |= {"shown": "section", "curve": points}
             if reached:
                 drawn = render.draw(out / "fields.pvd", reached, **look)
                 files += drawn.save_each(out)

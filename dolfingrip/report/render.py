@@ -117,6 +117,7 @@ def draw(
     result: Columns | Path | None = None,
     branch: str = "loading",
     plate: Plate | None = None,
+    curve: Floats | None = None,
     height_in: float = 4.0,
 ) -> Pictures:
     """Draw the deformed finger at each pressure, all with one camera and scale.
@@ -132,6 +133,7 @@ def draw(
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
         branch: ``loading`` or ``unloading``, which may both have the pressure.
         plate: force sensor to draw.
+        curve: x and z (mm) of points, (n, 2), of a line to draw beside the finger.
         height_in: height of the finger's frame in inches, at 300 dots per inch.
 
     Raises:
@@ -143,8 +145,9 @@ def draw(
     table, files = _steps(fields, result)
     steps = [files[step] for step in find_steps(table, pressures_kPa, branch)]
     labels = [f"{pressure:.4g} kPa" for pressure in pressures_kPa]
+    height_px = round(height_in * DPI)
     return _drawn(
-        steps, labels, colour_by, shown=shown, plate=plate, height_px=round(height_in * DPI)
+        steps, labels, colour_by, shown=shown, plate=plate, curve=curve, height_px=height_px
     )
 
 
@@ -153,8 +156,10 @@ def draw_video(
     channels: Sequence[Channel],
     *,
     colour_by: Quantity = "displacement",
+    shown: Shown = "whole",
     result: Columns | Path | None = None,
     plate: Plate | None = None,
+    curve: Floats | None = None,
 ) -> Pictures:
     """Draw the deformed finger from reading to reading, with shapes between them.
 
@@ -164,8 +169,10 @@ def draw_video(
         fields: ParaView collection, as that of :func:`draw`.
         channels: columns of the result that the label above each picture says.
         colour_by: quantity of the colours.
+        shown: part of the finger, as that of :func:`draw`.
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
         plate: force sensor to draw.
+        curve: x and z (mm) of points, (n, 2), of a line to draw beside the finger.
 
     Returns:
         As many pictures as a video has.
@@ -191,8 +198,9 @@ def draw_video(
     ]
     height_px = video.POLICY.height_px
     return _drawn(
-        files[: len(rows)], labels, colour_by, plate=plate, height_px=height_px, between=between
-    )
+        files[: len(rows)], labels, colour_by, shown=shown, plate=plate, curve=curve,
+        height_px=height_px, between=between,
+    )  # fmt: skip
 
 
 def _steps(fields: Path, result: Columns | Path | None) -> tuple[Columns, list[Path]]:
@@ -211,6 +219,7 @@ def _drawn(
     *,
     shown: Shown = "whole",
     plate: Plate | None = None,
+    curve: Floats | None = None,
     height_px: int,
     between: Callable[[list[Floats]], list[Floats]] = list,
 ) -> Pictures:
@@ -234,6 +243,7 @@ def _drawn(
         view=view,
         height_px=height_px,
         plate=plate,
+        curve=curve,
     )
     return Pictures(images, labels, px_per_mm, view, colour_by, range_, open_ended)
 

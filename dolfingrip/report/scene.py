@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pyvista as pv
 from matplotlib.colors import Colormap
 
-from dolfingrip.charts.theme import INK, PALE, scene_theme
+from dolfingrip.charts.theme import INK, ORANGE, PALE, scene_theme
 from dolfingrip.report.skin import Floats, Ints, Skin
 
 Image = npt.NDArray[np.uint8]
@@ -94,6 +94,7 @@ def draw_shapes(
     view: View,
     height_px: int,
     plate: Plate | None = None,
+    curve: Floats | None = None,
 ) -> tuple[list[Image], float]:
     """Draw several deformed shapes of the finger with one camera.
 
@@ -106,6 +107,7 @@ def draw_shapes(
         view: direction of the camera; it frames the union of all shapes.
         height_px: height of the pictures; the width follows from the content.
         plate: force sensor to draw.
+        curve: x and z (mm) of points, (n, 2), of a line beside the finger's nearer side.
 
     Returns:
         Pictures of shape (height, width, 3), and how many pixels a millimetre takes.
@@ -113,7 +115,10 @@ def draw_shapes(
     shapes = [skin.move(displacement) for displacement in displacements]
     fixtures = [(_clamp(skin), 1.0)] + ([(_slab(skin, plate), 0.45)] if plate else [])
     right, up, towards = view.axes
-    seen = np.concatenate([*shapes, *(np.asarray(block.points) for block, _ in fixtures)])
+    line = np.empty((0, 3))
+    if curve is not None:  # in front of the finger's side, so that it is not hidden
+        line = np.insert(curve, 1, skin.points[:, 1].min(), axis=1) + 2 * SIZES.lift_mm * towards
+    seen = np.concatenate([*shapes, *(np.asarray(block.points) for block, _ in fixtures), line])
     low, high = (f([seen @ right, seen @ up], axis=1) for f in (np.min, np.max))
     width_mm, height_mm = high - low + 2 * SIZES.margin_mm
     per_mm = height_px / height_mm
@@ -128,6 +133,9 @@ def draw_shapes(
         for block, opacity in fixtures:
             plotter.add_mesh(block, color=PALE, opacity=opacity, ambient=0.35)
             plotter.add_mesh(block.extract_feature_edges(30), color=INK, line_width=1.5)
+        if len(line):
+            target = pv.lines_from_points(line)
+            plotter.add_mesh(target, color=ORANGE, line_width=6.0, lighting=False)
         middle = (low + high) / 2
         focus = middle[0] * right + middle[1] * up + np.mean(seen @ towards) * towards
         aim(plotter, focus, view, far=3 * float(np.ptp(seen, axis=0).max()), height_mm=height_mm)
