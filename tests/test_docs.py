@@ -5,9 +5,11 @@ from __future__ import annotations
 import importlib.util
 import re
 import shlex
+from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
+from typing import Final
 
 import pytest
 import typer
@@ -16,6 +18,8 @@ from support.checkout import needs_checkout
 
 from dolfingrip.cli.app import app
 from dolfingrip.cli.command import settings_of
+from dolfingrip.config import ConfigError
+from dolfingrip.report import video
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -113,3 +117,33 @@ def test_every_command_on_a_page_is_understood() -> None:
         except Exception as error:  # whatever it is, the page tells a reader to type it
             wrong.append((page, command, f"{type(error).__name__}: {error}"))
     assert wrong == []
+
+
+RUN: Final = {
+    page: marked
+    for page in sorted(DOCS.glob("*.md"))
+    if page.stem != "five_answers"  # those are tests/test_newcomer.py's
+    and (marked := [each for each in pages.blocks(page) if each.sizes is not None])
+}
+"""Marked blocks by the page."""
+
+
+@needs_checkout
+@pytest.mark.parametrize("page", RUN, ids=[page.stem for page in RUN])
+def test_blocks_run_in_an_empty_clone(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blocks run one after another as they are copied, with the sizes that their markers name.
+
+    A video has a second in place of ten.
+    """
+    monkeypatch.setattr(video, "POLICY", replace(video.POLICY, seconds=1.0))
+    clone = pages.clone(tmp_path)
+    for block in RUN[page]:
+        *first, last = block.reduced()
+        pages.run(first, clone)
+        if block.refused:
+            with pytest.raises(ConfigError):
+                pages.run([last], clone)
+        else:
+            pages.run([last], clone)

@@ -65,9 +65,14 @@ class Block:
 
     @property
     def sizes(self) -> str | None:
-        """What the tests add to its simulations; None where they do not run it."""
-        marked = self.comment.startswith("in tests:")
-        return self.comment.removeprefix("in tests:").strip() if marked else None
+        """What the tests add to its last command; None where they do not run it."""
+        _, marked, sizes = self.comment.partition("in tests:")
+        return sizes.strip() if marked else None
+
+    @property
+    def refused(self) -> bool:
+        """True where its last command ends with an error in one line."""
+        return self.comment.startswith("refused")
 
     def reduced(self) -> list[str]:
         """Its commands as the tests run them: the last one takes the sizes."""
@@ -99,6 +104,10 @@ def clone(folder: Path) -> Path:
     for name in (*PACKAGE, *COPIED):
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, folder / name)
+    run_script = folder / "scripts" / "run"
+    run_script.parent.mkdir()
+    run_script.write_text('#!/bin/sh\nexec "$@"\n', encoding="utf-8")  # the tests are inside
+    run_script.chmod(0o755)
     for name in PACKAGE[1:]:  # parts of the package that lie next to it
         (folder / "dolfingrip" / name).symlink_to(folder / name)
     return folder
@@ -136,7 +145,7 @@ def perform(commands: Sequence[str]) -> None:
 
     for command in commands:
         print("$", command, flush=True)
-        if command.startswith(DOLFINGRIP):
+        if command.startswith(DOLFINGRIP) and not set("|>&;") & set(command):
             code = app(shlex.split(command)[2:], prog_name="dolfingrip", standalone_mode=False)
         else:
             code = subprocess.run(
