@@ -206,7 +206,7 @@ def _placed(config: Config, finger: Scene) -> Scene:
     alt = "Three fingers around the food on its table, before the grasp is solved"
     return replace(
         finger, title="Gripper", alt=alt, kind="grasp", parts=parts,
-        towards=towards(GRIPPER_VIEW), solved=False,
+        towards=towards(GRIPPER_VIEW), solved=False, axes=np.ones(3),
     )  # fmt: skip
 
 

@@ -8,9 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import av
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 from support import chromium, synthetic_run
 
 from dolfingrip import config
@@ -171,6 +173,53 @@ def test_the_slider_goes_from_step_to_step(seen: Opened) -> None:
     assert slider.get_attribute("aria-valuetext")
 
 
+@pytest.mark.parametrize("width", [1280, 700, 390])
+def test_the_slider_keeps_its_place_under_the_pointer(seen: Opened, width: int) -> None:
+    page = seen.page
+    page.set_viewport_size({"width": width, "height": 900})
+    slider = page.locator("#time")
+    boxes = []
+    for value in (0, 0.5, 1, 2.35, LAST):
+        slider.evaluate(
+            "(node, v) => { node.value = v; node.dispatchEvent(new Event('input')); }", value
+        )
+        boxes.append(slider.bounding_box())
+    page.set_viewport_size({"width": 1280, "height": 900})
+    assert boxes[0]
+    assert boxes == [boxes[0]] * len(boxes)
+
+
+def test_a_picture_and_a_video_are_saved(seen: Opened, tmp_path: Path) -> None:
+    """The picture has the title, the scale and the shape; the video shows the shape move."""
+    page = seen.page
+    page.locator("#time").press("End")
+    with page.expect_download() as loading:
+        page.click("#picture")
+    assert loading.value.suggested_filename == "Free_bending_a.png"
+    loading.value.save_as(tmp_path / "picture.png")
+    picture = plt.imread(tmp_path / "picture.png")
+    height, width = picture.shape[:2]
+    assert min(height, width) >= 900
+    colours = np.unique((255 * picture[:, -width // 9 :, :3]).astype(int).reshape(-1, 3), axis=0)
+    assert len(colours) > 200  # of the scale
+    at = page.inner_text("#said")
+    with page.expect_download(timeout=60_000) as recording:
+        page.click("#video")
+        expect(page.locator("#video")).to_have_text(
+            re.compile(r"Stop \([3-9]\d %\)"), timeout=60_000
+        )
+        page.click("#video")  # which stops it
+    film = tmp_path / recording.value.suggested_filename
+    assert film.suffix in (".mp4", ".webm")
+    recording.value.save_as(film)
+    with av.open(str(film)) as container:
+        frames = [f.to_ndarray(format="gray").astype(float) for f in container.decode(video=0)]
+    assert len(frames) >= 10
+    assert max(np.abs(frame - frames[0]).max() for frame in frames) > 50
+    assert page.inner_text("#said") == at
+    assert not seen.said.errors
+
+
 def test_curves_and_the_slider_move_each_other(seen: Opened) -> None:
     page = seen.page
     chart = page.locator("#chart-0")
@@ -193,10 +242,10 @@ def test_values_under_the_pointer(seen: Opened) -> None:
     assert re.search(r"a: .*50°", tip.inner_text())
     page.locator("#time").press("Home")
     page.locator("#time").press("ArrowRight")
-    box = page.locator("#view canvas").bounding_box()
+    box = page.locator("#view canvas[tabindex]").bounding_box()
     assert box is not None
     place = {"x": 0.2 * box["width"], "y": box["height"] / 2}
-    page.locator("#view canvas").hover(position=place, force=True)
+    page.locator("#view canvas[tabindex]").hover(position=place, force=True)
     page.wait_for_selector("#probe:not([hidden])")
     assert re.fullmatch(r"finger: [\d.]+ mm", page.inner_text("#probe"))
 

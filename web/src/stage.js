@@ -2,6 +2,7 @@
 
 import { element, formatted, joined, ticks } from './format.js';
 import { unpack } from './packed.js';
+import { Saver } from './save.js';
 import { Viewer } from './viewer.js';
 
 const FILM = { count: 6, width: 220, height: 165 };
@@ -82,6 +83,7 @@ export class Stage {
     this.viewer = new Viewer($('view'), { fields: this.fields, label: this.scenes[0].alt });
     this.viewer.setTheme(dark);
     this.#probe();
+    this.saver = new Saver(this);
     await this.#show(this.shown);
     this.setTime(this.time, true);
   }
@@ -226,7 +228,9 @@ export class Stage {
       ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [this.fields[name].least]),
     );
     // a shape without load has no scale
-    $('bar').parentElement.classList.toggle('still', this.scenes[this.lead].steps < 2);
+    this.coloured = this.scenes[this.lead].steps > 1;
+    $('video').disabled = !this.coloured || !this.saver.kind;
+    $('bar').parentElement.classList.toggle('still', !this.coloured);
     this.range = [this.fields[name].least, Math.max(highest, this.fields[name].least + 1e-6)];
     this.field = name;
     this.viewer.setField(name, this.range);
@@ -333,7 +337,7 @@ export class Stage {
         const name = joined(formatted(control.values[step]), control.unit);
         const frame = element('button', { type: 'button' });
         const picture = element('img', { alt: `${control.label} ${name}` });
-        picture.src = this.viewer.image(FILM.width, FILM.height);
+        picture.src = this.viewer.image(FILM.width, FILM.height, { plain: true });
         frame.append(picture, name);
         frame.addEventListener('click', () => this.setTime(step));
         strip.append(frame);

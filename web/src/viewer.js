@@ -12,6 +12,7 @@
  * The page of a report and the explorer use it; it knows nothing of either.
  */
 
+import { overlay } from './overlay.js';
 import { Pane } from './pane.js';
 import {
   DataTexture,
@@ -78,7 +79,9 @@ export class Viewer {
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute('role', 'img');
     this.canvas.setAttribute('aria-label', label);
-    box.append(this.canvas);
+    this.sheet = document.createElement('canvas'); // over it, for lines and letters
+    this.sheet.className = 'sheet';
+    box.append(this.canvas, this.sheet);
     this.renderer = new WebGLRenderer({
       canvas: this.canvas,
       antialias: !this.software,
@@ -230,29 +233,48 @@ export class Viewer {
     return hit && { pane: found, ...hit };
   }
 
-  /** A PNG of the view as a data address, of so many pixels; the camera then shows everything. */
-  image(width, height) {
-    const kept = this.camera;
+  /** Draw so many pixels, whatever the box has, until the function that is returned is called. */
+  hold(width, height) {
     const ratio = this.renderer.getPixelRatio();
     this.renderer.setPixelRatio(1);
     this.renderer.setSize(width, height, false);
     this.size = [width, height];
-    this.home();
+    return () => {
+      this.renderer.setPixelRatio(ratio);
+      this.size = null;
+      this.#resize();
+    };
+  }
+
+  /** Draw at once onto a 2D context, with the scale bar and the axes so many times as large. */
+  drawOn(context, enlarged = 1) {
     this.render();
-    const url = this.canvas.toDataURL('image/png'); // of the same task as the drawing
-    this.renderer.setPixelRatio(ratio);
-    this.size = null;
-    this.#resize();
+    context.drawImage(this.canvas, 0, 0); // of the same task as the drawing
+    this.#annotate(context, enlarged);
+  }
+
+  /** A PNG of the view as a data address, of so many pixels; the camera then shows everything. */
+  image(width, height, { plain = false } = {}) {
+    const kept = this.camera;
+    const release = this.hold(width, height);
+    this.home();
+    const picture = Object.assign(document.createElement('canvas'), { width, height });
+    const context = picture.getContext('2d');
+    if (plain) this.render();
+    if (plain) context.drawImage(this.canvas, 0, 0);
+    else this.drawOn(context, width / 700);
+    release();
     this.camera = kept;
-    return url;
+    return picture.toDataURL('image/png');
   }
 
   /** Draw with the next frame of the screen. */
   draw() {
-    if (this.software) {
+    if (this.software && !this.size) {
       this.renderer.setPixelRatio(COARSE);
       clearTimeout(this.idle);
       this.idle = setTimeout(() => {
+        if (this.size) return;
         this.renderer.setPixelRatio(2);
         this.render();
       }, STILL_MS);
@@ -276,6 +298,23 @@ export class Viewer {
       this.renderer.setScissor(x, bottom, w, h);
       this.renderer.render(this.panes[i].scene, this.eye);
     });
+    if (this.size) return;
+    const fine = devicePixelRatio || 1;
+    Object.assign(this.sheet, { width: width * fine, height: height * fine }); // which clears it
+    this.#annotate(this.sheet.getContext('2d'), fine);
+  }
+
+  /** Scale bar and axes of each pane, so many times as large as on a screen. */
+  #annotate(context, enlarged) {
+    const extent = this.#extent().map((px) => (this.size ? px / enlarged : px));
+    context.save();
+    context.scale(enlarged, enlarged);
+    const ink = this.dark ? '#eceff3' : '#1d2126';
+    this.#tiles(...extent).forEach((tile, i) => {
+      const { axes } = this.panes[i].model;
+      overlay(context, tile, { eye: this.eye, target: this.controls.target, axes, ink });
+    });
+    context.restore();
   }
 
   /** Places of the panes in the box, in shares of its width and height: `[x, y, w, h]`. */
@@ -290,6 +329,7 @@ export class Viewer {
     this.controls.dispose();
     this.renderer.dispose();
     this.canvas.remove();
+    this.sheet.remove();
   }
 
   #extent() {
@@ -319,7 +359,7 @@ export class Viewer {
 
   #resize() {
     const [width, height] = this.#extent();
-    if (width < 4 || height < 4) return;
+    if (this.size || width < 4 || height < 4) return;
     const before = this.shape;
     this.shape = width / height;
     const fine = Math.min(devicePixelRatio || 1, 2);

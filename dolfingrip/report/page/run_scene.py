@@ -53,8 +53,9 @@ def _grasp(run: Run) -> Scene:
     outcome = "" if run.result.outcome is None else run.result.outcome.kind
     alt = f"{run.title}: three fingers, food and table in 3D; {outcome}"
     return Scene(
-        run.title, alt, run.experiment.name, parts, _load(run, rows), towards(GRIPPER_VIEW)
-    )
+        run.title, alt, run.experiment.name, parts, _load(run, rows), towards(GRIPPER_VIEW),
+        axes=np.ones(3),
+    )  # fmt: skip
 
 
 def _load(run: Run, rows: np.ndarray) -> Load:

@@ -85,6 +85,7 @@ class Scene:
         kind: the experiment's name; scenes of one kind are shown side by side at first.
         towards: direction from the model to the eye.
         solved: whether its steps were solved; else they are interpolated between solutions.
+        axes: 1 or -1 for each axis of the model, which the scene shows along or against its own.
     """
 
     title: str
@@ -94,6 +95,7 @@ class Scene:
     load: Load
     towards: Floats
     solved: bool = True
+    axes: Floats = field(default_factory=UPRIGHT.copy)
 
     def packed(self) -> dict[str, Any]:
         """The scene as ``web/src/packed.js`` reads it."""
@@ -112,6 +114,7 @@ class Scene:
                 "steps": steps,
                 "solved": self.solved,
                 "view": self.towards,
+                "axes": self.axes,
                 "fields": ends,
                 "control": {
                     "label": self.load.label,

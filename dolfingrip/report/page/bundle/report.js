@@ -443,6 +443,80 @@
     return { ...packed, parts, peaks };
   }
 
+  // src/three-global.js
+  var {
+    BufferAttribute,
+    BufferGeometry,
+    CustomBlending,
+    DataTexture,
+    DoubleSide,
+    LinearFilter,
+    LineSegments,
+    Mesh,
+    OneFactor,
+    OneMinusSrcAlphaFactor,
+    OrbitControls,
+    PerspectiveCamera,
+    Scene,
+    ShaderMaterial,
+    Vector2,
+    Vector3,
+    Vector4,
+    WebGLRenderer
+  } = globalThis.DolfingripThree;
+
+  // src/overlay.js
+  var ROUND = [1, 2, 5];
+  var BAR = { least: 60, part: 0.13, edge: 16, tick: 5 };
+  var AXES = { length: 26, edge: 44, text: 11 };
+  var NAMES = ["x", "y", "z"];
+  function roundLength(least) {
+    const power = 10 ** Math.floor(Math.log10(least));
+    return [...ROUND, 10].map((factor) => factor * power).find((length) => length >= least * 0.999);
+  }
+  function overlay(context, [x, y, width, height], { eye, target, axes, ink }) {
+    const slope = Math.tan(eye.fov * Math.PI / 360);
+    const pxPerMm = height / (2 * slope * eye.position.distanceTo(target));
+    const length = roundLength(Math.min(BAR.least, BAR.part * width) / pxPerMm);
+    const [left, base] = [x + BAR.edge, y + height - BAR.edge];
+    const right = left + length * pxPerMm;
+    Object.assign(context, {
+      strokeStyle: ink,
+      fillStyle: ink,
+      lineWidth: 1.5,
+      textBaseline: "bottom",
+      textAlign: "center",
+      font: "12px system-ui, sans-serif"
+    });
+    context.beginPath();
+    context.moveTo(left, base - BAR.tick);
+    context.lineTo(left, base);
+    context.lineTo(right, base);
+    context.lineTo(right, base - BAR.tick);
+    context.stroke();
+    context.fillText(`${+length.toPrecision(1)} mm`, (left + right) / 2, base - 2);
+    const turned = eye.quaternion.clone().invert();
+    const [atX, atY] = [left + AXES.edge - BAR.edge, base - AXES.edge - 22];
+    const directions = NAMES.map((name, axis) => ({
+      name,
+      ahead: new Vector3().setComponent(axis, axes[axis]).applyQuaternion(turned)
+    }));
+    directions.sort((one, other) => one.ahead.z - other.ahead.z);
+    context.textBaseline = "middle";
+    for (const { name, ahead } of directions) {
+      const [dx, dy] = [ahead.x, -ahead.y];
+      context.globalAlpha = ahead.z < -0.2 ? 0.55 : 1;
+      context.beginPath();
+      context.moveTo(atX, atY);
+      context.lineTo(atX + AXES.length * dx, atY + AXES.length * dy);
+      context.stroke();
+      const far = AXES.length + AXES.text;
+      const short = Math.hypot(dx, dy) < 0.25;
+      context.fillText(name, atX + (short ? AXES.text : far * dx), atY + (short ? AXES.text : far * dy));
+    }
+    context.globalAlpha = 1;
+  }
+
   // src/shaders.js
   var VERTEX = `
 attribute vec3 rest; attribute vec3 from; attribute vec3 to;
@@ -479,28 +553,6 @@ void main() {
 uniform vec4 uFlat; uniform float uCut;
 varying float vRestY;
 void main() { ${CUT} gl_FragColor = uFlat; }`;
-
-  // src/three-global.js
-  var {
-    BufferAttribute,
-    BufferGeometry,
-    CustomBlending,
-    DataTexture,
-    DoubleSide,
-    LinearFilter,
-    LineSegments,
-    Mesh,
-    OneFactor,
-    OneMinusSrcAlphaFactor,
-    OrbitControls,
-    PerspectiveCamera,
-    Scene,
-    ShaderMaterial,
-    Vector2,
-    Vector3,
-    Vector4,
-    WebGLRenderer
-  } = globalThis.DolfingripThree;
 
   // src/strike.js
   var PARALLEL = 1e-12;
@@ -854,7 +906,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.canvas.tabIndex = 0;
       this.canvas.setAttribute("role", "img");
       this.canvas.setAttribute("aria-label", label);
-      box.append(this.canvas);
+      this.sheet = document.createElement("canvas");
+      this.sheet.className = "sheet";
+      box.append(this.canvas, this.sheet);
       this.renderer = new WebGLRenderer({
         canvas: this.canvas,
         antialias: !this.software,
@@ -991,28 +1045,45 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const hit = this.panes[found].probe(at, this.eye);
       return hit && { pane: found, ...hit };
     }
-    /** A PNG of the view as a data address, of so many pixels; the camera then shows everything. */
-    image(width, height) {
-      const kept = this.camera;
+    /** Draw so many pixels, whatever the box has, until the function that is returned is called. */
+    hold(width, height) {
       const ratio = this.renderer.getPixelRatio();
       this.renderer.setPixelRatio(1);
       this.renderer.setSize(width, height, false);
       this.size = [width, height];
-      this.home();
+      return () => {
+        this.renderer.setPixelRatio(ratio);
+        this.size = null;
+        this.#resize();
+      };
+    }
+    /** Draw at once onto a 2D context, with the scale bar and the axes so many times as large. */
+    drawOn(context, enlarged = 1) {
       this.render();
-      const url = this.canvas.toDataURL("image/png");
-      this.renderer.setPixelRatio(ratio);
-      this.size = null;
-      this.#resize();
+      context.drawImage(this.canvas, 0, 0);
+      this.#annotate(context, enlarged);
+    }
+    /** A PNG of the view as a data address, of so many pixels; the camera then shows everything. */
+    image(width, height, { plain = false } = {}) {
+      const kept = this.camera;
+      const release = this.hold(width, height);
+      this.home();
+      const picture = Object.assign(document.createElement("canvas"), { width, height });
+      const context = picture.getContext("2d");
+      if (plain) this.render();
+      if (plain) context.drawImage(this.canvas, 0, 0);
+      else this.drawOn(context, width / 700);
+      release();
       this.camera = kept;
-      return url;
+      return picture.toDataURL("image/png");
     }
     /** Draw with the next frame of the screen. */
     draw() {
-      if (this.software) {
+      if (this.software && !this.size) {
         this.renderer.setPixelRatio(COARSE);
         clearTimeout(this.idle);
         this.idle = setTimeout(() => {
+          if (this.size) return;
           this.renderer.setPixelRatio(2);
           this.render();
         }, STILL_MS);
@@ -1035,6 +1106,22 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         this.renderer.setScissor(x, bottom, w, h);
         this.renderer.render(this.panes[i].scene, this.eye);
       });
+      if (this.size) return;
+      const fine = devicePixelRatio || 1;
+      Object.assign(this.sheet, { width: width * fine, height: height * fine });
+      this.#annotate(this.sheet.getContext("2d"), fine);
+    }
+    /** Scale bar and axes of each pane, so many times as large as on a screen. */
+    #annotate(context, enlarged) {
+      const extent = this.#extent().map((px) => this.size ? px / enlarged : px);
+      context.save();
+      context.scale(enlarged, enlarged);
+      const ink = this.dark ? "#eceff3" : "#1d2126";
+      this.#tiles(...extent).forEach((tile, i) => {
+        const { axes } = this.panes[i].model;
+        overlay(context, tile, { eye: this.eye, target: this.controls.target, axes, ink });
+      });
+      context.restore();
     }
     /** Places of the panes in the box, in shares of its width and height: `[x, y, w, h]`. */
     get places() {
@@ -1047,6 +1134,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.controls.dispose();
       this.renderer.dispose();
       this.canvas.remove();
+      this.sheet.remove();
     }
     #extent() {
       if (this.size) return this.size;
@@ -1071,7 +1159,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     #resize() {
       const [width, height] = this.#extent();
-      if (width < 4 || height < 4) return;
+      if (this.size || width < 4 || height < 4) return;
       const before = this.shape;
       this.shape = width / height;
       const fine = Math.min(devicePixelRatio || 1, 2);
@@ -1126,12 +1214,158 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
   };
 
+  // src/save.js
+  var $2 = (id) => document.getElementById(id);
+  var VIEW_PX = { picture: 900, video: 640 };
+  var SCALE = { width: 150, bar: 16, edge: 14, top: 62 };
+  var TITLE_PX = 64;
+  var VIDEO = { fps: 25, leastS: 4, mostS: 10, stepS: 0.5, holdS: 1, longestS: 0.1, bits: 8e6 };
+  var KINDS = ["video/mp4", "video/webm"];
+  var TYPES = { "video/mp4": "mp4", "video/webm": "webm" };
+  var Saver = class {
+    constructor(stage) {
+      this.stage = stage;
+      this.kind = KINDS.find((kind) => globalThis.MediaRecorder?.isTypeSupported(kind));
+      $2("picture").addEventListener("click", () => this.#picture());
+      $2("video").addEventListener("click", () => this.recorder ? this.recorder.stop() : this.#video());
+      if (!this.kind) $2("video").title = "This browser records no video";
+    }
+    /** A canvas for the present view, what draws on it, and what lets the screen go on. */
+    #begin(height) {
+      const { viewer } = this.stage;
+      const box = $2("view").getBoundingClientRect();
+      const enlarged = height / box.height;
+      const even = (px) => 2 * Math.round(px / 2);
+      const [w, h] = [even(box.width * enlarged), height];
+      const canvas = document.createElement("canvas");
+      canvas.width = w + even(SCALE.width * enlarged);
+      canvas.height = h + even(TITLE_PX * enlarged);
+      const context = canvas.getContext("2d");
+      const release = viewer.hold(w, h);
+      const draw = () => {
+        const style = getComputedStyle(document.documentElement);
+        const [back, ink] = ["--stage", "--ink"].map((name) => style.getPropertyValue(name).trim());
+        context.fillStyle = back;
+        context.fillRect(0, 0, canvas.width, canvas.height);
+        viewer.drawOn(context, enlarged);
+        context.save();
+        context.scale(enlarged, enlarged);
+        context.fillStyle = context.strokeStyle = ink;
+        this.#words(context, box.width, box.height);
+        if (this.stage.coloured) this.#scale(context, box.width, box.height);
+        context.restore();
+      };
+      return { canvas, draw, release };
+    }
+    #words(context, width, height) {
+      const titles = this.stage.shown.map((i) => this.stage.scenes[i].title);
+      const { places } = this.stage.viewer;
+      context.textBaseline = "alphabetic";
+      context.textAlign = "left";
+      context.font = "600 13px system-ui, sans-serif";
+      if (titles.length > 1) {
+        titles.forEach((title, i) => context.fillText(title, places[i][0] * width + 12, places[i][1] * height + 20));
+      }
+      const now = $2("now").textContent;
+      const first = [titles.length > 1 ? "" : titles[0], now].filter(Boolean).join(", ");
+      context.font = "600 16px system-ui, sans-serif";
+      const room = width + SCALE.width - 2 * SCALE.edge;
+      context.fillText(first, SCALE.edge, height + 24, room);
+      context.font = "13px system-ui, sans-serif";
+      const second = [this.stage.note, now && $2("said").textContent].filter(Boolean).join("; ");
+      context.fillText(second, SCALE.edge, height + 46, room);
+    }
+    #scale(context, left, height) {
+      const { field, fields, range } = this.stage;
+      const { label, unit, rgb } = fields[field];
+      const [low, high] = range;
+      const [x, top, bottom] = [left + SCALE.edge, SCALE.top, height - SCALE.edge];
+      const words = `${label} (${unit})`.split(" ");
+      context.font = "600 12px system-ui, sans-serif";
+      let line = "";
+      let y = 20;
+      for (const word of words) {
+        const longer = line ? `${line} ${word}` : word;
+        if (line && context.measureText(longer).width > SCALE.width - SCALE.edge) {
+          context.fillText(line, x, y);
+          [line, y] = [word, y + 15];
+        } else line = longer;
+      }
+      context.fillText(line, x, y);
+      const ink = context.fillStyle;
+      for (let i = 0; i < 256; i++) {
+        const part = (bottom - top) / 256;
+        context.fillStyle = `rgb(${rgb.slice(3 * i, 3 * i + 3).join()})`;
+        context.fillRect(x, bottom - (i + 1) * part, SCALE.bar, part + 0.6);
+      }
+      context.fillStyle = ink;
+      context.lineWidth = 1;
+      context.strokeRect(x, top, SCALE.bar, bottom - top);
+      context.font = "12px system-ui, sans-serif";
+      context.textBaseline = "middle";
+      for (const value of ticks(low, high, 5)) {
+        context.fillText(formatted(value), x + SCALE.bar + 7, bottom - (value - low) / (high - low) * (bottom - top));
+      }
+    }
+    #picture() {
+      const { canvas, draw, release } = this.#begin(VIEW_PX.picture);
+      draw();
+      release();
+      canvas.toBlob((blob) => this.#download(blob, "png"), "image/png");
+    }
+    /** Record the way from the first step to the last, while it is drawn. */
+    #video() {
+      const { stage } = this;
+      const { canvas, draw, release } = this.#begin(VIEW_PX.video);
+      const kept = stage.time;
+      const last = stage.scenes[stage.lead].steps - 1;
+      const lasts = Math.min(VIDEO.mostS, Math.max(VIDEO.leastS, last * VIDEO.stepS));
+      const recorder = new MediaRecorder(canvas.captureStream(VIDEO.fps), {
+        mimeType: this.kind,
+        videoBitsPerSecond: VIDEO.bits
+      });
+      const pieces = [];
+      let [done, before] = [0, performance.now()];
+      this.recorder = recorder;
+      recorder.addEventListener("dataavailable", ({ data: data2 }) => pieces.push(data2));
+      recorder.addEventListener("stop", () => {
+        this.recorder = null;
+        release();
+        stage.setTime(kept);
+        $2("video").textContent = "Save video";
+        this.#download(new Blob(pieces, { type: this.kind }), TYPES[this.kind]);
+      });
+      const go = (now) => {
+        if (recorder.state === "inactive") return;
+        done += Math.min(VIDEO.longestS, (now - before) / 1e3);
+        before = now;
+        stage.setTime(last * Math.min(1, done / lasts));
+        draw();
+        $2("video").textContent = `Stop (${Math.min(100, Math.round(100 * done / (lasts + VIDEO.holdS)))} %)`;
+        if (done > lasts + VIDEO.holdS) recorder.stop();
+        else requestAnimationFrame(go);
+      };
+      stage.setTime(0);
+      draw();
+      recorder.start();
+      requestAnimationFrame(go);
+    }
+    #download(blob, ending) {
+      const title = this.stage.scenes[this.stage.lead].title;
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(blob);
+      link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "_").slice(0, 60)}.${ending}`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 6e4);
+    }
+  };
+
   // src/stage.js
   var FILM = { count: 6, width: 220, height: 165 };
   var PRINT2 = { width: 1400, height: 800, afterMs: 700 };
   var STEPS_A_SECOND = 4;
   var WHOLE = 1e-6;
-  var $2 = (id) => document.getElementById(id);
+  var $3 = (id) => document.getElementById(id);
   var clamped = (v, low, high) => Math.max(low, Math.min(high, v));
   function valueAt({ control }, time) {
     const from = clamped(Math.floor(time), 0, control.values.length - 1);
@@ -1159,7 +1393,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.listeners = [];
       this.shown = this.#first();
       this.time = 0;
-      this.slider = $2("time");
+      this.slider = $3("time");
       this.#controls();
     }
     /** Scenes that are shown at first: those of the first one's kind. */
@@ -1191,9 +1425,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     /** Make the 3D view; it may fail, and the slider then moves the curves alone. */
     async begin(dark) {
-      this.viewer = new Viewer($2("view"), { fields: this.fields, label: this.scenes[0].alt });
+      this.viewer = new Viewer($3("view"), { fields: this.fields, label: this.scenes[0].alt });
       this.viewer.setTheme(dark);
       this.#probe();
+      this.saver = new Saver(this);
       await this.#show(this.shown);
       this.setTime(this.time, true);
     }
@@ -1248,10 +1483,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       let said = `interpolated between the ${step}s at ${name(from)} and ${name(from + 1)}`;
       if (whole) said = `${step} ${at + 1} of ${steps}`;
       if (!control.label) said = "without load";
-      $2("now").textContent = control.label ? joined(value, control.unit) : "";
-      $2("said").textContent = branch ? `${branch}, ${said}` : said;
-      this.slider.setAttribute("aria-valuetext", `${$2("now").textContent}, ${$2("said").textContent}`);
-      $2("control").textContent = control.label;
+      $3("now").textContent = control.label ? joined(value, control.unit) : "";
+      $3("said").textContent = branch ? `${branch}, ${said}` : said;
+      this.slider.setAttribute("aria-valuetext", `${$3("now").textContent}, ${$3("said").textContent}`);
+      $3("control").textContent = control.label;
     }
     #controls() {
       const { slider } = this;
@@ -1264,14 +1499,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         const { time } = this;
         this.setTime(ahead > 0 ? Math.floor(time + WHOLE) + 1 : Math.ceil(time - WHOLE) - 1);
       });
-      $2("play").addEventListener("click", () => this.#play());
-      const choice = $2("field");
+      $3("play").addEventListener("click", () => this.#play());
+      const choice = $3("field");
       for (const [name, { label }] of Object.entries(this.fields)) {
         choice.append(element("option", { value: name }, label));
       }
       choice.addEventListener("change", () => this.#setField(choice.value));
       for (const name of ["ghost", "lines", "section"]) {
-        const button = $2(name);
+        const button = $3(name);
         button.addEventListener("click", () => {
           const on = button.getAttribute("aria-pressed") !== "true";
           button.setAttribute("aria-pressed", on);
@@ -1279,7 +1514,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           this.#film();
         });
       }
-      $2("home").addEventListener("click", () => this.viewer?.home());
+      $3("home").addEventListener("click", () => this.viewer?.home());
       for (const button of document.querySelectorAll("[data-scene]")) {
         const index = +button.dataset.scene;
         button.setAttribute("aria-pressed", this.shown.includes(index));
@@ -1306,7 +1541,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       await Promise.all(shown.map(async (i) => this.models[i] ??= await unpack(this.scenes[i], this.fields)));
       if (shown !== this.shown) return;
       this.viewer.show(shown.map((i) => this.models[i]), { keepCamera });
-      const captions = $2("captions");
+      const captions = $3("captions");
       captions.replaceChildren();
       if (shown.length > 1) {
         this.viewer.places.forEach(([x, y, w], pane) => {
@@ -1315,19 +1550,21 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           captions.append(caption);
         });
       }
-      for (const choice of $2("field").options) {
+      for (const choice of $3("field").options) {
         choice.disabled = !shown.some((i) => this.models[i].peaks[choice.value]);
       }
       const cut = shown.some((i) => this.scenes[i].parts.some((part) => part.section || part.cut));
-      $2("section").disabled = !cut;
-      this.#setField($2("field").value);
+      $3("section").disabled = !cut;
+      this.#setField($3("field").value);
     }
     #setField(name) {
       if (!this.viewer) return;
       const highest = Math.max(
         ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [this.fields[name].least])
       );
-      $2("bar").parentElement.classList.toggle("still", this.scenes[this.lead].steps < 2);
+      this.coloured = this.scenes[this.lead].steps > 1;
+      $3("video").disabled = !this.coloured || !this.saver.kind;
+      $3("bar").parentElement.classList.toggle("still", !this.coloured);
       this.range = [this.fields[name].least, Math.max(highest, this.fields[name].least + 1e-6)];
       this.field = name;
       this.viewer.setField(name, this.range);
@@ -1341,10 +1578,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         const at = 3 * Math.round(i * 255 / 32);
         return `rgb(${rgb[at]},${rgb[at + 1]},${rgb[at + 2]})`;
       });
-      const bar = $2("bar");
+      const bar = $3("bar");
       bar.replaceChildren();
       bar.style.setProperty("--colours", colours.join(","));
-      $2("scale-title").textContent = `${label} (${unit})`;
+      $3("scale-title").textContent = `${label} (${unit})`;
       const [low, high] = this.range;
       for (const v of ticks(low, high, 5)) {
         const tick = element("i", {}, formatted(v));
@@ -1366,10 +1603,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.peak.style.setProperty("--at", `${clamped(100 * (most - low) / (high - low), 0, 100)}%`);
       const text = `largest now: ${joined(formatted(most), this.fields[this.field].unit)}`;
       this.peak.title = text;
-      $2("peak").textContent = text;
+      $3("peak").textContent = text;
     }
     #probe() {
-      const note = $2("probe");
+      const note = $3("probe");
       const { canvas } = this.viewer;
       let waiting = false;
       const move = (event) => {
@@ -1382,7 +1619,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           if (!found) return;
           const value = found.value === null ? "" : `: ${joined(formatted(found.value), this.fields[this.field].unit)}`;
           note.textContent = found.part + value;
-          const box = $2("view").getBoundingClientRect();
+          const box = $3("view").getBoundingClientRect();
           const left = Math.min(event.clientX - box.left + 14, box.width - note.offsetWidth - 4);
           note.style.left = `${left}px`;
           note.style.top = `${event.clientY - box.top + 12}px`;
@@ -1394,8 +1631,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     #play() {
       this.playing = !this.playing;
-      $2("play").textContent = this.playing ? "❚❚" : "▶";
-      $2("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
+      $3("play").textContent = this.playing ? "❚❚" : "▶";
+      $3("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
       let ahead = 1;
       let before = performance.now();
       const go = (now) => {
@@ -1412,10 +1649,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     /** The film strip, once nothing else is to be done. */
     #film() {
-      if (!$2("film")) return;
+      if (!$3("film")) return;
       clearTimeout(this.filming);
       this.filming = setTimeout(() => {
-        const strip = $2("film");
+        const strip = $3("film");
         strip.replaceChildren();
         const { steps, control } = this.scenes[this.lead];
         const count = Math.min(FILM.count, steps);
@@ -1428,7 +1665,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           const name = joined(formatted(control.values[step]), control.unit);
           const frame2 = element("button", { type: "button" });
           const picture = element("img", { alt: `${control.label} ${name}` });
-          picture.src = this.viewer.image(FILM.width, FILM.height);
+          picture.src = this.viewer.image(FILM.width, FILM.height, { plain: true });
           frame2.append(picture, name);
           frame2.addEventListener("click", () => this.setTime(step));
           strip.append(frame2);
@@ -1439,10 +1676,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     /** The picture that is printed, some time after the last change. */
     #later() {
-      if (!$2("printed")) return;
+      if (!$3("printed")) return;
       clearTimeout(this.printing);
       this.printing = setTimeout(() => {
-        $2("printed").src = this.viewer.image(PRINT2.width, PRINT2.height);
+        $3("printed").src = this.viewer.image(PRINT2.width, PRINT2.height);
         document.documentElement.dataset.printed = this.time;
       }, PRINT2.afterMs);
     }
