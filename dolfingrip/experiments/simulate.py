@@ -233,6 +233,11 @@ def compute(request: Request, comm: MPI.Comm | None = None) -> Answer:
     return answer_of(request, result)
 
 
+def load() -> None:
+    """Import what simulations need, which takes a second or two."""
+    import dolfingrip.experiments.loop  # noqa: F401
+
+
 def answer_of(request: Request, result: Result) -> Answer:
     """Return what a request wants of a result.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -17,10 +18,12 @@ from dolfingrip.experiments.index import find
 from dolfingrip.experiments.rigs.grasped import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.explore.library import Blend, Library
+from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
-from dolfingrip.explore.wanted import Wanted
+from dolfingrip.explore.wanted import Wanted, pressurised
 from dolfingrip.files.run import RunFile
 from dolfingrip.meshes.gripper import Stand
+from dolfingrip.meshes.solid import MeshError
 from dolfingrip.report.design import label
 from dolfingrip.report.page import gripper, html, runs
 from dolfingrip.report.page.finger import unloaded_shape
@@ -47,15 +50,12 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
         ConfigError: one line, if there is no such design.
     """
     if wanted.view == "grasp":
-        return _grasp(library, wanted, solved)
+        return _grasp(library, wanted, solved, space.base.experiment.max_pressure_kPa)
     blend = library.blend(wanted)
-    if blend is None:
-        scene, where = unloaded_shape(wanted.config), "not solved: the shape without load"
-    else:
-        scene, where = blend.scene(), _where(blend)
+    scene, where, badge = _shape(wanted, blend)
     failed = _failed(wanted, solved)
     if failed is not None:
-        scene, where = failed
+        (scene, where), badge = failed, "did not reach the end"
     blends = {kind: library.blend(wanted, kind) for kind in EXPERIMENTS}
     charts = [_chart(kind, found, kind == wanted.view) for kind, found in blends.items() if found]
     return {
@@ -63,18 +63,35 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
         "charts": html.charts_data(charts),
         "numbers": _numbers(space, wanted, blends),
         "said": where,
-        "solved": failed is not None or (blend is not None and blend.exact),
+        "badge": badge,
+        "solved": failed is not None or (blend is not None and blend.exact and not blend.coarse),
         "place": _place(space, wanted),
     }
 
 
+def _shape(wanted: Wanted, blend: Blend | None) -> tuple[Scene, str, str]:
+    """The shape of a design, loaded where that is known, what it is, and that in a word or two."""
+    with suppress(MeshError):  # of solved points that do not fit the design's dimensions
+        if blend is not None:
+            off = blend.shape_error_mm()
+            told = "" if off is None else f": the shape is right to {said(off, 'mm')}"
+            badge = "coarse mesh" if blend.coarse else ""
+            if not blend.exact:
+                badge = "interpolated" if off is None else f"interpolated, ± {said(off, 'mm')}"
+            return blend.scene(), _where(blend) + told, badge
+    scene = unloaded_shape((wanted.coarse or wanted).config)
+    return scene, "not solved: the shape without load", "not solved, without load"
+
+
 def _where(blend: Blend) -> str:
+    mesh = " on a coarse mesh" if blend.coarse else ""
     if blend.exact:
-        return "solved by finite elements"
-    if len(blend.of) == 1:
-        return "not solved: the shape is that of the one solved design"
-    text = f"interpolated between {len(blend.of)} solved designs"
-    return f"{text}, which this one lies outside of" if blend.outside else text
+        return f"solved{mesh}" if mesh else "solved by finite elements"
+    if blend.own:
+        largest = said(blend.of[0].largest_kPa, "kPa")
+        return f"solved{mesh} to {largest}, interpolated between its steps"
+    unknown = "" if len(blend.of) >= POLICY.checked else ", too few to tell the error"
+    return f"interpolated between {len(blend.of)} designs solved{mesh}{unknown}"
 
 
 def _failed(wanted: Wanted, solved: Path) -> tuple[Scene, str] | None:
@@ -92,7 +109,7 @@ def _chart(kind: str, blend: Blend, shown: bool) -> Chart:
     x, y = blend.reading(PRESSURE.name), blend.reading(channel.name)
     error = blend.error(channel.name)
     series = Series(
-        "solved" if blend.exact else "interpolated", x, y, "line", 0 if shown else None,
+        _where(blend), x, y, "line", 0 if shown else None,
         None if error is None else y - error, None if error is None else y + error,
     )  # fmt: skip
     note = "" if error is None else "Band: ± the interpolation's error on designs left out."
@@ -132,12 +149,15 @@ def _told(value: float, error: float | None, unit: str) -> str:
 
 
 def _offset(wanted: Wanted) -> float:
-    return shape_number(COG, wanted.config, ())[0]
+    return shape_number(COG, (wanted.coarse or wanted).config, ())[0]
 
 
 def _predicted(space: Space, wanted: Wanted) -> dict[str, tuple[float, float | None]]:
     """The surrogate's outputs with their errors, by name; none outside of what it learnt."""
     surrogate = space.surrogate
+    largest = space.base.experiment.max_pressure_kPa
+    if wanted.view != "grasp" and wanted.config.experiment.max_pressure_kPa != largest:
+        return {}
     if surrogate is None or not set(surrogate.input_names) <= set(wanted.inputs):
         return {}
     inputs = np.array([[wanted.inputs[name] for name in surrogate.input_names]])
@@ -157,7 +177,7 @@ def _place(space: Space, wanted: Wanted) -> dict[str, float]:
     return {name: value for name, (value, _) in _predicted(space, wanted).items()}
 
 
-def _grasp(library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
+def _grasp(library: Library, wanted: Wanted, solved: Path, largest_kPa: float) -> dict[str, Any]:
     """A grasp that was solved, or the gripper before it."""
     if RunFile.is_in(solved) and (solved / "fields.pvd").is_file():
         run = runs.read(solved)
@@ -171,16 +191,19 @@ def _grasp(library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
                 numbers.append({"name": channel.title, "value": value, "said": "at the end"})
         return {
             "scenes": [scene_of(run).packed()], "charts": [], "numbers": numbers,
-            "said": "solved by finite elements", "solved": True, "place": {},
+            "said": "solved by finite elements", "badge": "", "solved": True, "place": {},
         }  # fmt: skip
-    blend = library.blend(wanted, "bending")
-    finger = unloaded_shape(wanted.config) if blend is None else blend.scene()
+    # fingers are solved to the configured pressure, which may be lower
+    reached = min(wanted.config.experiment.max_pressure_kPa, largest_kPa)
+    free = replace(wanted, config=pressurised(wanted.config, reached))
+    finger, *_ = _shape(free, library.blend(free, "bending"))
     where = "not solved: the fingers without load"
-    if blend is not None:
-        where = "not solved: the fingers bend freely here and do not feel the food"
+    if len(finger.load.values) > 1:
+        to = said(reached, "kPa")
+        where = f"not solved: the fingers bend freely here, to {to}, and do not feel the food"
     return {
         "scenes": [_placed(wanted.config, finger).packed()], "charts": [], "numbers": [],
-        "said": where, "solved": False, "place": {},
+        "said": where, "badge": "not solved", "solved": False, "place": {},
     }  # fmt: skip
 
 

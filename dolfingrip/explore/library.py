@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import RBFInterpolator
+from scipy.interpolate import PchipInterpolator, RBFInterpolator
+from scipy.optimize import nnls
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError, felt
 from dolfingrip.experiments.request import Request
+from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted
+from dolfingrip.meshes import dimensions
 from dolfingrip.report.page import runs
 from dolfingrip.report.page.run_scene import scene_of
-from dolfingrip.report.page.scene import Part, Scene
+from dolfingrip.report.page.scene import UPRIGHT, Part, Scene
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,10 +36,12 @@ class Solved:
     Attributes:
         run: its result.
         place: values of the parameters, in shares of the sliders' ranges, shape (parameters,).
+        coarse: whether its mesh is coarser than configured.
     """
 
     run: runs.Run
     place: Floats
+    coarse: bool
 
     @cached_property
     def scene(self) -> Scene:
@@ -43,64 +50,151 @@ class Solved:
 
     @cached_property
     def mesh(self) -> str:
-        """Hash of the surface's triangles and of the loads: what those of one mesh share."""
-        digest = hashlib.sha256(np.round(self.scene.load.values, 6).tobytes())
+        """Hash of the surface's triangles: what those of one mesh share."""
+        digest = hashlib.sha256(str(self.coarse).encode())
         for part in self.scene.parts:
             digest.update(part.name.encode())
             digest.update(part.skin.triangles.tobytes())
         return digest.hexdigest()
+
+    @property
+    def largest_kPa(self) -> float:
+        """The highest pressure."""
+        return float(self.run.result.config.experiment.max_pressure_kPa)
+
+    def loads(self, largest_kPa: float) -> Floats | None:
+        """Pressures up to a highest one, shape (steps,); None if it was not solved that far."""
+        there = np.asarray(self.scene.load.values)
+        if _same(largest_kPa, self.largest_kPa):
+            return there
+        rising = bool((np.diff(np.abs(there)) > 0).all())
+        if not rising or not 0 < largest_kPa / self.largest_kPa < 1:
+            return None
+        return np.append(there[np.abs(there) < abs(largest_kPa) * (1 - 1e-9)], largest_kPa)
 
     def reading(self, column: str) -> Floats:
         """A column, shape (rows,); NaN where it is missing."""
         found = self.run.column(column)
         return np.full(len(self.run.result), np.nan) if found is None else found
 
+    def reading_at(self, column: str, loads: Floats) -> Floats:
+        """A column at some pressures, shape (steps,)."""
+        return _along(self.reading(PRESSURE.name), self.reading(column), loads)
+
+    def values_at(self, values: Floats, loads: Floats) -> Floats:
+        """Values at the scene's steps, (steps, …), at some pressures."""
+        return _along(np.asarray(self.scene.load.values), values, loads)
+
 
 @dataclass(frozen=True, slots=True)
 class Blend:
-    """A design as a weighted sum of solved ones.
+    """A design as a weighted sum of solved ones, or a solved one up to a lower pressure.
 
     Attributes:
+        config: of the design.
         of: solved designs; one alone if it is the design itself.
         weights: shape (designs,), their sum is 1.
-        exact: whether it is a solved design.
-        outside: whether it lies beyond the solved ones in a parameter.
+        loads: pressures, shape (steps,).
     """
 
+    config: Config
     of: Sequence[Solved]
     weights: Floats
-    exact: bool
-    outside: bool
+    loads: Floats
+
+    @property
+    def own(self) -> bool:
+        """True where it is the solution of the design itself, whatever its mesh."""
+        return len(self.of) == 1
+
+    @property
+    def exact(self) -> bool:
+        """True where it is the design's own solution with all its steps."""
+        return self.own and _same(float(self.loads[-1]), self.of[0].largest_kPa)
+
+    @property
+    def coarse(self) -> bool:
+        """True where the mesh is coarser than configured."""
+        return self.of[0].coarse
 
     def scene(self) -> Scene:
-        """The steps in 3D."""
+        """The steps in 3D: the design's own dimensions, moved as the solved ones are.
+
+        Raises:
+            MeshError: one line, where the points of a solved mesh cannot be moved to the design.
+        """
+        first = self.of[0]
         if self.exact:
-            return self.of[0].scene
-        scenes = [each.scene for each in self.of]
-        parts = [
-            _blended([scene.parts[i] for scene in scenes], self.weights)
-            for i in range(len(scenes[0].parts))
-        ]
-        return replace(scenes[0], parts=parts, solved=False)
+            return first.scene
+        count = len(self.loads)
+        branches = [*first.scene.load.branches[: count - 1], first.scene.load.branches[-1]]
+        load = replace(
+            first.scene.load, values=self.loads, rows=np.arange(count), branches=branches
+        )
+        parts = [self._part(i) for i in range(len(first.scene.parts))]
+        return replace(first.scene, parts=parts, load=load, solved=False)
 
     def reading(self, column: str) -> Floats:
-        """A column, shape (rows,)."""
-        return np.asarray(self.weights @ np.array([each.reading(column) for each in self.of]))
+        """A column, shape (steps,)."""
+        if self.exact:
+            return self.of[0].reading(column)
+        return np.asarray(self.weights @ self._readings(column))
 
     def error(self, column: str) -> Floats | None:
-        """Root mean square error of the interpolation at each row, from designs left out in turn.
+        """Root mean square error of the interpolation at each step, from designs left out in turn.
 
         None where too few designs are solved to tell.
         """
-        if self.exact or len(self.of) < POLICY.checked:
+        return self._left_out(lambda: self._readings(column))
+
+    def shape_error_mm(self) -> float | None:
+        """The same of the place of a point at the highest pressure: the largest of all points."""
+
+        def places() -> Floats:
+            last = [self._moved(each, 0)[-1] for each in self.of]
+            return np.array(last).reshape(len(last), -1)
+
+        found = self._left_out(places)
+        return None if found is None else float(np.linalg.norm(found.reshape(-1, 3), axis=1).max())
+
+    def _left_out(self, values: Callable[[], Floats]) -> Floats | None:
+        if self.own or len(self.of) < POLICY.checked:
             return None
-        places = np.array([each.place for each in self.of])
-        values = np.array([each.reading(column) for each in self.of])
+        places, known = np.array([each.place for each in self.of]), values()
         off = []
         for i in range(len(self.of)):
             rest = np.arange(len(self.of)) != i
-            off.append(weights(places[rest], places[i]) @ values[rest] - values[i])
-        return np.sqrt(np.mean(np.array(off) ** 2, axis=0))
+            off.append(weights(places[rest], places[i]) @ known[rest] - known[i])
+        return np.asarray(np.sqrt(np.mean(np.array(off) ** 2, axis=0)))
+
+    def _readings(self, column: str) -> Floats:
+        """Of each solved design, shape (designs, steps)."""
+        return np.array([each.reading_at(column, self.loads) for each in self.of])
+
+    def _moved(self, solved: Solved, number: int) -> Floats:
+        """Displacements of a part of a solved design, shape (steps, points, 3)."""
+        frames = solved.scene.parts[number].frames
+        return solved.values_at(frames[1:] - frames[0], self.loads)
+
+    def _part(self, number: int) -> Part:
+        parts = [each.scene.parts[number] for each in self.of]
+        first = parts[0]
+        if len(first.frames) == 1:  # a clamp, a plate
+            frames = self._summed([part.frames for part in parts])
+            return replace(first, skin=replace(first.skin, points=frames[0]), frames=frames)
+        rest = carried(first.frames[0], self.of[0].run.result.config, self.config)
+        moved = self._summed([self._moved(each, number) for each in self.of])
+        known = [name for name in first.fields if all(name in part.fields for part in parts)]
+        pairs = list(zip(self.of, parts, strict=True))
+        fields = {
+            name: self._summed([e.values_at(p.fields[name], self.loads) for e, p in pairs])
+            for name in known
+        }
+        frames = np.concatenate([rest[None], rest + moved])
+        return replace(first, skin=replace(first.skin, points=rest), frames=frames, fields=fields)
+
+    def _summed(self, values: Sequence[Floats]) -> Floats:
+        return np.asarray(np.tensordot(self.weights, np.array(values), axes=1))
 
 
 @dataclass
@@ -126,49 +220,114 @@ class Library:
             kind = run.experiment.name
             if kind not in EXPERIMENTS or not run.fields.is_file():
                 return False
-            place = self._place(run.result.config, kind)
+            found = self._solved(run, kind)
         except (ConfigError, OSError, ValueError, KeyError):
             return False
-        if place is None or not run.result.facts.complete:
+        if found is None or not run.result.facts.complete:
             return False
-        found = self.places[folder] = Solved(run, place)
+        self.places[folder] = found
         self.solved[kind].append(found)
         return True
 
     def counts(self) -> dict[str, int]:
-        """Number of solved designs by experiment."""
-        return {kind: len(found) for kind, found in self.solved.items()}
+        """Number of solved designs by experiment, those on coarse meshes left out."""
+        return {kind: sum(not each.coarse for each in found) for kind, found in self.solved.items()}
 
     def blend(self, wanted: Wanted, experiment: str | None = None) -> Blend | None:
-        """A design from solved ones; None if none is."""
-        kind = experiment or wanted.view
-        there = self.solved.get(kind, ())
+        """A design from its own solution or from those around it; None if these do not tell it."""
+        kind, config = experiment or wanted.view, wanted.config
+        largest = config.experiment.max_pressure_kPa
+        there = [each for each in self.solved.get(kind, ()) if each.loads(largest) is not None]
         if not there:
             return None
         at = self.place(wanted.inputs)
-        distances = np.array([np.linalg.norm(each.place - at) for each in there])
-        order = np.argsort(distances, kind="stable")
-        nearest = there[int(order[0])]
-        if distances[order[0]] <= POLICY.same:
-            return Blend([nearest], np.ones(1), exact=True, outside=False)
-        alike = [there[int(i)] for i in order if there[int(i)].mesh == nearest.mesh]
-        alike = alike[: POLICY.neighbours]
-        places = np.array([each.place for each in alike])
-        outside = bool(((at < places.min(axis=0) - POLICY.same)
-                        | (at > places.max(axis=0) + POLICY.same)).any())  # fmt: skip
-        return Blend(alike, weights(places, at), exact=False, outside=outside)
+        away = {id(each): float(np.linalg.norm(each.place - at)) for each in there}
+        own = [each for each in there if away[id(each)] <= POLICY.same]
+        if own:
+            best = min(own, key=lambda e: (e.coarse, not _same(e.largest_kPa, largest)))
+            return Blend(config, [best], np.ones(1), _known(best.loads(largest)))
+        near = sorted(there, key=lambda e: (away[id(e)], e.coarse))[: POLICY.looked_at]
+        for mesh in dict.fromkeys(each.mesh for each in near):
+            alike = _one_of_each([each for each in near if each.mesh == mesh])[: POLICY.neighbours]
+            places = np.array([each.place for each in alike])
+            if len(alike) > 1 and beyond(places, at) <= POLICY.outside:
+                return Blend(config, alike, weights(places, at), _known(alike[0].loads(largest)))
+        return None
 
     def place(self, inputs: Mapping[str, float]) -> Floats:
         """Values in shares of the sliders' ranges, shape (parameters,)."""
         return np.array([(inputs[v.key] - v.low) / (v.high - v.low) for v in self.space.varied])
 
-    def _place(self, config: Config, kind: str) -> Floats | None:
-        """The place of a run; None if it differs from the space in more than its parameters."""
+    def _solved(self, run: runs.Run, kind: str) -> Solved | None:
+        """A run of the space; None if it differs in more than parameters, pressure and mesh."""
+        config = run.result.config
         inputs = {each.key: each.parameter.value(config) for each in self.space.varied}
-        base, own = Request.of(kind, self.space.base).config, config
+        base = Request.of(kind, self.space.base).config
+        steps = ("max_pressure_kPa", "step_kPa")
+        own = config.changed(experiment={key: getattr(base.experiment, key) for key in steps})
         for each in self.space.varied:  # what varies is made equal
             own = each.parameter.at(own, each.parameter.value(base))
-        return self.place(inputs) if felt(own) == felt(base) else None
+        finer = own.changed(mesh={"edge_size_mm": base.mesh.edge_size_mm})
+        for coarse, one in enumerate((own, finer)):
+            if felt(one) == felt(base):
+                return Solved(run, self.place(inputs), bool(coarse))
+        return None
+
+
+def _known(loads: Floats | None) -> Floats:
+    assert loads is not None
+    return loads
+
+
+def _same(one: float, other: float) -> bool:
+    return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-12)
+
+
+def _one_of_each(solved: Sequence[Solved]) -> list[Solved]:
+    """Those of several solved designs that lie at different places."""
+    return list({tuple(np.round(each.place, 6)): each for each in reversed(solved)}.values())[::-1]
+
+
+def _along(loads: Floats, values: Floats, at: Floats) -> Floats:
+    """Values along a load path at other loads, by monotone cubics (Fritsch and Carlson, 1980)."""
+    if len(loads) == len(at) and np.allclose(loads, at, rtol=1e-9, atol=1e-9):
+        return values
+    found = PchipInterpolator(np.abs(loads), values, axis=0)(np.abs(at))
+    return np.asarray(found, dtype=float)
+
+
+def carried(points: Floats, solved: Config, config: Config) -> Floats:
+    """Points of a scene of a solved design without load, in another design.
+
+    Args:
+        points: shape (n, 3), mm.
+        solved: configuration of the solved design.
+        config: of the other one.
+
+    Raises:
+        MeshError: one line, where they cannot be moved, as their number of chambers differs, say.
+    """
+    straight = undeformed.unplaced(points * UPRIGHT, solved)
+    before, after = solved.adapted().geometry, config.adapted().geometry
+    if before != after:
+        straight = dimensions.moved(straight, before, after)
+    return np.asarray(undeformed.placed(straight, config) * UPRIGHT)
+
+
+def beyond(places: Floats, at: Floats) -> float:
+    """Distance of a place from the convex hull of others.
+
+    Args:
+        places: shape (n, parameters).
+        at: shape (parameters,).
+
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    >>> [round(beyond(square, np.array(at)), 3) for at in ([0.3, 0.9], [0.5, 1.5])]
+    [0.0, 0.5]
+    """
+    sum_of_shares = np.full(len(places), 1e3)  # heavy, as the shares' sum is 1
+    found, _ = nnls(np.vstack([places.T, sum_of_shares]), np.append(at, 1e3))
+    return float(np.linalg.norm(found @ places / found.sum() - at))
 
 
 def weights(places: Floats, at: Floats) -> Floats:
@@ -196,20 +355,3 @@ def weights(places: Floats, at: Floats) -> Floats:
     kernel, degree = ("thin_plate_spline", 1) if linear else ("linear", 0)
     found = RBFInterpolator(places, np.eye(count), kernel=kernel, degree=degree)
     return np.asarray(found(at[None])[0], dtype=float)
-
-
-def _blended(parts: Sequence[Part], weights: Floats) -> Part:
-    """A part as a weighted sum of the same part of several designs."""
-
-    def summed(values: Sequence[Floats]) -> Floats:
-        return np.asarray(np.tensordot(weights, np.array(values), axes=1))
-
-    first = parts[0]
-    frames = summed([part.frames for part in parts])
-    known = [name for name in first.fields if all(name in part.fields for part in parts)]
-    return replace(
-        first,
-        skin=replace(first.skin, points=frames[0]),
-        frames=frames,
-        fields={name: summed([part.fields[name] for part in parts]) for name in known},
-    )

@@ -49,6 +49,8 @@ def rendered(space: Space, view: str) -> tuple[str, str]:
     axes = [] if designs is None else _axes(space)
     data = {
         "sliders": space.sliders,
+        "pressure": space.pressure,
+        "grasp_kPa": POLICY.grasp_kPa,
         "fields": shown_fields(),
         "front": None if designs is None else html.front_data(designs),
         "alpha_deg": ALPHA_DEG,
@@ -63,6 +65,7 @@ def rendered(space: Space, view: str) -> tuple[str, str]:
             scripts=[Markup(each) for each in scripts],
             data=Markup(html.json_text(data)),
             sliders=space.sliders,
+            pressure=space.pressure,
             front=designs,
             axes=axes,
             view=view,

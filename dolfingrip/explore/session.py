@@ -29,6 +29,12 @@ from dolfingrip.sections.errors import shown
 EXPORTS: Final = (*printable.FORMATS, ".toml")
 """Formats of exports, by their suffix."""
 
+FOLDERS: Final = ("solved", "coarse")
+"""Of solutions as configured, and of those on coarse meshes."""
+
+LOAD: Final = "dolfingrip.experiments.simulate:load"
+"""What the worker calls while nothing is solved yet."""
+
 Tell = Callable[[dict[str, Any]], None]
 """Sends a message to one tab; called in the server's loop."""
 
@@ -48,16 +54,17 @@ class Session:
         # Gmsh and the meshes are one thread's
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="explore")
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._single = Single(out / "spool", self._heard, self._answered)
-        self._asked: dict[str, Wanted] = {}
+        self._single = Single(out / "spool", self._heard, self._answered, LOAD)
+        self._asked: dict[str, tuple[Wanted, Wanted]] = {}  # design and its mesh, by the job's key
         self._progress: dict[str, Any] | None = None
         self._plan: asyncio.subprocess.Process | None = None
 
     async def start(self) -> None:
         """Take up what was solved before."""
         self._loop = asyncio.get_running_loop()
-        for folder in sorted((self.out / "solved").glob("*")):
+        for folder in sorted(each for kind in FOLDERS for each in (self.out / kind).glob("*")):
             await self.work(self.library.add, folder)
+        await asyncio.to_thread(self._single.begin)
 
     async def close(self) -> None:
         """End the worker and the plan."""
@@ -85,34 +92,47 @@ class Session:
         found = await self.work(
             describe.described, self.space, self.library, wanted, self.folder(wanted)
         )
-        return {"is": "shown", "id": message.get("id"), "view": wanted.view, **found}
+        told = {"id": message.get("id"), "view": wanted.view, "design": wanted.design}
+        return {"is": "shown", **told, **found}
 
     def folder(self, wanted: Wanted) -> Path:
-        """Where the solution of a design is."""
-        return self.out / "solved" / f"{wanted.view}-{wanted.request.key[:16]}"
+        """Where the solution of a design is; that on a coarse mesh is no result as configured."""
+        kind = FOLDERS[not wanted.refined]
+        return self.out / kind / f"{wanted.view}-{wanted.request.key[:16]}"
 
     async def solve(self, message: Mapping[str, Any]) -> None:
-        """Solve a design in place of what is being solved.
+        """Solve a design in place of what is being solved, on a coarse mesh first.
 
         Raises:
             ConfigError: one line.
         """
         wanted = read(self.space, message)
-        folder = self.folder(wanted)
-        asked = job(replace(wanted.request, fields=folder))
-        key = asked.key
+        if not await self._found(wanted):
+            coarse = wanted.coarse
+            needed = coarse is not None and not await self._found(coarse)
+            await self._ask(wanted, coarse if coarse is not None and needed else wanted)
+
+    async def _found(self, meshed: Wanted) -> bool:
+        """Whether a design is solved on its mesh; tabs are told of it."""
+        folder, key = self.folder(meshed), meshed.request.key
         known = self._single.known(key)
-        if known is not None and _shows(known) and RunFile.is_in(folder):
-            await self.work(self.library.add, folder)
-            self._everyone(self.state())
-            return
+        if known is None or not _shows(known) or not RunFile.is_in(folder):
+            return False
+        await self.work(self.library.add, folder)
+        self._everyone({"is": "solved", "wall_s": 0.0})
+        return True
+
+    async def _ask(self, wanted: Wanted, meshed: Wanted) -> None:
+        """Have a design solved, on its own mesh or on a coarse one."""
+        folder = self.folder(meshed)
+        asked = job(replace(meshed.request, fields=folder))
+        key = asked.key
         self._single.forget(key)
         before = self._single.job
         if before is not None and before.key != key:
-            self._everyone({"is": "replaced"})
-        self._asked[key] = wanted
-        self._progress = {"done": 0, "total": 0, "note": "starting", "view": wanted.view}
-        self._everyone(self.state())
+            self._everyone({"is": "replaced", "by": wanted.design})
+        self._asked[key] = wanted, meshed
+        self._advance(wanted, meshed, 0, 0, "starting")
         folder.parent.mkdir(parents=True, exist_ok=True)
         await asyncio.to_thread(self._single.ask, asked)
 
@@ -184,9 +204,14 @@ class Session:
         self._loop.call_soon_threadsafe(self._in_progress, key, done, total, note)
 
     def _in_progress(self, key: str, done: int, total: int, note: str) -> None:
-        wanted = self._asked.get(key)
-        view = None if wanted is None else wanted.view
-        self._progress = {"done": done, "total": total, "note": note, "view": view}
+        if key in self._asked:
+            self._advance(*self._asked[key], done, total, note)
+
+    def _advance(self, wanted: Wanted, meshed: Wanted, done: int, total: int, note: str) -> None:
+        self._progress = {
+            "done": done, "total": total, "note": note, "view": wanted.view,
+            "design": wanted.design, "coarse": not meshed.refined,
+        }  # fmt: skip
         self._everyone(self.state())
 
     def _answered(self, answer: Answer) -> None:
@@ -195,14 +220,17 @@ class Session:
         asyncio.run_coroutine_threadsafe(self._take(answer), self._loop)
 
     async def _take(self, answer: Answer) -> None:
-        wanted = self._asked.pop(answer.key, None)
+        wanted, meshed = self._asked.pop(answer.key)
         self._progress = None
-        if wanted is not None and _shows(answer):
-            await self.work(self.library.add, self.folder(wanted))
+        if _shows(answer):
+            await self.work(self.library.add, self.folder(meshed))
+            self._everyone(self.state())
             self._everyone({"is": "solved", "wall_s": answer.wall_s})
-        else:
-            view = "" if wanted is None else f"{wanted.view.replace('_', ' ')}: "
-            self._everyone({"is": "error", "about": "solve", "text": f"{view}{answer.failure}"})
+        elif meshed.refined:
+            text = f"{wanted.view.replace('_', ' ')}: {answer.failure}"
+            self._everyone({"is": "error", "about": "solve", "design": wanted.design, "text": text})
+        if not meshed.refined and self._single.job is None:  # nothing newer took its place
+            await self._ask(wanted, wanted)
         self._everyone(self.state())
 
     def _everyone(self, message: dict[str, Any]) -> None:

@@ -53,12 +53,14 @@ class Space:
         found = []
         for each in self.varied:
             value = min(max(each.parameter.value(self.base), each.low), each.high)
-            whole = each.parameter.integer
+            whole, field = each.parameter.integer, each.parameter.field
+            about = "" if field is None or not field.description else f": {field.description}"
             found.append(
                 {
                     "key": each.key,
-                    "label": label(each.key),
+                    "label": label(each.key).partition(" (")[0],
                     "unit": unit(each.key),
+                    "about": f"{each.key}{about}",
                     "low": each.low,
                     "high": each.high,
                     "value": value,
@@ -66,6 +68,18 @@ class Space:
                 }
             )
         return found
+
+    @property
+    def pressure(self) -> dict[str, Any] | None:
+        """The slider of the highest pressure, as the page makes it; None if it is a parameter."""
+        key = "experiment.max_pressure_kPa"
+        if any(each.key == key for each in self.varied):
+            return None
+        value = self.base.experiment.max_pressure_kPa
+        low, high = sorted(part * value for part in POLICY.pressures)
+        about = f"{key}: highest pressure of the experiment"
+        return {"key": key, "label": "Highest pressure", "unit": "kPa", "about": about, "low": low,
+                "high": high, "value": value, "step": "any"}  # fmt: skip
 
 
 def of_results(

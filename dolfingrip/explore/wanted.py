@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError, changed
@@ -29,11 +29,35 @@ class Wanted:
         view: one of :data:`VIEWS`.
         inputs: values of the parameters, by key.
         config: with these, checked.
+        refined: whether its mesh is as configured.
     """
 
     view: str
     inputs: Mapping[str, float]
     config: Config
+    refined: bool = True
+
+    @property
+    def design(self) -> str:
+        """What tells it from other designs and experiments."""
+        return self.request.key
+
+    @property
+    def coarse(self) -> Wanted | None:
+        """The same on a mesh that is not graded, with few readings; None if it has no such mesh.
+
+        Meshes of files, of tetrahedra and of the gripper are as they are configured.
+        """
+        config = self.config
+        if self.view == "grasp" or config.mesh.file is not None or not config.hexahedra:
+            return None
+        size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
+        if edge_mm >= size_mm:
+            return None
+        largest = abs(config.experiment.max_pressure_kPa)
+        step = max(config.experiment.step_kPa, largest / POLICY.coarse_steps)
+        changes = {"mesh": {"edge_size_mm": size_mm}, "experiment": {"step_kPa": step}}
+        return replace(self, config=config.changed(**changes), refined=False)
 
     @property
     def request(self) -> Request:
@@ -65,7 +89,31 @@ def read(space: Space, message: Mapping[str, Any]) -> Wanted:
     config = changed(space.base, {k: int(v) if k in whole else v for k, v in inputs.items()})
     if view == "grasp":
         config = _grasping(config, message)
+    elif space.pressure is not None:
+        config = pressurised(config, _pressure(message, space.base.experiment.max_pressure_kPa))
     return Wanted(view, inputs, config)
+
+
+def pressurised(config: Config, largest_kPa: float) -> Config:
+    """A configuration with another highest pressure and as many readings up to it.
+
+    Args:
+        config: of a finger.
+        largest_kPa: of the experiment.
+
+    Raises:
+        ConfigError: one line, if it is not allowed.
+    """
+    before = config.experiment.max_pressure_kPa
+    if largest_kPa == before:
+        return config
+    step = config.experiment.step_kPa * abs(largest_kPa / before) if before else abs(largest_kPa)
+    return config.changed(experiment={"max_pressure_kPa": largest_kPa, "step_kPa": step or 1.0})
+
+
+def _pressure(message: Mapping[str, Any], default: float) -> float:
+    given = message.get("pressure_kPa")
+    return default if given is None else _number("pressure_kPa", given)
 
 
 def _grasping(config: Config, message: Mapping[str, Any]) -> Config:
@@ -80,7 +128,7 @@ def _grasping(config: Config, message: Mapping[str, Any]) -> Config:
             tables[name][key] = value if isinstance(value, str) else _number(key, value)
     if "kind" in tables["food"]:  # the size of the configuration's own food is of another kind
         tables["food"] |= {"width_mm": None, "length_mm": None, "height_mm": None}
-    pressure = _number("pressure_kPa", message.get("pressure_kPa", 150.0))
+    pressure = _pressure(message, POLICY.grasp_kPa)
     tables["experiment"] = {
         "max_pressure_kPa": pressure, "step_kPa": min(POLICY.grasp_step_kPa, pressure),
     }  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
@@ -16,7 +17,7 @@ from dolfingrip.files.front import FrontFile
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import LearntDesign
-from dolfingrip.sections.units import unit
+from dolfingrip.sections.units import unit, words
 
 Numbers = npt.NDArray[np.float64]
 
@@ -26,8 +27,20 @@ LABELS: Final = {
     "cog_offset_mm": "COG offset (mm)",
     "mass_g": "Mass (g)",
     FORCE.name: FORCE.called("Blocked force").label,
+    "finger.wall_mm": "Wall thickness (mm)",
+    "finger.base_layer_mm": "Base layer's thickness (mm)",
+    "finger.bellows": "Number of bellows",
+    "finger.chambers": "Number of chambers",
+    "finger.gap_mm": "Gap between bellows (mm)",
+    "finger.channel_mm": "Height of the air channel (mm)",
+    "finger.base_block_mm": "Length of the clamped block (mm)",
+    "finger.tip_mm": "Length of the tip (mm)",
+    "material.mu_MPa": "Shear modulus μ (MPa)",
 }
 """Labels of quantities and parameters that are no channels, or are called otherwise here."""
+
+OVERRIDE: Final = re.compile(r"finger\.override\.(\d+)\.(\w+)")
+"""Key of a dimension of one chamber."""
 
 PLACES: Final = 4
 """Largest number of parameters whose places along a front are drawn: those that change most."""
@@ -40,12 +53,21 @@ def label(name: str) -> str:
         name: name in a result, or key of the configuration.
 
     Returns:
-        A label of an axis; the name itself, which carries its unit, where nothing else is known.
+        A label of an axis; of a key of the configuration its name in words, and the name itself,
+        which carries its unit, where nothing else is known.
+
+    >>> label("finger.chamber_height_mm"), label("finger.override.3.wall_mm")
+    ('Chamber height (mm)', 'Wall thickness of chamber 3 (mm)')
     """
     name, at, place = name.partition(" at ")
+    chamber = OVERRIDE.fullmatch(name)
+    if chamber:
+        name, at, place = f"finger.{chamber[2]}", " of chamber ", chamber[1]
     found = LABELS.get(name, CHANNELS[name].label if name in CHANNELS else name)
-    words, bracket, rest = found.partition(" (")
-    return f"{words}{at}{place}{bracket}{rest}"
+    if found == name and "." in name:
+        found = words(name) + (f" ({unit(name)})" if unit(name) else "")
+    text, bracket, rest = found.partition(" (")
+    return f"{text}{at}{place}{bracket}{rest}"
 
 
 def unit_of(name: str) -> str:

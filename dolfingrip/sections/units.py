@@ -39,5 +39,21 @@ def unit(key: str) -> str:
     Args:
         key: with or without the names of sections.
     """
-    endings = [ending for ending in UNITS if key.endswith(f"_{ending}")]
-    return UNITS[max(endings, key=len)] if endings else ""
+    return UNITS.get(_ending(key), "")
+
+
+def words(key: str) -> str:
+    """Return the name of a key in words, without its sections and its unit.
+
+    Args:
+        key: with or without the names of sections.
+
+    >>> words("material.density_kg_m3")
+    'Density'
+    """
+    name = key.rpartition(".")[2].removesuffix(f"_{_ending(key)}").replace("_", " ")
+    return name[:1].upper() + name[1:]
+
+
+def _ending(key: str) -> str:
+    return max((each for each in UNITS if key.endswith(f"_{each}")), key=len, default="")

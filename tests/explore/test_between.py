@@ -105,20 +105,23 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
     blend = library.blend(wanted)
     assert blend is not None
     assert not blend.exact
-    between = blend.scene().parts[0].frames[-1]
+    shape = blend.scene().parts[0].frames
     assert library.add(kept[1.7])
     exact = library.blend(wanted)
     assert exact is not None
     assert exact.exact
     solved = exact.scene().parts[0].frames
     moved = np.abs(solved[-1] - solved[0]).max()
-    assert np.abs(between - solved[-1]).max() < 0.1 * moved
+    assert np.abs(shape[-1] - solved[-1]).max() < 0.1 * moved
+    np.testing.assert_allclose(shape[0], solved[0], atol=1e-6)  # its dimensions are its own
+    outside = {"finger.wall_mm": 2.0}
+    assert library.blend(Wanted("bending", outside, designed.base)) is None
 
 
 def test_the_experiment_that_is_solved_is_shown_first() -> None:
     text, _ = server.rendered(space.of_results([], None, {}, ()), "blocked_force")
     assert re.findall(r'data-view="(\w+)" aria-pressed="true"', text) == ["blocked_force"]
-    assert ">finger.wall_mm</label>" in text  # the key tells the unit
+    assert re.search(r'title="finger.wall_mm: [^"]+">\s*<label[^>]*>Wall thickness \(mm\)<', text)
 
 
 def test_triangles_of_mirrored_fingers_are_wound_outwards(

@@ -75,6 +75,19 @@ def test_the_newest_wins_and_its_answer_is_kept(
     assert kept.result == {"waited_s": 0}
 
 
+def test_a_job_that_tells_its_progress_leaves_the_worker_to_the_next(
+    tmp_path: Path, single: Single, heard: Heard
+) -> None:
+    single.begin()
+    told = {"start": str(tmp_path / "told.pid"), "seconds": 600, "every_s": 0.02}
+    single.ask(Job("told", waiting.PATH, told))
+    worker = begun(tmp_path / "told.pid")
+    single.ask(job(tmp_path, "next", 0))
+    assert heard.answers.get(timeout=LIMIT_S).key == "next"
+    assert begun(tmp_path / "next.pid") == worker
+    assert single.known("told") is None
+
+
 def test_a_worker_that_dies_is_answered_for(tmp_path: Path, single: Single, heard: Heard) -> None:
     single.ask(job(tmp_path, "lost", 600))
     os.kill(begun(tmp_path / "lost.pid"), signal.SIGKILL)

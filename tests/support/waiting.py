@@ -12,9 +12,13 @@ from dolfingrip.jobs.single import tell
 PATH = "support.waiting:wait"
 
 
-def wait(start: str, seconds: float) -> dict[str, Any]:
-    """A job: say where it runs, and wait."""
+def wait(start: str, seconds: float, every_s: float = 0.0) -> dict[str, Any]:
+    """A job: say where it runs, and wait; tell of it every so often where that is asked for."""
     Path(start).write_text(str(os.getpid()), encoding="ascii")
     tell(1, 2, "waiting")
-    time.sleep(seconds)
+    ends = time.monotonic() + seconds
+    while every_s and time.monotonic() < ends:
+        time.sleep(every_s)
+        tell(1, 2, "waiting")
+    time.sleep(max(0.0, ends - time.monotonic()))
     return {"waited_s": seconds}

@@ -2,6 +2,7 @@
 
 import { lineChart, scatterChart } from './chart.js';
 import { element, formatted, joined } from './format.js';
+import { History } from './history.js';
 import { Rig } from './rig.js';
 import { Socket } from './socket.js';
 import { Stage } from './stage.js';
@@ -13,18 +14,24 @@ const root = document.documentElement;
 const data = JSON.parse($('data').textContent);
 const GRIPPER = ['L_mm', 'W_mm', 'R_mm'];
 const FOOD = ['friction', 'turn_deg'];
+const EXPORTS = ['stl', 'step', 'toml'];
 const DIGITS = 4; // of a slider's value
+const REST_MS = 500; // without a change, after which a design is at rest
 const SOLVED = { bending: 'free bending', blocked_force: 'blocked force' };
+const THUMB = { width: 220, height: 165 }; // pixels
+const short = (value) => +(+value).toPrecision(DIGITS);
 
 class Explorer {
   constructor() {
     root.classList.add('scripted');
-    this.view = data.view;
-    this.values = data.sliders.map((slider) => slider.value);
+    this.sliders = data.pressure ? [...data.sliders, data.pressure] : data.sliders;
+    this.ids = [...data.sliders.keys(), ...(data.pressure ? ['pressure'] : [])];
+    this.start = this.sliders.map((slider) => short(slider.value));
     this.asked = 0;
     this.charts = [];
     this.kept = null;
     this.views = [];
+    this.history = new History($('history'), { undo: $('undo'), redo: $('redo') }, (state) => this.#set(state));
     this.there = webgl().there;
     root.classList.toggle('webgl', this.there);
     this.apply = themes(this.views);
@@ -35,100 +42,181 @@ class Explorer {
       state: (open) => this.#connection(open),
     });
     this.rig = new Rig((message) => this.socket.send({ ...message, ...this.design() }));
-    this.ask();
+    const linked = this.history.linked();
+    if (linked) this.#set(linked);
+    else this.#set({ view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper() }, false);
   }
 
   /** The design that the controls say, as the server reads it. */
   design() {
-    const inputs = Object.fromEntries(data.sliders.map(({ key }, i) => [key, this.values[i]]));
-    const found = { view: this.view, inputs };
-    if (this.view !== 'grasp') return found;
-    const numbers = (names) =>
-      Object.fromEntries(names.map((n) => [n, $(n).value === '' ? null : +$(n).value]));
-    found.gripper = { pose: $('pose').value, alpha_deg: +$('alpha').value, ...numbers(GRIPPER) };
-    found.food = { kind: $('kind').value, ...numbers(FOOD) };
-    found.pressure_kPa = +$('pressure_kPa').value;
-    return found;
+    const { view, values } = this.state;
+    const inputs = Object.fromEntries(data.sliders.map(({ key }, i) => [key, values[i]]));
+    if (view !== 'grasp') return { view, inputs, pressure_kPa: data.pressure ? values.at(-1) : null };
+    const number = (text) => (text === '' ? null : +text);
+    const { pose, alpha, kind, ...rest } = this.state.gripper;
+    const numbers = (names) => Object.fromEntries(names.map((n) => [n, number(rest[n])]));
+    return {
+      view, inputs, pressure_kPa: this.state.grasp_kPa,
+      gripper: { pose, alpha_deg: +alpha, ...numbers(GRIPPER) },
+      food: { kind, ...numbers(FOOD) },
+    };
   }
 
+  /** Ask for the design; until it comes nothing of another one is seen. */
   ask() {
     this.asked += 1;
     root.dataset.asked = this.asked;
-    this.socket.send({ do: 'show', id: this.asked, ...this.design() });
+    root.classList.add('stale');
+    $('shape').inert = $('keep').disabled = true;
+    this.known = null;
+    this.#badge('rebuilding');
+    this.#solvable('The design is being rebuilt');
+    this.#refresh();
     const text = encodeURIComponent(JSON.stringify(this.design()));
-    for (const suffix of ['stl', 'step', 'toml']) $(suffix).href = `/export/${suffix}?design=${text}`;
+    for (const suffix of EXPORTS) $(suffix).href = `/export/${suffix}?design=${text}`;
+    clearTimeout(this.resting);
+    this.rested = false;
+  }
+
+  /** Ask for what is known of the present design by now. */
+  #refresh() {
+    this.socket.send({ do: 'show', id: this.asked, ...this.design() });
+  }
+
+  /** Take up a design in the history, and solve it if that is wanted. */
+  #rest() {
+    clearTimeout(this.resting);
+    if (this.rested) return;
+    this.rested = true;
+    this.history.add(this.state, this.#changed(this.history.present), this.touched);
+    this.#solveAtRest();
+  }
+
+  #restSoon() {
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.#rest(), REST_MS);
+  }
+
+  #solveAtRest() {
+    const wanted = this.rested && this.touched && $('auto').checked && this.state.view !== 'grasp';
+    if (!wanted || !this.known || this.solved || this.sent === this.known) return;
+    this.#solve();
+  }
+
+  #solve() {
+    this.sent = this.known;
+    $('error').hidden = true;
+    this.socket.send({ do: 'solve', ...this.design() });
   }
 
   #controls() {
-    data.sliders.forEach((slider, i) => {
-      const input = $(`p-${i}`);
-      input.addEventListener('input', () => {
-        this.values[i] = +(+input.value).toPrecision(DIGITS);
-        this.#label(i);
-        this.ask();
-      });
-      this.#label(i);
+    this.ids.forEach((id, i) => {
+      for (const input of [$(`p-${id}`), $(`n-${id}`)]) {
+        input.addEventListener('input', () => {
+          if (input.value === '') return;
+          this.#change(i, short(input.value), input);
+          this.#restSoon();
+        });
+        input.addEventListener('change', () => this.#rest());
+      }
     });
     for (const button of document.querySelectorAll('[data-view]')) {
-      button.addEventListener('click', () => this.#show(button.dataset.view));
+      button.addEventListener('click', () => this.#set({ ...this.state, view: button.dataset.view }));
     }
-    $('pose').addEventListener('change', () => {
-      $('alpha').value = data.alpha_deg[$('pose').value];
-      this.#alpha();
-      this.ask();
-    });
-    $('alpha').addEventListener('input', () => {
-      this.#alpha();
-      this.ask();
-    });
-    this.#alpha();
-    for (const name of [...GRIPPER, ...FOOD, 'kind', 'pressure_kPa']) {
-      $(name).addEventListener('change', () => this.ask());
+    const gripper = ['pose', 'alpha', ...GRIPPER, 'kind', ...FOOD];
+    for (const name of gripper) {
+      $(name).addEventListener(name === 'alpha' ? 'input' : 'change', () => {
+        if (name === 'pose') $('alpha').value = data.alpha_deg[$('pose').value];
+        this.state = { ...this.state, gripper: this.#gripper() };
+        this.#alpha();
+        this.touched = true;
+        this.ask();
+        this.#restSoon();
+      });
     }
     $('solve').addEventListener('click', () => {
-      $('error').hidden = true;
-      this.socket.send({ do: 'solve', ...this.design() });
+      this.touched = true;
+      this.#rest();
+      this.#solve();
     });
+    $('auto').addEventListener('change', () => this.#solveAtRest());
     $('cancel').addEventListener('click', () => this.socket.send({ do: 'cancel' }));
-    $('reset').addEventListener('click', () => this.#set(data.sliders.map((s) => s.value)));
+    $('reset').addEventListener('click', () => this.#set({ ...this.state, values: this.start }));
     $('keep').addEventListener('click', () => {
       this.kept = this.kept || !this.scene ? null : { ...this.scene, title: `kept: ${this.#named()}` };
       $('keep').setAttribute('aria-pressed', this.kept !== null);
       this.#stage();
     });
+    $('link').addEventListener('click', async () => {
+      await navigator.clipboard.writeText(location.href);
+      $('link').textContent = 'Copied';
+      setTimeout(() => ($('link').textContent = 'Copy link'), 1500);
+    });
+  }
+
+  /** What the gripper's and the food's controls say. */
+  #gripper() {
+    const names = ['pose', 'alpha', ...GRIPPER, 'kind', ...FOOD];
+    return Object.fromEntries(names.map((name) => [name, $(name).value]));
+  }
+
+  #change(i, value, input) {
+    const grasp = this.state.view === 'grasp' && this.ids[i] === 'pressure';
+    const values = grasp ? this.state.values : this.state.values.with(i, value);
+    this.state = { ...this.state, values, ...(grasp ? { grasp_kPa: value } : {}) };
+    this.touched = true;
+    this.#label(i, input);
+    this.ask();
+  }
+
+  #value(i) {
+    const { view, values, grasp_kPa: grasp } = this.state;
+    return view === 'grasp' && this.ids[i] === 'pressure' ? grasp : values[i];
+  }
+
+  #text(i) {
+    const { label, unit } = this.sliders[i];
+    return `${label} ${joined(formatted(this.#value(i)), unit)}`;
   }
 
   #named() {
-    return data.sliders.map((s, i) => `${s.label} ${formatted(this.values[i])}`).join(', ');
+    return this.ids.map((_, i) => this.#text(i)).join(', ');
   }
 
-  #label(i) {
-    const { unit } = data.sliders[i];
-    const text = joined(formatted(this.values[i]), unit);
-    $(`o-${i}`).textContent = text;
-    $(`p-${i}`).setAttribute('aria-valuetext', text);
+  /** What differs from a state before, in words. */
+  #changed(before) {
+    const { view } = this.state;
+    const title = document.querySelector(`[data-view="${view}"]`).textContent;
+    if (!before || before.view !== view) return title;
+    const differ = this.ids.map((_, i) => i).filter((i) => before.values[i] !== this.state.values[i]);
+    return differ.length === 1 ? this.#text(differ[0]) : title;
+  }
+
+  #label(i, typed = null) {
+    const [slider, box] = [$(`p-${this.ids[i]}`), $(`n-${this.ids[i]}`)];
+    const value = this.#value(i);
+    if (slider !== typed) slider.value = value;
+    if (box !== typed) box.value = value;
+    slider.setAttribute('aria-valuetext', joined(formatted(value), this.sliders[i].unit));
   }
 
   #alpha() {
     $('o-alpha').textContent = joined(formatted(+$('alpha').value), '°');
   }
 
-  #set(values) {
-    this.values = values;
-    values.forEach((value, i) => {
-      $(`p-${i}`).value = value;
-      this.#label(i);
-    });
-    this.ask();
-  }
-
-  #show(view) {
-    this.view = view;
+  /** Show a state: of the history, of a link, of a point of the front. */
+  #set(state, touched = true) {
+    this.state = state;
+    this.touched ||= touched;
+    for (const [name, value] of Object.entries(state.gripper)) $(name).value = value;
+    this.#alpha();
+    this.ids.forEach((_, i) => this.#label(i));
     for (const button of document.querySelectorAll('[data-view]')) {
-      button.setAttribute('aria-pressed', button.dataset.view === view);
+      button.setAttribute('aria-pressed', button.dataset.view === state.view);
     }
-    $('gripper').hidden = $('food').hidden = view !== 'grasp';
+    $('gripper').hidden = $('food').hidden = state.view !== 'grasp';
     this.ask();
+    this.#rest();
   }
 
   #front() {
@@ -136,30 +224,75 @@ class Explorer {
     this.front = scatterChart($('front-chart'), data.front, {
       take: (i) => {
         const { inputs } = data.front.points[i];
-        this.#set(data.sliders.map(({ key }, n) => inputs[key] ?? this.values[n]));
+        const values = this.state.values.map((value, n) => inputs[this.sliders[n].key] ?? value);
+        this.#set({ ...this.state, values });
       },
     });
   }
 
   #connection(open) {
     root.dataset.connected = open;
-    if (open && this.lost) this.ask();
+    if (open && this.lost) {
+      this.sent = null;
+      this.ask();
+      this.rested = true;
+    }
     this.lost = !open;
     if (!open) $('state').textContent = 'not connected: is dolfingrip explore running?';
   }
 
   #hear(message) {
-    if (message.is === 'state') this.#state(message);
-    else if (message.is === 'shown') this.#shown(message);
-    else if (message.is === 'solved') {
+    const { is, about } = message;
+    if (is === 'state') this.#state(message);
+    else if (is === 'shown') this.#shown(message);
+    else if (is === 'solved') {
       root.dataset.solved = +(root.dataset.solved ?? 0) + 1;
-      this.ask();
-    } else if (message.is === 'replaced') $('state').textContent = 'a newer request took its place';
-    else if (message.is === 'error' && ['show', 'solve', 'message'].includes(message.about)) {
-      $('error').textContent = message.text;
-      $('error').hidden = false;
-      root.dataset.shown = message.id ?? root.dataset.shown;
-    } else this.rig.hear(message);
+      this.#refresh();
+    } else if (is === 'replaced') {
+      if (message.by !== this.known) $('state').textContent = 'a newer request took its place';
+    } else if (is === 'error' && about === 'show') this.#refused(message);
+    else if (is === 'error' && about === 'solve' && (message.design ?? this.known) !== this.known) {
+      return; // of another tab's design
+    } else if (is === 'error' && ['solve', 'message'].includes(about)) this.#fail(message.text);
+    else this.rig.hear(message);
+  }
+
+  /** A refusal with the labels of the page in place of keys. */
+  #worded(text) {
+    return this.sliders.reduce((found, { key, label }) => found.replaceAll(key, label), text);
+  }
+
+  #fail(text) {
+    $('error').textContent = this.#worded(text);
+    $('error').title = text;
+    $('error').hidden = false;
+  }
+
+  /** There is no such design: nothing is shown but why. */
+  #refused({ id, text }) {
+    if (id !== this.asked) return;
+    this.#fail(text);
+    this.#badge('no such design');
+    this.#solvable(this.#worded(text));
+    for (const suffix of EXPORTS) $(suffix).removeAttribute('href');
+    this.scene = null;
+    $('where').textContent = '';
+    this.#numbers([]);
+    this.#curves([]);
+    this.front?.here(null);
+    root.dataset.origin = '';
+    root.dataset.shown = id;
+  }
+
+  #solvable(reason) {
+    $('solve').disabled = Boolean(reason);
+    $('solve').title = reason;
+    $('solve').textContent = this.solved && !root.classList.contains('stale') ? 'Solved' : 'Solve';
+  }
+
+  #badge(text) {
+    $('badge').textContent = text;
+    $('badge').hidden = !text;
   }
 
   #state({ counts, working }) {
@@ -172,16 +305,18 @@ class Explorer {
     if (total) $('bar-work').value = done / total;
     else $('bar-work').removeAttribute('value');
     const view = SOLVED[working.view] ?? 'grasp';
-    $('work-said').textContent = `${view}: ${total ? `${done} of ${total}, ` : ''}${note}`;
+    const which = working.design === this.known || !this.known ? view : `${view} of another design`;
+    const mesh = working.coarse ? ', coarse mesh' : '';
+    $('work-said').textContent = `${which}${mesh}: ${total ? `${done} of ${total}, ` : ''}${note}`;
   }
 
-  #shown(message) {
+  async #shown(message) {
     if (message.id !== this.asked) return; // a newer one is on its way
-    $('error').hidden = true;
+    $('error').hidden ||= this.known !== message.design;
+    this.known = message.design;
+    this.solved = message.solved;
     [this.scene] = message.scenes;
     $('where').textContent = message.said;
-    $('solve').textContent = message.solved ? 'Solved' : 'Solve';
-    $('solve').disabled = message.solved;
     this.#numbers(message.numbers);
     this.#curves(message.charts);
     if (this.front) {
@@ -189,10 +324,26 @@ class Explorer {
       const { place } = message;
       this.front.here(place[x] === undefined ? null : [place[x], place[y]]);
     }
-    this.#stage().then(() => {
-      root.dataset.origin = message.said;
-      root.dataset.shown = message.id;
-    });
+    await this.#stage(message.said);
+    if (message.id !== this.asked) return;
+    root.classList.remove('stale');
+    $('shape').inert = $('keep').disabled = false;
+    this.#badge(message.badge);
+    this.#solvable(message.solved ? 'It is solved' : '');
+    root.dataset.origin = message.said;
+    root.dataset.shown = message.id;
+    this.#picture();
+    this.#solveAtRest();
+  }
+
+  /** The picture in the history, once nothing else is to be done. */
+  #picture() {
+    clearTimeout(this.drawing);
+    const { asked } = this;
+    this.drawing = setTimeout(() => {
+      if (asked !== this.asked || !this.stage?.viewer) return;
+      this.history.picture(this.stage.viewer.image(THUMB.width, THUMB.height, { plain: true }));
+    }, REST_MS);
   }
 
   #numbers(numbers) {
@@ -220,7 +371,7 @@ class Explorer {
     });
   }
 
-  async #stage() {
+  async #stage(said) {
     const scenes = this.kept && this.kept.kind === this.scene.kind
       ? [this.scene, this.kept] : [this.scene];
     if (this.stage) {
@@ -236,6 +387,7 @@ class Explorer {
         this.views.push(this.stage);
       }
     }
+    this.stage.note = [this.#named(), said].filter(Boolean).join('; ');
     root.dataset.ready = this.there ? 'webgl' : 'flat';
   }
 }

@@ -57,6 +57,7 @@ export class Stage {
   async replace(scenes) {
     const before = this.scenes[this.lead];
     const value = valueAt(before, this.time);
+    const ended = this.time > before.steps - 1 - WHOLE; // whoever looks at the last step goes on so
     const loaded = before.steps > 1;
     const same = scenes[0].kind === before.kind && loaded === scenes[0].steps > 1
       && scenes.length === this.scenes.length;
@@ -66,7 +67,7 @@ export class Stage {
     const lead = scenes[this.lead];
     this.slider.max = lead.steps - 1;
     this.slider.disabled = lead.steps < 2;
-    const alike = before.steps > 1 && before.control.label === lead.control.label;
+    const alike = !ended && before.control.label === lead.control.label;
     this.time = (alike ? timeOf(lead, value) : null) ?? lead.steps - 1;
     const shown = this.shown;
     if (this.viewer) await this.#show(shown, same);

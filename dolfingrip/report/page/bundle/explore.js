@@ -368,6 +368,82 @@
     return { select, here };
   }
 
+  // src/history.js
+  var MOST = 60;
+  var START = "#design=";
+  var History = class {
+    /**
+     * @param {HTMLElement} strip where pictures are shown
+     * @param {{undo: HTMLElement, redo: HTMLElement}} buttons
+     * @param {function(object)} restore called with a state that is gone back to
+     */
+    constructor(strip, { undo, redo }, restore) {
+      this.strip = strip;
+      this.buttons = { undo, redo };
+      this.restore = restore;
+      this.entries = [];
+      this.at = -1;
+      undo.addEventListener("click", () => this.#go(this.at - 1));
+      redo.addEventListener("click", () => this.#go(this.at + 1));
+      document.addEventListener("keydown", (event) => {
+        const typing = event.target.matches?.('input[type="number"], textarea');
+        if (typing || !(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
+        event.preventDefault();
+        this.#go(this.at + (event.shiftKey ? 1 : -1));
+      });
+      addEventListener("hashchange", () => {
+        const state = this.linked();
+        if (state) restore(state);
+      });
+      this.#show();
+    }
+    get present() {
+      return this.entries[this.at]?.state;
+    }
+    /** The state that the page's address says; null if it says none. */
+    linked() {
+      if (!location.hash.startsWith(START)) return null;
+      try {
+        return JSON.parse(decodeURIComponent(location.hash.slice(START.length)));
+      } catch {
+        return null;
+      }
+    }
+    /** Take up a state after the present one, whose later ones are then gone; it may become the link. */
+    add(state, title, link) {
+      const text = JSON.stringify(state);
+      if (link) history.replaceState(null, "", START + encodeURIComponent(text));
+      if (JSON.stringify(this.present) === text) return;
+      const button = element("button", { type: "button" });
+      const entry = { state, button, picture: element("img", { alt: "", hidden: "" }) };
+      button.append(entry.picture, element("span", {}, title));
+      button.addEventListener("click", () => this.#go(this.entries.indexOf(entry)));
+      for (const later of this.entries.splice(this.at + 1)) later.button.remove();
+      this.entries.push(entry);
+      if (this.entries.length > MOST) this.entries.shift().button.remove();
+      this.at = this.entries.length - 1;
+      this.strip.append(button);
+      this.#show();
+    }
+    /** Show a picture of the present state. */
+    picture(url) {
+      const shown = this.entries[this.at]?.picture;
+      if (shown) Object.assign(shown, { src: url, hidden: false });
+    }
+    #go(at) {
+      if (!this.entries[at]) return;
+      this.at = at;
+      this.#show();
+      this.restore(this.present);
+    }
+    #show() {
+      this.buttons.undo.disabled = this.at < 1;
+      this.buttons.redo.disabled = this.at >= this.entries.length - 1;
+      this.entries.forEach(({ button }, i) => button.setAttribute("aria-pressed", i === this.at));
+      this.entries[this.at]?.button.scrollIntoView({ block: "nearest", inline: "nearest" });
+    }
+  };
+
   // src/rig.js
   var $ = (id) => document.getElementById(id);
   var PROTOCOL = ["highest_pressure_kPa", "step_kPa", "cycles", "hold_s"];
@@ -741,8 +817,8 @@
       context.lineTo(atX + AXES.length * dx, atY + AXES.length * dy);
       context.stroke();
       const far = AXES.length + AXES.text;
-      const short = Math.hypot(dx, dy) < 0.25;
-      context.fillText(name, atX + (short ? AXES.text : far * dx), atY + (short ? AXES.text : far * dy));
+      const short2 = Math.hypot(dx, dy) < 0.25;
+      context.fillText(name, atX + (short2 ? AXES.text : far * dx), atY + (short2 ? AXES.text : far * dy));
     }
     context.globalAlpha = 1;
   }
@@ -1445,6 +1521,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     async replace(scenes) {
       const before = this.scenes[this.lead];
       const value = valueAt(before, this.time);
+      const ended = this.time > before.steps - 1 - WHOLE;
       const loaded = before.steps > 1;
       const same = scenes[0].kind === before.kind && loaded === scenes[0].steps > 1 && scenes.length === this.scenes.length;
       this.scenes = scenes;
@@ -1453,7 +1530,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const lead = scenes[this.lead];
       this.slider.max = lead.steps - 1;
       this.slider.disabled = lead.steps < 2;
-      const alike = before.steps > 1 && before.control.label === lead.control.label;
+      const alike = !ended && before.control.label === lead.control.label;
       this.time = (alike ? timeOf(lead, value) : null) ?? lead.steps - 1;
       const shown = this.shown;
       if (this.viewer) await this.#show(shown, same);
@@ -1763,17 +1840,23 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var data = JSON.parse($4("data").textContent);
   var GRIPPER = ["L_mm", "W_mm", "R_mm"];
   var FOOD = ["friction", "turn_deg"];
+  var EXPORTS = ["stl", "step", "toml"];
   var DIGITS = 4;
+  var REST_MS = 500;
   var SOLVED = { bending: "free bending", blocked_force: "blocked force" };
+  var THUMB = { width: 220, height: 165 };
+  var short = (value) => +(+value).toPrecision(DIGITS);
   var Explorer = class {
     constructor() {
       root2.classList.add("scripted");
-      this.view = data.view;
-      this.values = data.sliders.map((slider) => slider.value);
+      this.sliders = data.pressure ? [...data.sliders, data.pressure] : data.sliders;
+      this.ids = [...data.sliders.keys(), ...data.pressure ? ["pressure"] : []];
+      this.start = this.sliders.map((slider) => short(slider.value));
       this.asked = 0;
       this.charts = [];
       this.kept = null;
       this.views = [];
+      this.history = new History($4("history"), { undo: $4("undo"), redo: $4("redo") }, (state) => this.#set(state));
       this.there = webgl().there;
       root2.classList.toggle("webgl", this.there);
       this.apply = themes(this.views);
@@ -1784,119 +1867,234 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         state: (open) => this.#connection(open)
       });
       this.rig = new Rig((message) => this.socket.send({ ...message, ...this.design() }));
-      this.ask();
+      const linked = this.history.linked();
+      if (linked) this.#set(linked);
+      else this.#set({ view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper() }, false);
     }
     /** The design that the controls say, as the server reads it. */
     design() {
-      const inputs = Object.fromEntries(data.sliders.map(({ key }, i) => [key, this.values[i]]));
-      const found = { view: this.view, inputs };
-      if (this.view !== "grasp") return found;
-      const numbers = (names) => Object.fromEntries(names.map((n) => [n, $4(n).value === "" ? null : +$4(n).value]));
-      found.gripper = { pose: $4("pose").value, alpha_deg: +$4("alpha").value, ...numbers(GRIPPER) };
-      found.food = { kind: $4("kind").value, ...numbers(FOOD) };
-      found.pressure_kPa = +$4("pressure_kPa").value;
-      return found;
+      const { view, values } = this.state;
+      const inputs = Object.fromEntries(data.sliders.map(({ key }, i) => [key, values[i]]));
+      if (view !== "grasp") return { view, inputs, pressure_kPa: data.pressure ? values.at(-1) : null };
+      const number = (text) => text === "" ? null : +text;
+      const { pose, alpha, kind, ...rest } = this.state.gripper;
+      const numbers = (names) => Object.fromEntries(names.map((n) => [n, number(rest[n])]));
+      return {
+        view,
+        inputs,
+        pressure_kPa: this.state.grasp_kPa,
+        gripper: { pose, alpha_deg: +alpha, ...numbers(GRIPPER) },
+        food: { kind, ...numbers(FOOD) }
+      };
     }
+    /** Ask for the design; until it comes nothing of another one is seen. */
     ask() {
       this.asked += 1;
       root2.dataset.asked = this.asked;
-      this.socket.send({ do: "show", id: this.asked, ...this.design() });
+      root2.classList.add("stale");
+      $4("shape").inert = $4("keep").disabled = true;
+      this.known = null;
+      this.#badge("rebuilding");
+      this.#solvable("The design is being rebuilt");
+      this.#refresh();
       const text = encodeURIComponent(JSON.stringify(this.design()));
-      for (const suffix of ["stl", "step", "toml"]) $4(suffix).href = `/export/${suffix}?design=${text}`;
+      for (const suffix of EXPORTS) $4(suffix).href = `/export/${suffix}?design=${text}`;
+      clearTimeout(this.resting);
+      this.rested = false;
+    }
+    /** Ask for what is known of the present design by now. */
+    #refresh() {
+      this.socket.send({ do: "show", id: this.asked, ...this.design() });
+    }
+    /** Take up a design in the history, and solve it if that is wanted. */
+    #rest() {
+      clearTimeout(this.resting);
+      if (this.rested) return;
+      this.rested = true;
+      this.history.add(this.state, this.#changed(this.history.present), this.touched);
+      this.#solveAtRest();
+    }
+    #restSoon() {
+      clearTimeout(this.resting);
+      this.resting = setTimeout(() => this.#rest(), REST_MS);
+    }
+    #solveAtRest() {
+      const wanted = this.rested && this.touched && $4("auto").checked && this.state.view !== "grasp";
+      if (!wanted || !this.known || this.solved || this.sent === this.known) return;
+      this.#solve();
+    }
+    #solve() {
+      this.sent = this.known;
+      $4("error").hidden = true;
+      this.socket.send({ do: "solve", ...this.design() });
     }
     #controls() {
-      data.sliders.forEach((slider, i) => {
-        const input = $4(`p-${i}`);
-        input.addEventListener("input", () => {
-          this.values[i] = +(+input.value).toPrecision(DIGITS);
-          this.#label(i);
-          this.ask();
-        });
-        this.#label(i);
+      this.ids.forEach((id, i) => {
+        for (const input of [$4(`p-${id}`), $4(`n-${id}`)]) {
+          input.addEventListener("input", () => {
+            if (input.value === "") return;
+            this.#change(i, short(input.value), input);
+            this.#restSoon();
+          });
+          input.addEventListener("change", () => this.#rest());
+        }
       });
       for (const button of document.querySelectorAll("[data-view]")) {
-        button.addEventListener("click", () => this.#show(button.dataset.view));
+        button.addEventListener("click", () => this.#set({ ...this.state, view: button.dataset.view }));
       }
-      $4("pose").addEventListener("change", () => {
-        $4("alpha").value = data.alpha_deg[$4("pose").value];
-        this.#alpha();
-        this.ask();
-      });
-      $4("alpha").addEventListener("input", () => {
-        this.#alpha();
-        this.ask();
-      });
-      this.#alpha();
-      for (const name of [...GRIPPER, ...FOOD, "kind", "pressure_kPa"]) {
-        $4(name).addEventListener("change", () => this.ask());
+      const gripper = ["pose", "alpha", ...GRIPPER, "kind", ...FOOD];
+      for (const name of gripper) {
+        $4(name).addEventListener(name === "alpha" ? "input" : "change", () => {
+          if (name === "pose") $4("alpha").value = data.alpha_deg[$4("pose").value];
+          this.state = { ...this.state, gripper: this.#gripper() };
+          this.#alpha();
+          this.touched = true;
+          this.ask();
+          this.#restSoon();
+        });
       }
       $4("solve").addEventListener("click", () => {
-        $4("error").hidden = true;
-        this.socket.send({ do: "solve", ...this.design() });
+        this.touched = true;
+        this.#rest();
+        this.#solve();
       });
+      $4("auto").addEventListener("change", () => this.#solveAtRest());
       $4("cancel").addEventListener("click", () => this.socket.send({ do: "cancel" }));
-      $4("reset").addEventListener("click", () => this.#set(data.sliders.map((s) => s.value)));
+      $4("reset").addEventListener("click", () => this.#set({ ...this.state, values: this.start }));
       $4("keep").addEventListener("click", () => {
         this.kept = this.kept || !this.scene ? null : { ...this.scene, title: `kept: ${this.#named()}` };
         $4("keep").setAttribute("aria-pressed", this.kept !== null);
         this.#stage();
       });
+      $4("link").addEventListener("click", async () => {
+        await navigator.clipboard.writeText(location.href);
+        $4("link").textContent = "Copied";
+        setTimeout(() => $4("link").textContent = "Copy link", 1500);
+      });
+    }
+    /** What the gripper's and the food's controls say. */
+    #gripper() {
+      const names = ["pose", "alpha", ...GRIPPER, "kind", ...FOOD];
+      return Object.fromEntries(names.map((name) => [name, $4(name).value]));
+    }
+    #change(i, value, input) {
+      const grasp = this.state.view === "grasp" && this.ids[i] === "pressure";
+      const values = grasp ? this.state.values : this.state.values.with(i, value);
+      this.state = { ...this.state, values, ...grasp ? { grasp_kPa: value } : {} };
+      this.touched = true;
+      this.#label(i, input);
+      this.ask();
+    }
+    #value(i) {
+      const { view, values, grasp_kPa: grasp } = this.state;
+      return view === "grasp" && this.ids[i] === "pressure" ? grasp : values[i];
+    }
+    #text(i) {
+      const { label, unit } = this.sliders[i];
+      return `${label} ${joined(formatted(this.#value(i)), unit)}`;
     }
     #named() {
-      return data.sliders.map((s, i) => `${s.label} ${formatted(this.values[i])}`).join(", ");
+      return this.ids.map((_, i) => this.#text(i)).join(", ");
     }
-    #label(i) {
-      const { unit } = data.sliders[i];
-      const text = joined(formatted(this.values[i]), unit);
-      $4(`o-${i}`).textContent = text;
-      $4(`p-${i}`).setAttribute("aria-valuetext", text);
+    /** What differs from a state before, in words. */
+    #changed(before) {
+      const { view } = this.state;
+      const title = document.querySelector(`[data-view="${view}"]`).textContent;
+      if (!before || before.view !== view) return title;
+      const differ = this.ids.map((_, i) => i).filter((i) => before.values[i] !== this.state.values[i]);
+      return differ.length === 1 ? this.#text(differ[0]) : title;
+    }
+    #label(i, typed = null) {
+      const [slider, box] = [$4(`p-${this.ids[i]}`), $4(`n-${this.ids[i]}`)];
+      const value = this.#value(i);
+      if (slider !== typed) slider.value = value;
+      if (box !== typed) box.value = value;
+      slider.setAttribute("aria-valuetext", joined(formatted(value), this.sliders[i].unit));
     }
     #alpha() {
       $4("o-alpha").textContent = joined(formatted(+$4("alpha").value), "°");
     }
-    #set(values) {
-      this.values = values;
-      values.forEach((value, i) => {
-        $4(`p-${i}`).value = value;
-        this.#label(i);
-      });
-      this.ask();
-    }
-    #show(view) {
-      this.view = view;
+    /** Show a state: of the history, of a link, of a point of the front. */
+    #set(state, touched = true) {
+      this.state = state;
+      this.touched ||= touched;
+      for (const [name, value] of Object.entries(state.gripper)) $4(name).value = value;
+      this.#alpha();
+      this.ids.forEach((_, i) => this.#label(i));
       for (const button of document.querySelectorAll("[data-view]")) {
-        button.setAttribute("aria-pressed", button.dataset.view === view);
+        button.setAttribute("aria-pressed", button.dataset.view === state.view);
       }
-      $4("gripper").hidden = $4("food").hidden = view !== "grasp";
+      $4("gripper").hidden = $4("food").hidden = state.view !== "grasp";
       this.ask();
+      this.#rest();
     }
     #front() {
       if (!data.front) return;
       this.front = scatterChart($4("front-chart"), data.front, {
         take: (i) => {
           const { inputs } = data.front.points[i];
-          this.#set(data.sliders.map(({ key }, n) => inputs[key] ?? this.values[n]));
+          const values = this.state.values.map((value, n) => inputs[this.sliders[n].key] ?? value);
+          this.#set({ ...this.state, values });
         }
       });
     }
     #connection(open) {
       root2.dataset.connected = open;
-      if (open && this.lost) this.ask();
+      if (open && this.lost) {
+        this.sent = null;
+        this.ask();
+        this.rested = true;
+      }
       this.lost = !open;
       if (!open) $4("state").textContent = "not connected: is dolfingrip explore running?";
     }
     #hear(message) {
-      if (message.is === "state") this.#state(message);
-      else if (message.is === "shown") this.#shown(message);
-      else if (message.is === "solved") {
+      const { is, about } = message;
+      if (is === "state") this.#state(message);
+      else if (is === "shown") this.#shown(message);
+      else if (is === "solved") {
         root2.dataset.solved = +(root2.dataset.solved ?? 0) + 1;
-        this.ask();
-      } else if (message.is === "replaced") $4("state").textContent = "a newer request took its place";
-      else if (message.is === "error" && ["show", "solve", "message"].includes(message.about)) {
-        $4("error").textContent = message.text;
-        $4("error").hidden = false;
-        root2.dataset.shown = message.id ?? root2.dataset.shown;
-      } else this.rig.hear(message);
+        this.#refresh();
+      } else if (is === "replaced") {
+        if (message.by !== this.known) $4("state").textContent = "a newer request took its place";
+      } else if (is === "error" && about === "show") this.#refused(message);
+      else if (is === "error" && about === "solve" && (message.design ?? this.known) !== this.known) {
+        return;
+      } else if (is === "error" && ["solve", "message"].includes(about)) this.#fail(message.text);
+      else this.rig.hear(message);
+    }
+    /** A refusal with the labels of the page in place of keys. */
+    #worded(text) {
+      return this.sliders.reduce((found, { key, label }) => found.replaceAll(key, label), text);
+    }
+    #fail(text) {
+      $4("error").textContent = this.#worded(text);
+      $4("error").title = text;
+      $4("error").hidden = false;
+    }
+    /** There is no such design: nothing is shown but why. */
+    #refused({ id, text }) {
+      if (id !== this.asked) return;
+      this.#fail(text);
+      this.#badge("no such design");
+      this.#solvable(this.#worded(text));
+      for (const suffix of EXPORTS) $4(suffix).removeAttribute("href");
+      this.scene = null;
+      $4("where").textContent = "";
+      this.#numbers([]);
+      this.#curves([]);
+      this.front?.here(null);
+      root2.dataset.origin = "";
+      root2.dataset.shown = id;
+    }
+    #solvable(reason) {
+      $4("solve").disabled = Boolean(reason);
+      $4("solve").title = reason;
+      $4("solve").textContent = this.solved && !root2.classList.contains("stale") ? "Solved" : "Solve";
+    }
+    #badge(text) {
+      $4("badge").textContent = text;
+      $4("badge").hidden = !text;
     }
     #state({ counts, working }) {
       const told = Object.entries(counts).map(([kind, n]) => `${n} of ${SOLVED[kind]}`);
@@ -1908,15 +2106,17 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       if (total) $4("bar-work").value = done / total;
       else $4("bar-work").removeAttribute("value");
       const view = SOLVED[working.view] ?? "grasp";
-      $4("work-said").textContent = `${view}: ${total ? `${done} of ${total}, ` : ""}${note}`;
+      const which = working.design === this.known || !this.known ? view : `${view} of another design`;
+      const mesh = working.coarse ? ", coarse mesh" : "";
+      $4("work-said").textContent = `${which}${mesh}: ${total ? `${done} of ${total}, ` : ""}${note}`;
     }
-    #shown(message) {
+    async #shown(message) {
       if (message.id !== this.asked) return;
-      $4("error").hidden = true;
+      $4("error").hidden ||= this.known !== message.design;
+      this.known = message.design;
+      this.solved = message.solved;
       [this.scene] = message.scenes;
       $4("where").textContent = message.said;
-      $4("solve").textContent = message.solved ? "Solved" : "Solve";
-      $4("solve").disabled = message.solved;
       this.#numbers(message.numbers);
       this.#curves(message.charts);
       if (this.front) {
@@ -1924,10 +2124,25 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         const { place } = message;
         this.front.here(place[x] === void 0 ? null : [place[x], place[y]]);
       }
-      this.#stage().then(() => {
-        root2.dataset.origin = message.said;
-        root2.dataset.shown = message.id;
-      });
+      await this.#stage(message.said);
+      if (message.id !== this.asked) return;
+      root2.classList.remove("stale");
+      $4("shape").inert = $4("keep").disabled = false;
+      this.#badge(message.badge);
+      this.#solvable(message.solved ? "It is solved" : "");
+      root2.dataset.origin = message.said;
+      root2.dataset.shown = message.id;
+      this.#picture();
+      this.#solveAtRest();
+    }
+    /** The picture in the history, once nothing else is to be done. */
+    #picture() {
+      clearTimeout(this.drawing);
+      const { asked } = this;
+      this.drawing = setTimeout(() => {
+        if (asked !== this.asked || !this.stage?.viewer) return;
+        this.history.picture(this.stage.viewer.image(THUMB.width, THUMB.height, { plain: true }));
+      }, REST_MS);
     }
     #numbers(numbers) {
       const cards = numbers.map(({ name, value, said }) => {
@@ -1952,7 +2167,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         return lineChart(box, spec, { pick: (scene, index) => this.stage?.setTime(index) });
       });
     }
-    async #stage() {
+    async #stage(said) {
       const scenes = this.kept && this.kept.kind === this.scene.kind ? [this.scene, this.kept] : [this.scene];
       if (this.stage) {
         await this.stage.replace(scenes);
@@ -1967,6 +2182,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
           this.views.push(this.stage);
         }
       }
+      this.stage.note = [this.#named(), said].filter(Boolean).join("; ");
       root2.dataset.ready = this.there ? "webgl" : "flat";
     }
   };
