@@ -148,7 +148,7 @@ class Blend:
         return self._left_out(lambda: self._readings(column))
 
     def shape_error_mm(self) -> float | None:
-        """The same of the place of a point at the highest pressure: the largest of all points."""
+        """Error of a point's place at the highest pressure, found likewise: the largest of all."""
 
         def places() -> Floats:
             last = [self._moved(each, 0)[-1] for each in self.of]
@@ -168,7 +168,7 @@ class Blend:
         return np.asarray(np.sqrt(np.mean(np.array(off) ** 2, axis=0)))
 
     def _readings(self, column: str) -> Floats:
-        """Of each solved design, shape (designs, steps)."""
+        """A column of each solved design, shape (designs, steps)."""
         return np.array([each.reading_at(column, self.loads) for each in self.of])
 
     def _moved(self, solved: Solved, number: int) -> Floats:
@@ -284,7 +284,7 @@ def _same(one: float, other: float) -> bool:
 
 
 def _one_of_each(solved: Sequence[Solved]) -> list[Solved]:
-    """Those of several solved designs that lie at different places."""
+    """One solved design of each place."""
     return list({tuple(np.round(each.place, 6)): each for each in reversed(solved)}.values())[::-1]
 
 

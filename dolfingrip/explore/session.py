@@ -113,7 +113,7 @@ class Session:
             await self._ask(wanted, coarse if coarse is not None and needed else wanted)
 
     async def _found(self, meshed: Wanted) -> bool:
-        """Whether a design is solved on its mesh; tabs are told of it."""
+        """Tell tabs of a design that is solved on its mesh; False if it is not."""
         folder, key = self.folder(meshed), meshed.request.key
         known = self._single.known(key)
         if known is None or not _shows(known) or not RunFile.is_in(folder):

@@ -39,12 +39,12 @@ class Wanted:
 
     @property
     def design(self) -> str:
-        """What tells it from other designs and experiments."""
+        """Hash that tells it from other designs and experiments."""
         return self.request.key
 
     @property
     def coarse(self) -> Wanted | None:
-        """The same on a mesh that is not graded, with few readings; None if it has no such mesh.
+        """The design on a mesh that is not graded, with few readings; None if there is no such mesh.
 
         Meshes of files, of tetrahedra and of the gripper are as they are configured.
         """

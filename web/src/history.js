@@ -80,6 +80,10 @@ export class History {
     this.buttons.undo.disabled = this.at < 1;
     this.buttons.redo.disabled = this.at >= this.entries.length - 1;
     this.entries.forEach(({ button }, i) => button.setAttribute('aria-pressed', i === this.at));
-    this.entries[this.at]?.button.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+    const button = this.entries[this.at]?.button;
+    // not under the pointer, whose click would meet another design
+    if (button && !this.strip.matches(':hover')) {
+      this.strip.scrollTo({ left: button.offsetLeft - this.strip.clientWidth / 2 });
+    }
   }
 }

@@ -84,7 +84,15 @@ def placed(points: Floats, config: Config) -> Floats:
 
 
 def unplaced(points: Floats, config: Config) -> Floats:
-    """The points that :func:`placed` moves to ``points``, (n, 3)."""
+    """The points of the straight mesh that :func:`placed` moves to others.
+
+    Args:
+        points: (n, 3) points of the finger (mm).
+        config: configuration of the finger.
+
+    Returns:
+        (n, 3) points of the straight mesh (mm).
+    """
     config = config.adapted()
     found = morph(config).inverse().points(points)
     return found if config.form is None else free_form(config).inverse(found)

@@ -439,8 +439,11 @@
     #show() {
       this.buttons.undo.disabled = this.at < 1;
       this.buttons.redo.disabled = this.at >= this.entries.length - 1;
-      this.entries.forEach(({ button }, i) => button.setAttribute("aria-pressed", i === this.at));
-      this.entries[this.at]?.button.scrollIntoView({ block: "nearest", inline: "nearest" });
+      this.entries.forEach(({ button: button2 }, i) => button2.setAttribute("aria-pressed", i === this.at));
+      const button = this.entries[this.at]?.button;
+      if (button && !this.strip.matches(":hover")) {
+        this.strip.scrollTo({ left: button.offsetLeft - this.strip.clientWidth / 2 });
+      }
     }
   };
 
