@@ -44,7 +44,7 @@ class Wanted:
 
     @property
     def coarse(self) -> Wanted | None:
-        """The design on a mesh that is not graded, with few readings; None if there is no such mesh.
+        """The design on a mesh that is not graded, with few readings; None if it has no such mesh.
 
         Meshes of files, of tetrahedra and of the gripper are as they are configured.
         """
