@@ -1,0 +1,112 @@
+"""How long the explorer takes, in Chromium, after a slider moves and after it is let go.
+
+    scripts/run python -m benchmarks.explorer [FOLDER]
+
+The default finger to 100 kPa; each design is one that no run before has seen. ``explorer.csv`` has
+seconds until the page shows the design's own geometry, its solution on the coarse mesh and that as
+configured, with the processor's seconds of server and worker, and the angles that both solutions
+tell. Solutions are kept in the folder; the default is a temporary one.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Page, sync_playwright
+
+from dolfingrip.report.page.pdf import chromium
+
+DESIGNS = (("n-2", 1.9), ("n-2", 1.75), ("n-0", 0.2))
+"""Number boxes (0: ξ₁, 2: wall in mm) and their values, one design after another."""
+
+LONGEST_MS = 600_000
+TABLE = Path(__file__).with_suffix(".csv")
+MOVE = "(node, value) => { node.value = value; node.dispatchEvent(new Event('input')); }"
+
+
+def processor_s(root: int) -> float:
+    """Processor time of a process and of those below it, also of those that have ended."""
+    parents: dict[int, int] = {}
+    spent: dict[int, int] = {}
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            words = file.read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
+        except OSError:  # it has ended meanwhile
+            continue
+        pid = int(file.parent.name)
+        parents[pid], spent[pid] = int(words[1]), sum(map(int, words[11:15]))
+    tree, found = {root}, 0
+    while len(tree) > found:
+        found = len(tree)
+        tree |= {pid for pid, parent in parents.items() if parent in tree}
+    return sum(spent.get(pid, 0) for pid in tree) / os.sysconf("SC_CLK_TCK")
+
+
+def angle_deg(page: Page) -> float:
+    """Angle at the highest pressure that the page tells."""
+    told = re.search(r"Tip angle.*?\s([\d.]+)°", page.inner_text("#numbers"), re.DOTALL)
+    assert told
+    return float(told[1])
+
+
+def timed(page: Page, server: int, box: str, value: float) -> dict[str, Any]:
+    """A row of the table."""
+    row: dict[str, Any] = {"design": f"{box}={value:g}"}
+    asked = int(page.evaluate("document.documentElement.dataset.asked"))
+    begun = time.perf_counter()
+    page.locator(f"#{box}").evaluate(MOVE, value)
+    page.wait_for_selector(f"html[data-shown='{asked + 1}']:not(.stale)", timeout=LONGEST_MS)
+    row["geometry_s"] = round(time.perf_counter() - begun, 2)
+    begun, spent = time.perf_counter(), processor_s(server)
+    page.locator(f"#{box}").dispatch_event("change")
+    for name, said in (
+        ("coarse", "solved on a coarse mesh"),
+        ("fine", "solved by finite elements"),
+    ):
+        page.wait_for_selector(f"html[data-origin='{said}']", timeout=LONGEST_MS)
+        row[f"{name}_s"] = round(time.perf_counter() - begun, 2)
+        row[f"{name}_processor_s"] = round(processor_s(server) - spent, 2)
+        row[f"{name}_deg"] = angle_deg(page)
+    row["load"] = round(os.getloadavg()[0], 1)
+    print(row, flush=True)
+    return row
+
+
+def main(folder: Path) -> None:
+    """Measure, and write the table."""
+    command = [
+        sys.executable, "-m", "dolfingrip", "explore", "-o", str(folder), "--port", "0",
+        "--set", "experiment.max_pressure_kPa=100",
+    ]  # fmt: skip
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert server.stdout is not None
+        address = server.stdout.readline().removeprefix("explorer: ").strip()
+        with sync_playwright() as playwright:
+            arguments = ["--no-sandbox", "--enable-unsafe-swiftshader"]
+            browser = playwright.chromium.launch(executable_path=chromium(), args=arguments)
+            page = browser.new_page(viewport={"width": 1280, "height": 900})
+            page.goto(address)
+            page.wait_for_selector("html[data-ready]")
+            time.sleep(10)  # a person reads, and the worker loads what it needs
+            rows = [timed(page, server.pid, *design) for design in DESIGNS]
+            browser.close()
+    finally:
+        server.kill()
+    with TABLE.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as made:
+        main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(made))
