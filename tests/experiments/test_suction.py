@@ -102,6 +102,21 @@ def test_outer_corners_of_bellows_meet_and_do_not_pass(
     assert (watched.passing == 0) is nodes
 
 
+def test_walls_are_kept_apart_between_nodes_too() -> None:
+    """Quadratic facets pass between their nodes; no contact point is far from its neighbours."""
+    config = small.short("experiment.max_pressure_kPa=-10", "contact.spacing_mm=1.5")
+    terms = small.model(config, plate=False).model.terms
+    contacts = [each for each in terms if isinstance(each, BarrierContact)]
+    inside = [each for each in contacts if each.title == "the wall of cavity"]
+    longest = []
+    for contact in inside:
+        ends = contact.surface.rest[contact.surface.edges]
+        longest.append(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()))
+    nodes, points = longest
+    assert nodes > 2.5  # mm; midpoints of elements of 6 mm
+    assert points < 1.5 * np.sqrt(2) + 1e-9
+
+
 def test_a_half_with_its_image_has_the_energy_of_the_whole() -> None:
     """A cavity that ends on the plane of symmetry, in a motion that is its own mirror image."""
     half = fingers.half_mesh()

@@ -19,6 +19,7 @@ class Line:
     """One unknown x in the wells of Π = (x² − 1)² / 4, of force x³ − x."""
 
     singular_at_rest = False
+    crowded: frozenset[str] = frozenset()
 
     def __init__(self, x: float, longest: float = 1.0) -> None:
         self.x = np.array([x])

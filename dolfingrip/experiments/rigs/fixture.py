@@ -74,32 +74,36 @@ def surround(site: Site, *, plate: bool) -> None:
         surface = Surface(site.u.function_space, site.domain, skin, contact.spacing_mm)
         site.contact = BarrierContact(surface, contact.barrier_mm, contact.stiffness_MPa)
         if may_meet and surface.interpolated:
-            site.further.append(_nodes_apart(site, *SKIN))
-    if may_meet:
-        site.walls = {name: _nodes_apart(site, name) for name in site.domain.cavities}
-        site.further += site.walls.values()
+            site.further.append(_apart(site, *SKIN))
+    for name in site.domain.cavities if may_meet else ():
+        site.walls[name] = _apart(site, name)
+        spread = _apart(site, name, spacing_mm=contact.spacing_mm)
+        between = [spread] if spread.surface.interpolated else []
+        site.further += [site.walls[name], *between]
     # the clamp is held across, and so is the plane of symmetry
     across = ["clamp", "symmetry"] if site.domain.half else ["clamp"]
     site.held |= {0: ["clamp"], 1: across, 2: ["clamp"]}
 
 
-def _nodes_apart(site: Site, *regions: str) -> BarrierContact:
-    """Contact between the nodes of some walls, and with their mirror image in half a finger.
+def _apart(site: Site, *regions: str, spacing_mm: float | None = None) -> BarrierContact:
+    """Contact of walls with one another, and with their mirror image in half a finger.
 
-    Walls that are nearer to one another than the barrier at rest, as in corners of a fine mesh, get
-    a narrower one. It is as stiff as the largest pressure that presses walls on one another. On the
-    skin it keeps apart the nodes that lie between contact points.
+    Points that are spread keep walls apart between their nodes; contact of the nodes keeps those
+    apart that lie between the points. Walls that are nearer to one another than the barrier at
+    rest, as nodes in corners of a fine mesh, get a narrower one. It is as stiff as the largest
+    pressure that presses walls on one another.
     """
     domain, contact = site.domain, site.config.contact
     largest_MPa = max(map(abs, site.config.pressures_kPa)) * KPA
-    surface = Surface(site.u.function_space, domain, domain.facets(*regions), spacing_mm=None)
+    surface = Surface(site.u.function_space, domain, domain.facets(*regions), spacing_mm)
     if domain.half:
         surface = surface.mirrored()
 
     def barrier(width_mm: float) -> BarrierContact:
         # the image has half of the energy
         stiffness_MPa = max(contact.stiffness_MPa, largest_MPa) / domain.copies
-        return BarrierContact(surface, width_mm, stiffness_MPa, title=f"the wall of {regions[0]}")
+        title = f"the wall of {regions[0]}"
+        return BarrierContact(surface, width_mm, stiffness_MPa, title=title, crowded=True)
 
     made = barrier(contact.barrier_mm)
     gap_mm = made.gap_mm(np.zeros_like(site.u.x.array), contact.barrier_mm)

@@ -56,6 +56,7 @@ class BarrierContact(Term):
         stiffness_MPa: κ.
         policy: how pairs are found and differentiated.
         title: what the surface is called where it passes through itself.
+        crowded: whether walls are pressed on one another over wide areas.
     """
 
     name: ClassVar[str] = "contact"
@@ -67,9 +68,11 @@ class BarrierContact(Term):
         stiffness_MPa: float,
         policy: PairPolicy = PairPolicy(),
         title: str = "the skin",
+        *,
+        crowded: bool = False,
     ) -> None:
         self._policy = policy
-        self._title = title
+        self.title, self.crowded = title, crowded
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
@@ -266,7 +269,7 @@ class BarrierContact(Term):
 
     def rejects(self, dofs: np.ndarray) -> str:
         """A state in which surfaces intersect."""
-        return f"{self._title} passes through itself" if self.intersects(dofs) else ""
+        return f"{self.title} passes through itself" if self.intersects(dofs) else ""
 
     # -- bounds --------------------------------------------------------------------------------
 

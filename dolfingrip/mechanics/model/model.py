@@ -308,6 +308,11 @@ class Model:
         """True if a term's tangent may have no stiffness against some motions at rest."""
         return any(term.singular_at_rest for term in self.all_terms)
 
+    @property
+    def crowded(self) -> set[str]:
+        """Names of terms that press surfaces on one another over wide areas."""
+        return {term.name for term in self.all_terms if term.crowded}
+
     def set_residual(self, residual_N: float) -> None:
         """Tell terms the residual at which a tangent is assembled."""
         for term in self.terms:

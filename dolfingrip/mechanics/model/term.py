@@ -44,11 +44,14 @@ class Term:
         name: name by which a bound of this term on a step is reported.
         singular_at_rest: whether its tangent may have no stiffness against some motions without any
             strain, so that Newton's first steps may be far too long.
+        crowded: whether surfaces are pressed on one another over wide areas, so that many pairs
+            meet in one step; see :attr:`~.globalisation.Globalisation.convex`.
         carried: fields that its tangent carries along Newton's steps; None if there are none.
     """
 
     name: ClassVar[str] = ""
     singular_at_rest: bool = False
+    crowded: bool = False
     carried: Carried | None = None
 
     # -- the potential ---------------------------------------------------------------------------

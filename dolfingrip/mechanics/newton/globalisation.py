@@ -9,7 +9,6 @@ from enum import Enum
 import numpy as np
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.model import compatibility
 from dolfingrip.mechanics.model.model import INVERTED, Model
 from dolfingrip.mechanics.newton.policy import StepPolicy
@@ -66,7 +65,7 @@ class Globalisation:
         self._settings = settings
         self._residual_along = residual_along
         self._policy = policy
-        self._search_first = model.singular_at_rest
+        self._search_first, self._crowded = model.singular_at_rest, model.crowded
         self.bound = ""
         self.overshot = False
         self.changed_much = elsewhere
@@ -103,7 +102,7 @@ class Globalisation:
 
     @property
     def convex(self) -> bool:
-        """True from a step that surfaces have cut on, until the residual is small."""
+        """True from a step that crowded contact has cut on, until the residual is small."""
         return self._cut and self._recent[-1] > self._policy.near * self._peak
 
     def judge(self, iteration: int, norm: float, scale: float = 0.0) -> IterationVerdict:
@@ -152,7 +151,7 @@ class Globalisation:
     def fraction(self, step: np.ndarray) -> float:
         """The fraction of ``step`` (a local array of the unknowns) to take."""
         fraction, self.bound = self._model.admissible_step(step)
-        self._cut |= self.bound == BarrierContact.name
+        self._cut |= self.bound in self._crowded
         self.overshot = False
         if self._stagnates or ((self.convex or self.bound) and self._settled):
             fraction = self._search(step, fraction)

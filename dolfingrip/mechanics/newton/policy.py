@@ -28,9 +28,10 @@ class StepPolicy:
         remaining: part of the work at the start of a step that may be left where a search ends.
         overshot: part of a first step, as searched, below which what is carried along it linearly
             means nothing.
-        near: after surfaces have cut a step, Hessians of their pairs are convex until the residual
-            has fallen to this part of its early peak. Pairs that meet at edges have directions of
-            negative curvature, along which Newton's method leads to saddles.
+        near: after contact has cut a step where walls may lie on one another, Hessians of pairs are
+            convex until the residual has fallen to this part of its early peak. Pairs that meet at
+            edges have directions of negative curvature, along which Newton's method leads to
+            saddles.
         steep, closer: where the work is so many times that of the start, the search goes on at this
             part of the way: a membrane's force grows as the cube of its deflection, of which regula
             falsi hardly takes note.
