@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,28 @@ def test_finger_from_step(tmp_path: Path) -> None:
     found = example.main(tmp_path, {"experiment.max_pressure_kPa": 10, "experiment.step_kPa": 10})
     assert found.cavity_mm3 == pytest.approx(example.CAVITY_mm3, rel=2e-3)
     assert found.angle_deg > 2
+
+
+def test_fibre_reinforced_finger(tmp_path: Path) -> None:
+    """It bends more than with the pressure on the chamber alone, and less than with a section that
+    the threads keep rigid; the linear parts of both closed forms are p S / (4 μ I) by hand."""
+    example = load("fibre_reinforced_finger")
+    found = example.main(tmp_path, pressure_kPa=5.0, size_mm=6.0)
+    print(found)
+    assert 1.2 * found.of_chamber_deg < found.angle_deg < 0.9 * found.of_outline_deg
+    # moments of half discs on the base: first S, second I, about the sheet
+    a, r, b = example.A_MM, example.R_MM, example.B_MM
+
+    def moments(radius: float) -> tuple[float, float]:
+        half, first, second = (math.pi * radius**2 / 2, 2 * radius**3 / 3, math.pi * radius**4 / 8)
+        return first + b * half, second + 2 * b * first + b**2 * half
+
+    (chamber, hollow), (above, full) = moments(a), moments(r)
+    bending = 4 * example.MU_MPA * (full + 2 * r * b**3 / 3 - hollow)
+    small = example.closed_forms_deg(0.01)
+    for area, angle in zip((chamber, above + r * b**2), small, strict=True):
+        by_hand = math.degrees(1e-5 * area / bending * example.CHAMBER_MM)
+        assert angle == pytest.approx(by_hand, rel=2e-3)
 
 
 def test_new_material() -> None:
