@@ -11,6 +11,7 @@ from support.paths import by_pressure
 from dolfingrip import config as configuration
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
+from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.extensions.site import Site
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.model.domain import distribute
@@ -94,6 +95,9 @@ def test_air_that_was_closed_under_pressure_blows_it_up() -> None:
     assert 1.001 < ratio < 1.04
     found = finger.pressure_in("cavity").value
     assert found == pytest.approx(105.0 / ratio - AMBIENT_KPA, rel=1e-6)
+    read = Observation(finger).readings
+    assert read["cavity_pressure_kPa"].value() == found  # the regulator's is 0
+    assert read["pressure_kPa"].value() == 0
 
 
 def test_a_closed_cavity_has_no_ratio() -> None:
