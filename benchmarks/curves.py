@@ -80,7 +80,9 @@ TARGETS = {
 }
 
 
-def solve(name: str, mesh: Change, folder: Path, free_form: bool) -> dict[str, object]:
+def solve(
+    name: str, mesh: Change, folder: Path, free_form: bool, refined: bool, most: int
+) -> dict[str, object]:
     """Solve one problem; a row of the table."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "curve.csv").open("w", newline="") as stream:
@@ -95,7 +97,7 @@ def solve(name: str, mesh: Change, folder: Path, free_form: bool) -> dict[str, o
     settings = ", ".join(f'"{key}={value}"' for key, value in mesh.items())
     (folder / "design.toml").write_text(
         f'set = [{settings}]\n[objective]\nmatch = "curve.csv"\nat_pressure_kPa = {PRESSURE_KPA}\n'
-        f"[method]\nsimulations = 20\n[parameters]\n{ranges}{FREE_FORM if free_form else ''}"
+        f"[method]\nsimulations = {most}\n[parameters]\n{ranges}{FREE_FORM if free_form else ''}"
     )
     problem = read(folder / "design.toml")
     begun = time.monotonic()
@@ -105,22 +107,24 @@ def solve(name: str, mesh: Change, folder: Path, free_form: bool) -> dict[str, o
             "target": name,
             "free_form": free_form,
             "cells_mm": "default" if not mesh else " and ".join(map(str, mesh.values())),
-            **_solved(problem, answers, folder, begun),
+            **_solved(problem, answers, folder, begun, refined),
         }
 
 
-def _solved(problem: Problem, answers: Compute, folder: Path, begun: float) -> dict[str, object]:
+def _solved(
+    problem: Problem, answers: Compute, folder: Path, begun: float, refined: bool
+) -> dict[str, object]:
     every = starts.solve(problem, answers, say_nothing)
     found = every.best(problem)
     wall_s = time.monotonic() - begun
-    finer = run.refine(problem, found, answers)
+    finer = run.refine(problem, found, answers) if refined else None
     result = run.facts(problem, found, finer, wall_s)
     run.write(result, found, folder)
     assert result.matched is not None
     return {
         "start_rms_mm": round(result.matched.start_rms_mm, 4),
         "rms_mm": round(result.matched.rms_mm, 4),
-        "finer_mesh_rms_mm": round(math.sqrt(finer.objective or math.nan), 4),
+        "finer_mesh_rms_mm": finer and round(math.sqrt(finer.objective or math.nan), 4),
         "simulations": result.simulations,
         "wall_s": round(wall_s),
         "stopped_by": "; ".join(
@@ -135,7 +139,7 @@ def draw(mesh: Change, out: Path) -> None:
     """Draw targets and the backs of the designs in a folder, each solved once more."""
     import matplotlib.pyplot as plt
 
-    found = [each for each in _named(TARGETS) if (out / each / "design.toml").exists()]
+    found = [each for each in _named(TARGETS) if (out / each / "design.json").exists()]
     fig, panels = plt.subplots(
         1, len(found), figsize=(2.4 * len(found), 3.4), sharey=True, squeeze=False
     )
@@ -165,6 +169,8 @@ def main() -> None:
     asked.add_argument("names", nargs="*", default=list(TARGETS))
     asked.add_argument("--mesh-mm", nargs=2, type=float, help="largest and smallest cells")
     asked.add_argument("--free-form", action="store_true", help="beside depth and wall")
+    asked.add_argument("--simulations", type=int, default=20, help="at most")
+    asked.add_argument("--unrefined", action="store_true", help="without the finer mesh")
     asked.add_argument("--out", type=Path, default=Path("out/curves"))
     given = asked.parse_args()
     mesh: Change = {}
@@ -173,7 +179,8 @@ def main() -> None:
     table = HERE / "curves.csv"
     for name in given.names:
         folder = given.out / _named([name])[given.free_form]
-        row = {key: str(each) for key, each in solve(name, mesh, folder, given.free_form).items()}
+        found = solve(name, mesh, folder, given.free_form, not given.unrefined, given.simulations)
+        row = {key: "" if each is None else str(each) for key, each in found.items()}
         print(row, file=sys.stderr, flush=True)
         with table.open(newline="") as stream:
             kept = list(csv.DictReader(stream))

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from copy import copy
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
@@ -151,16 +152,20 @@ class OwnChambers(Geometry):
         return Refusal(name, f"{allowed}, {why}")
 
     def _possible(self, values: Mapping[str, float]) -> bool:
-        """Tell whether a finger with such chambers is one, with its faces in the shared order."""
-        alike = self.alike()
-        try:
-            found = type(self).model_validate({**alike.model_dump(exclude_none=True), **values})
-        except ValidationError:
-            return False
-        if min(found.distances_mm().values(), default=THINNEST_MM) < THINNEST_MM:
-            return False
-        here, there = alike.boxes(), found.boxes()
-        return here is None or there is None or _same_order(here, there)
+        return _possible(self.alike(), tuple(values.items()))
+
+
+@lru_cache(maxsize=4096)  # a design's steps change one chamber of many
+def _possible(alike: OwnChambers, values: tuple[tuple[str, float], ...]) -> bool:
+    """Tell whether a finger with such chambers is one, with its faces in the shared order."""
+    try:
+        found = type(alike).model_validate({**alike.model_dump(exclude_none=True), **dict(values)})
+    except ValidationError:
+        return False
+    if min(found.distances_mm().values(), default=THINNEST_MM) < THINNEST_MM:
+        return False
+    here, there = alike.boxes(), found.boxes()
+    return here is None or there is None or _same_order(here, there)
 
 
 def _same_order(one: BoxSolid, other: BoxSolid) -> bool:
