@@ -32,7 +32,7 @@ from dolfingrip.cli import progress
 from dolfingrip.cli.console import console
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.core.unknown import tried
+from dolfingrip.diagnosis.core.unknown import causes
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.plan import analyse_plan, joined, read_alike
@@ -61,7 +61,10 @@ def measurements() -> Iterator[tuple[str, Measurement]]:
 
 def code() -> str:
     """Short digest of all code that results depend on: what other code computed is left alone."""
-    every = [shipped.core_digest(), *(shipped.effect_digest(name) for name in tried(None))]
+    every = [
+        shipped.core_digest(),
+        *(shipped.effect_digest(each.name) for each in causes(Config())),
+    ]
     return hashlib.sha256("".join(every).encode()).hexdigest()[:12]
 
 

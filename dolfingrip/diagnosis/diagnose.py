@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -30,6 +30,12 @@ from dolfingrip.diagnosis.finger.analysis import analyse_fingers
 from dolfingrip.diagnosis.finger.unknowns import check_rig
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.jobs.run import Progress, silent
+
+LEFT_OUT: Final = (
+    "--quick left out: the gain on readings that are left out, and tests that would have to be "
+    "simulated to tell what they settle"
+)
+UNVERIFIED: Final = "; the answer was not checked by simulations at its fitted numbers"
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,8 @@ def diagnose_measurement(
     found.suspicions = sentences(suspicions(found.analysis.measurement, shown))
     found.warnings = [*measurement.warnings, *found.cautions()]
     found.quick = quick
+    if quick:
+        found.warnings.append(LEFT_OUT if analysis.closed_form else f"{LEFT_OUT}{UNVERIFIED}")
     whole = not quick and found.decision.answer == "cause"
     if whole:
         say("measuring the gain on readings that are left out")

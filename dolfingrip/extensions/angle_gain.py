@@ -24,6 +24,7 @@ class AngleGain(Instrument):
     layer, which changes the force a little, too.
     """
 
+    either: ClassVar = "too large or too small"
     place: ClassVar = 2
     neutral: ClassVar = {"gain": 1.0}
     channel: ClassVar = ANGLE

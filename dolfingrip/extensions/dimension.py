@@ -18,6 +18,7 @@ class DimensionOffset(Effect):
 
     kind: ClassVar = "geometry"
     felt_by: ClassVar = FINGERS
+    either: ClassVar = "thicker or thinner"
     dimension: ClassVar[str]
     offset_mm: float
 

@@ -120,6 +120,14 @@ class Energetic(Protocol):
 
 
 @runtime_checkable
+class Uneven(Protocol):
+    """An effect by which the body's moduli differ from place to place."""
+
+    def moduli(self, site: Site) -> Expr:
+        """Factor of all moduli of the finger's own material at each place of its mesh."""
+
+
+@runtime_checkable
 class Joining(Protocol):
     """An effect with further terms of the potential."""
 
@@ -193,6 +201,10 @@ class Effect(Section):
             change the readings in nearly the same way.
         lopsided: whether positive and negative values change the readings in different ways, so
             that both are tried.
+        either: words of its first line, one for values above the neutral one and one for those
+            below, with "or" between them.
+        by_slopes: whether a diagnosis takes its change as linear in its numbers, by their slopes
+            where it does nothing, so that one simulation will do.
     """
 
     role: ClassVar = Role.EXTENSIONS
@@ -206,6 +218,8 @@ class Effect(Section):
     shapeless: ClassVar[tuple[str, ...]] = ()
     alike: ClassVar[tuple[str, ...]] = ()
     lopsided: ClassVar[bool] = False
+    either: ClassVar[str] = ""
+    by_slopes: ClassVar[bool] = False
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -219,6 +233,20 @@ class Effect(Section):
     def felt_in_bending(cls, config: Setup) -> bool:
         """Return whether a finger that bends freely feels it."""
         return "finger" in cls.felt_by
+
+    def words(self, config: Setup) -> str:
+        """Tell what it does at its numbers.
+
+        Args:
+            config: of the body that it acts on.
+        """
+        told = (self.__doc__ or self.name()).splitlines()[0].rstrip(".").partition(" (")[0]
+        told = f"{told[0].lower()}{told[1:]}"
+        if not self.either:
+            return told
+        (key, start), *_ = self.neutral.items()
+        above, _, below = self.either.partition(" or ")
+        return told.replace(self.either, above if getattr(self, key) > start else below)
 
     # -- what is known of it ---------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from dolfingrip.extensions.instrument import Instrument
 
 
 class ForceGain(Instrument):
-    """A force sensor whose scale is off.
+    """A force sensor that reads too much or too little.
 
     F_displayed = gain · F.
 
@@ -24,6 +24,7 @@ class ForceGain(Instrument):
     that is tilted.
     """
 
+    either: ClassVar = "too much or too little"
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
     channel: ClassVar = FORCE

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial, reduce
+from operator import mul
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, overload
 
 import ufl
 from pydantic import Field, create_model
+from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Energetic, Joining, Kind, StrainEnergy
+from dolfingrip.extensions.effect import Effect, Energetic, Joining, Kind, StrainEnergy, Uneven
 from dolfingrip.sections.lookup import only_class
 from dolfingrip.sections.section import Role, Section
 
@@ -81,6 +84,11 @@ class Switched(Section):
             base = effect.strain_energy(base, site)
         return base
 
+    def in_places(self, energies: Sequence[StrainEnergy], site: Site) -> list[StrainEnergy]:
+        """Strain energies of the body with the moduli of each place."""
+        moduli = [effect.moduli(site) for effect in self.active(Uneven)]
+        return [partial(_scaled, each, moduli) for each in energies] if moduli else [*energies]
+
     def terms(self, site: Site) -> list[ufl.Form]:
         """Further energies of all effects."""
         return [term for effect in self.active(Joining) for term in effect.terms(site)]
@@ -88,6 +96,10 @@ class Switched(Section):
     def without(self, kind: type[Any]) -> Self:
         """Return these extensions without the effects of a kind."""
         return self.model_copy(update={on.name(): None for on in self.active(kind)})
+
+
+def _scaled(energy: StrainEnergy, factors: Sequence[Expr], strain: Expr) -> Expr:
+    return reduce(mul, factors, energy(strain))
 
 
 def table(effects: Iterable[type[Effect]]) -> type[Switched]:

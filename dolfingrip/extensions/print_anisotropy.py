@@ -15,7 +15,7 @@ from dolfingrip.forms import transverse_isotropy
 
 
 class PrintAnisotropy(Elastic):
-    """Transverse isotropy: stiffer along the raster, or softer across the layers.
+    """A print that is stiffer or softer along one direction (transverse isotropy).
 
     ψ += k/2 (Ī₄ − 1)², Ī₄ = a · C̄ a, a = (sin φ, 0, cos φ): the standard reinforcing energy
     (Triantafyllidis & Abeyaratne, J. Appl. Mech. 50, 1983; see
@@ -32,6 +32,7 @@ class PrintAnisotropy(Elastic):
     Confused with: base-layer thickness, the modulus.
     """
 
+    either: ClassVar = "stiffer or softer"
     shapeless: ClassVar = ("raster_deg",)
 
     k_MPa: Annotated[float, Prior(0.0, 0.3, "engineering guess")] = Field(

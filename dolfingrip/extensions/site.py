@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
@@ -197,6 +198,18 @@ class Site:
             return np.array([self._assembled(moment) for moment in moments]) / self._assembled(area)
 
         return self._measured(centroid)
+
+    def extent(self, axis: int) -> fem.Constant:
+        """Least and largest coordinate (mm) of the undeformed solid along an axis, (2,)."""
+        mesh = self.domain.mesh
+
+        def ends() -> np.ndarray:
+            x = mesh.geometry.x[:, axis]
+            least = x.min(initial=np.inf), -x.max(initial=-np.inf)
+            low, high = (mesh.comm.allreduce(float(each), MPI.MIN) for each in least)
+            return np.array([low, -high])
+
+        return self._measured(ends)
 
     def rest_volume(self, cavity: str) -> fem.Constant:
         """Volume (mm³) of a cavity of the whole undeformed finger."""

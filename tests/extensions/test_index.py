@@ -8,7 +8,15 @@ from support import trial
 
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
-from dolfingrip.extensions.effect import Adapting, Displaying, Effect, Energetic, Joining, Stage
+from dolfingrip.extensions.effect import (
+    Adapting,
+    Displaying,
+    Effect,
+    Energetic,
+    Joining,
+    Stage,
+    Uneven,
+)
 from dolfingrip.extensions.index import EFFECTS, NAMES
 from dolfingrip.extensions.no_self_contact import NoSelfContact
 from dolfingrip.extensions.plate_friction import PlateFriction
@@ -16,8 +24,8 @@ from dolfingrip.parameter.priors import PRINTED_MPa, scaled_priors
 from dolfingrip.sections import units
 
 ORDINARY = {
-    "alpha", "beta", "chord_share", "coefficient", "factor", "g", "gain", "inverse_J_m",
-    "inverse_r", "mu", "yield_strain",
+    "a_1", "a_2", "alpha", "b_0", "b_1", "b_2", "beta", "chord_share", "coefficient", "factor",
+    "g", "gain", "inverse_J_m", "inverse_r", "mu", "yield_strain",
 }  # fmt: skip
 """Parameters without a unit."""
 
@@ -31,7 +39,7 @@ SMOOTH = {"permanent_set": {"yield_strain": 0.005}}
 """All points yield: remainders across the kink where one begins to are of second order, but not
 evenly so."""
 
-HOOKS = (Adapting, Energetic, Joining, Stage, Displaying)
+HOOKS = (Adapting, Energetic, Joining, Stage, Displaying, Uneven)
 
 TWO_CYCLES = (
     "contact.self_contact=false",
@@ -48,7 +56,7 @@ every = pytest.mark.parametrize("effect", EFFECTS, ids=NAMES)
 ENERGIES = [
     effect
     for effect in EFFECTS
-    if issubclass(effect, Energetic | Joining) and effect not in NO_FORMS
+    if issubclass(effect, Energetic | Joining | Uneven) and effect not in NO_FORMS
 ]
 
 

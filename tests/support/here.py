@@ -28,6 +28,8 @@ class Here(Workers):
     """
 
     def results(self, requests: Sequence[Request]) -> list[Answer]:
+        if self.known is not None:
+            self._enter(self.known, self._missing(requests))
         jobs = list({each.key: job(each) for each in requests}.values())
         with Store(self.store, write=True) as store:
             store.add(jobs, SHARED)

@@ -121,13 +121,21 @@ class Diagnosis:
                 values.append((number.key, number.at(every[:, place]) * scale))
         return [_estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
-    def member(self, name: str) -> list[FittedNumber]:
-        """Fitted numbers of a cause in the place of the first that is named, beside the second."""
+    def member(self, name: str) -> MapFit:
+        """Fit of a cause in the place of the first that is named, beside the second."""
         allowed = {name, *self.decision.second}
         causes = self.posterior.problem.causes
         fits = [fit for _, fit in self.posterior.weighed if name in fit.subset]
         own = [fit for fit in fits if set(causes(fit.subset)) <= allowed]
-        return self.numbers(max(own, key=lambda each: each.log_evidence)) if own else []
+        return max(own or fits, key=lambda each: each.log_evidence)
+
+    def words(self, name: str) -> str:
+        """Tell what an effect does at its fitted numbers."""
+        fit, applied = self.member(name), self.analysis.applied
+        own = fit.zeta[self.analysis.problem.places(fit.subset)[name]]
+        on = changed(applied, self.analysis.causes[name].overrides(own, self.analysis.factor(fit)))
+        told: str = getattr(on.extensions, name).words(applied)
+        return told
 
     def fitted(self, fit: MapFit) -> str:
         """Tell in a sentence which numbers of the model were fitted."""

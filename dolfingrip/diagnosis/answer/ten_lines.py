@@ -33,6 +33,7 @@ NUISANCES: Final = {
     "coupon.gauge_length_mm": "another gauge length than reported",
     "coupon_area": "another cross-section of the coupons than reported",
     "modulus": "a stiffer or softer material",
+    "wall_offset": "walls thicker or thinner than drawn",
 }
 """Causes that are no effects of the catalogue, in words."""
 
@@ -69,18 +70,16 @@ def ten_lines(found: Diagnosis, out: Path) -> Brief:
     )
 
 
-def _in_words(name: str) -> str:
+def _in_words(found: Diagnosis, name: str) -> str:
     """A cause in words, its name in brackets."""
-    if name in NAMES:
-        told = (effect(name).__doc__ or name).strip().splitlines()[0].rstrip(".")
-        told = told.partition(" (")[0]
-        return f"{told[0].lower()}{told[1:]} ({name})"
+    if name in NAMES and name in found.analysis.causes:
+        return f"{found.words(name)} ({name})"
     return f"{NUISANCES.get(name, name)} ({name})"
 
 
-def _one_of(names: Sequence[str]) -> str:
+def _one_of(found: Diagnosis, names: Sequence[str]) -> str:
     """Causes that cannot be told apart, the most probable first."""
-    words = [_in_words(name) for name in names[: PAGE.in_words]]
+    words = [_in_words(found, name) for name in names[: PAGE.in_words]]
     text = words[0] if len(words) == 1 else " or ".join(words)
     rest = names[PAGE.in_words :]
     return f"{text} or, less probably, {' or '.join(rest)}" if rest else text
@@ -160,7 +159,7 @@ def answer_sentence(found: Diagnosis) -> str:
     Args:
         found: the diagnosis.
     """
-    decision = found.decision
+    decision, problem = found.decision, found.analysis.problem
     sure = chance(decision.probability)
     if decision.answer == "none" and decision.probability >= POLICY.likelier:
         return f"Nothing else is to be seen: probability {sure}.{_untold(found)}"
@@ -173,26 +172,27 @@ def answer_sentence(found: Diagnosis) -> str:
         near = sorted(decision.inclusion, key=lambda name: -decision.inclusion[name])
         return (
             "No cause can be claimed, though something is off with probability "
-            f"{chance(1 - decision.none)}: nearest come {_one_of(near[: PAGE.in_words])}."
+            f"{chance(1 - decision.none)}: nearest come {_one_of(found, near[: PAGE.in_words])}."
         )
     if decision.answer == "unknown":
         sentence = f"Something is off that no effect of the catalogue explains: probability {sure}."
         if decision.nearest:
             sentence += (
-                f" Nearest comes {_one_of(decision.nearest)}, but "
+                f" Nearest comes {_one_of(found, decision.nearest)}, but "
                 f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
             )
         return sentence
-    if len(decision.first) > 1 and decision.first == found.analysis.problem.always[0].names:
+    if len(decision.first) > 1 and decision.first == problem.always[0].names:
         return (
             "Nothing else is off: either the material is so much stiffer or softer, or the "
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
         )
-    if decision.nuisance_only and decision.probability >= POLICY.likelier:
-        return f"Nothing else is off: {_one_of(decision.first)}; probability {sure}."
-    sentence = _one_of(decision.first)
+    own = problem.implausible.keys() >= {*decision.first}
+    if decision.nuisance_only and own and decision.probability >= POLICY.likelier:
+        return f"Nothing else is off: {_one_of(found, decision.first)}; probability {sure}."
+    sentence = _one_of(found, decision.first)
     if decision.second:
-        sentence += f", together with {_one_of(decision.second)}"
+        sentence += f", together with {_one_of(found, decision.second)}"
     elif len({*decision.first}.intersection(decision.best.subset)) > 1:
         sentence += ", most probably together"
     explained = 100 * (1 - decision.unexplained)
@@ -200,8 +200,16 @@ def answer_sentence(found: Diagnosis) -> str:
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
     share = "all" if explained > 99.95 else f"{explained:.3g} %"
     named = "The cause of the rest" if decision.probability >= POLICY.likelier else "Nearest comes"
-    explains = f"It explains {share} of what the model misses."
+    explains = f"It explains {share} of what the model misses.{_of_both(decision.first)}"
     return f"{named}: {sentence}; probability {sure}{doubt}. {explains}"
+
+
+def _of_both(names: Sequence[str]) -> str:
+    """Tell that either an instrument is off or the finger, where causes of both are tied."""
+    kinds = {effect(name).kind for name in names if name in NAMES}
+    if "measurement" not in kinds or kinds.isdisjoint(("elastic", "dissipative", "geometry")):
+        return ""
+    return " Either an instrument is off or the finger is: look at both."
 
 
 def _untold(found: Diagnosis) -> str:
@@ -230,7 +238,7 @@ def _size(found: Diagnosis) -> str:
         ]
         return numbers + (f"; whatever hides: {', '.join(wider)}" if beside else "")
     for name in [each for each in found.decision.first if each not in causes][: PAGE.in_words]:
-        other = found.member(name)
+        other = found.numbers(found.member(name))
         told = [each.words() for each in other if name in each.key.split(".")]
         numbers += f"; or, with {name} in its place, {', '.join(told)}" if told else ""
     without = replace(fit, subset=NONE, zeta=fit.zeta[: found.analysis.problem.nuisance_count])

@@ -31,6 +31,8 @@ from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import named
 
 
@@ -195,7 +197,8 @@ def analyse_coupons(
     unseen: list[str] = []
     rig: set[str] = set()
     for cause in causes(config, names):
-        found = _emulated(simulation, cause, off)
+        feels = effect(cause.name).felt_on(EXPERIMENTS["coupon"].parts)
+        found = _emulated(simulation, cause, off) if feels else None
         if found is None:
             unseen.append(cause.name)
             continue

@@ -118,7 +118,7 @@ def trained_causes(
     if not fully:
         compute({name: each.first() for name, each in designs.items()})
         more = {name: each for name, each in designs.items() if told[name] is None}
-    further: set[str] = set()
+    further = {name for name in designs if name not in more and effect(name).by_slopes}
     while True:
         compute(more)
         further |= set(more)
@@ -144,6 +144,7 @@ def trained_causes(
             emulator = _by_moduli(simulation, cause, own, scale, factor, middle)
         else:
             degree = POLICY.closed_form_places - 1 if cause.name in closed else POLICY.curved_degree
+            degree = 1 if effect(cause.name).by_slopes else degree
             emulator = trained_on(own, coordinates_of(cause), scale, (0,), degree=degree)
         emulators[cause.name] = emulator
     return Trained(emulators, tuple(unseen), {name: why for name, why in failed.items() if why})
@@ -178,13 +179,7 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
         and not kind.clock
         and cause.name != TILTED
     )
-    reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
-    box = np.clip(box_of(cause), -reach, reach)
-    if not scales:
-        box = np.vstack([even(middle) + MODEL.beside * np.array([-1.0, 1.0]), box])
-    d = len(box)
-    count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
-    zeta = _places(box, POLICY.implausible_places if cause.name in IMPLAUSIBLE else count, cause)
+    zeta = _zeta(cause, None if scales else middle)
     if not scales:
         zeta[:, 0] = spread(zeta[:, 0])
     experiments = _felt_in(cause.name, simulation.lab)
@@ -209,6 +204,20 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
             )
         )  # fmt: skip
     return _Design(cause, zeta, scales, variants)
+
+
+def _zeta(cause: Cause, middle: float | None) -> np.ndarray:
+    """Places of a cause's simulations, evenly spread; the moduli's first where these have one."""
+    if effect(cause.name).by_slopes:
+        neutral = [number.zeta(cause.neutral(number)) for number in cause.numbers]
+        return np.array([neutral if middle is None else [even(middle), *neutral]])
+    reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
+    box = np.clip(box_of(cause), -reach, reach)
+    if middle is not None:
+        box = np.vstack([even(middle) + MODEL.beside * np.array([-1.0, 1.0]), box])
+    d = len(box)
+    count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
+    return _places(box, POLICY.implausible_places if cause.name in IMPLAUSIBLE else count, cause)
 
 
 def _felt_in(name: str, config: Config) -> frozenset[str]:
@@ -292,6 +301,8 @@ def _assembled(
             kept.append(place)
             values.append(change)
             slopes.append(np.array(derived))
+    if kept and effect(design.cause.name).by_slopes:
+        return _tangent(design.zeta[0], slopes[0], at), ""
     least = 1 if len(runs) < 3 else max(2, len(numbers))
     if len(kept) < least:
         why = next((f.sentence for run in runs for f in run.failures), "no simulation ended")
@@ -301,6 +312,14 @@ def _assembled(
             design.zeta[kept], np.stack(values, axis=1), np.stack(slopes, axis=1), at
         ), "",
     )  # fmt: skip
+
+
+def _tangent(neutral: np.ndarray, slopes: np.ndarray, nodes: np.ndarray | None) -> SimulatedChanges:
+    """Changes that are linear in a cause's numbers, by their slopes, (nodes or 1, d, n)."""
+    first = int(nodes is None)  # the moduli's
+    steps = np.eye(len(neutral))[first:]
+    every = np.repeat(slopes[:, None], len(steps), axis=1)
+    return SimulatedChanges(neutral + steps, slopes[:, first:], every, nodes)
 
 
 def _without(simulated: SimulatedChanges, approximation: Emulator) -> SimulatedChanges:

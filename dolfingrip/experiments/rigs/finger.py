@@ -360,9 +360,11 @@ def strain_energies(config: Config, site: Site, base: BaseMaterial) -> Energies:
         energy: StrainEnergy = (
             material.of_shape if selective else partial(material.energy, p=site.p)
         )
+        volume: list[StrainEnergy] = [material.of_volume] if selective else []
         if part == REST:
             energy = config.extensions.strain_energy(energy, site)
-        found[part,] = [energy, ReducedIntegration(material.of_volume)] if selective else [energy]
+            energy, *volume = config.extensions.in_places([energy, *volume], site)
+        found[part,] = [energy, *map(ReducedIntegration, volume)]
     return found if site.domain.parts else found[REST,]
 
 
