@@ -138,6 +138,8 @@ def diagnose_measurement(
 def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:
     try:
         with workers.pool() as pool:
-            found.downstream = compare(folder, found.config, found.extended, out, pool)
+            found.downstream = compare(
+                folder, found.config, found.extended(found.decision.best), out, pool
+            )
     except ConfigError as error:
         found.warnings.append(f"--campaign {folder}: {error}")

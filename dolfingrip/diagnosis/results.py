@@ -18,6 +18,7 @@ from dolfingrip.diagnosis import page
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.ten_lines import answer_sentence, channels, scatter, ten_lines
 from dolfingrip.diagnosis.core.decision import held
+from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE
@@ -54,13 +55,11 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     Raises:
         WriteError: one line.
     """
-    extended = None
-    try:
-        extended = found.extended
-        content = _extended_toml(found, extended)
-        whole.write(out / "extended.toml", content)
-    except ConfigError as error:
-        found.warnings.append(f"extended.toml is not written: {error}")
+    extended = _extended(found, found.decision.best, out / "extended.toml")
+    for stale in out.glob("extended.*.toml"):
+        stale.unlink()
+    for name, fit in found.members.items():
+        _extended(found, fit, out / f"extended.{name}.toml")
     result = _outcome_of(found, extended, [str(file) for file in data], out)
     result.write(out)
     text = page.text(result)
@@ -70,12 +69,17 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     return Written(text, result, readings)
 
 
-def _extended_toml(found: Diagnosis, extended: Config) -> str:
-    """The configuration at the fitted numbers, these with intervals as comments before it."""
-    fit = found.decision.best
+def _extended(found: Diagnosis, fit: MapFit, file: Path) -> Config | None:
+    """Write the configuration at a fit's numbers, these with intervals as comments before it."""
+    try:
+        extended = found.extended(fit)
+    except ConfigError as error:
+        found.warnings.append(f"{file.name} is not written: {error}")
+        return None
     lines = [f"# dolfingrip diagnose: {answer_sentence(found)}", "# fitted, with 90 % intervals:"]
     lines += [f"# {each.words(digits=4)}" for each in found.numbers(fit)]
-    return "\n".join(lines) + "\n" + configuration.dumps(extended)
+    whole.write(file, "\n".join(lines) + "\n" + configuration.dumps(extended))
+    return extended
 
 
 def _outcome_of(
@@ -88,7 +92,8 @@ def _outcome_of(
     total = posterior.subsets
     shown = sorted(total, key=lambda subset: -total[subset])[:8]
     causes = posterior.problem.causes
-    known = dict.fromkeys(map(causes, (decision.best.subset, *shown, NONE)))
+    members = [fit.subset for fit in found.members.values()]
+    known = dict.fromkeys(map(causes, (decision.best.subset, *members, *shown, NONE)))
     fits = [posterior.best(subset) for subset in known]
     alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
     strengths = posterior.strengths
@@ -155,6 +160,7 @@ def _readings(found: Diagnosis) -> pd.DataFrame:
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
         run=listed["test"], noise=found.analysis.errors.noise, configured=found.analysis.configured,
         before=found.with_best_modulus(), after=found.analysis.fitted(found.decision.best),
+        **{f"after_{name}": found.analysis.fitted(fit) for name, fit in found.members.items()},
     )  # fmt: skip
 
 

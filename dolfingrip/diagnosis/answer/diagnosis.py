@@ -23,6 +23,7 @@ from dolfingrip.diagnosis.core.decision import Decision, Sensitivity, sensitivit
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
 from dolfingrip.parameter import find
 from dolfingrip.parameter.nuisances import WALL, modulus_keys
@@ -129,9 +130,21 @@ class Diagnosis:
         own = [fit for fit in fits if set(causes(fit.subset)) <= allowed]
         return max(own or fits, key=lambda each: each.log_evidence)
 
+    @property
+    def members(self) -> dict[str, MapFit]:
+        """Fits of the causes that could stand in the place of the one that is told, by name."""
+        known, best = self.posterior.names, self.decision.best.subset
+        return {
+            name: self.member(name)
+            for name in self.decision.first if name in known and name not in best
+        }  # fmt: skip
+
     def words(self, name: str) -> str:
         """Tell what an effect does at its fitted numbers."""
-        fit, applied = self.member(name), self.analysis.applied
+        applied = self.analysis.applied
+        if name not in self.analysis.causes:
+            return effect(name)().words(applied)
+        fit = self.member(name)
         own = fit.zeta[self.analysis.problem.places(fit.subset)[name]]
         on = changed(applied, self.analysis.causes[name].overrides(own, self.analysis.factor(fit)))
         told: str = getattr(on.extensions, name).words(applied)
@@ -248,14 +261,13 @@ class Diagnosis:
         missed = float(np.linalg.norm(off[come]))
         return float(np.linalg.norm(change[come])) / missed if missed else 0.0
 
-    @property
-    def extended(self) -> Config:
-        """The body as it was drawn for the tests, at the answer's numbers; no set-up."""
+    def extended(self, fit: MapFit) -> Config:
+        """The body as it was drawn for the tests, at the numbers of a fit; no set-up."""
         sections = self.analysis.measurement.tests[0].setup.sections
         classes = Config.classes()
         drawn = {name: sections[name] for name in sections if classes[name].role is Role.BODY}
         config = self.config.changed(**drawn) if drawn else self.config
-        return changed(config, self.overrides(self.decision.best))
+        return changed(config, self.overrides(fit))
 
 
 def diagnosed(

@@ -33,7 +33,6 @@ NUISANCES: Final = {
     "coupon.gauge_length_mm": "another gauge length than reported",
     "coupon_area": "another cross-section of the coupons than reported",
     "modulus": "a stiffer or softer material",
-    "wall_offset": "walls thicker or thinner than drawn",
 }
 """Causes that are no effects of the catalogue, in words."""
 
@@ -72,7 +71,7 @@ def ten_lines(found: Diagnosis, out: Path) -> Brief:
 
 def _in_words(found: Diagnosis, name: str) -> str:
     """A cause in words, its name in brackets."""
-    if name in NAMES and name in found.analysis.causes:
+    if name in NAMES:
         return f"{found.words(name)} ({name})"
     return f"{NUISANCES.get(name, name)} ({name})"
 
@@ -191,10 +190,13 @@ def answer_sentence(found: Diagnosis) -> str:
     if decision.nuisance_only and own and decision.probability >= POLICY.likelier:
         return f"Nothing else is off: {_one_of(found, decision.first)}; probability {sure}."
     sentence = _one_of(found, decision.first)
+    told = {*decision.first, *decision.second}
     if decision.second:
         sentence += f", together with {_one_of(found, decision.second)}"
     elif len({*decision.first}.intersection(decision.best.subset)) > 1:
         sentence += ", most probably together"
+    if beside := [each for each in problem.effects(decision.best.subset) if each not in told]:
+        sentence += f", most probably together with {_one_of(found, beside)}"
     explained = 100 * (1 - decision.unexplained)
     least = found.sensitivity.least
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
@@ -237,8 +239,8 @@ def _size(found: Diagnosis) -> str:
             if (alike := [each, *others])
         ]
         return numbers + (f"; whatever hides: {', '.join(wider)}" if beside else "")
-    for name in [each for each in found.decision.first if each not in causes][: PAGE.in_words]:
-        other = found.numbers(found.member(name))
+    for name, member in [*found.members.items()][: PAGE.in_words]:
+        other = found.numbers(member)
         told = [each.words() for each in other if name in each.key.split(".")]
         numbers += f"; or, with {name} in its place, {', '.join(told)}" if told else ""
     without = replace(fit, subset=NONE, zeta=fit.zeta[: found.analysis.problem.nuisance_count])
