@@ -7,7 +7,7 @@ diagnosis.decision.answer     # "cause", "none" or "unknown"
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +19,8 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.answer.settling import settled_by
+from dolfingrip.diagnosis.answer.specimens import apart
+from dolfingrip.diagnosis.answer.ten_lines import answer_sentence
 from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
 from dolfingrip.diagnosis.coupon.simulation import in_closed_form
@@ -51,6 +53,7 @@ class DiagnosisSettings:
         anew: compute the simulations that come with the package, too.
         say: told what is being done.
         progress: called with each simulation that is done.
+        specimens: whether those that stand apart from the others are looked for.
     """
 
     workers: int = 2
@@ -61,6 +64,7 @@ class DiagnosisSettings:
     anew: bool = False
     say: Callable[[str], None] = lambda text: None
     progress: Progress = silent
+    specimens: bool = True
 
 
 def diagnose(
@@ -121,6 +125,12 @@ def diagnose_measurement(
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
     found.suspicions = sentences(suspicions(found.analysis.measurement, shown))
+    if settings.specimens and (outside := apart(found.analysis)):
+        say(f"{outside.sentence}; diagnosing the others")
+        others = {test.number for test in measurement.tests if test.specimen not in outside.names}
+        alone = replace(settings, quick=True, specimens=False)
+        rest = diagnose_measurement(measurement.of(others), config, workers, alone)
+        found.suspicions.append(f"{outside.sentence}; without: {answer_sentence(rest)}")
     found.warnings = [*measurement.warnings, *found.cautions()]
     found.quick = quick
     if quick:

@@ -282,6 +282,10 @@ class InferencePolicy:
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
             channel's root mean square.
         specimen_scales: scatter of specimens' stiffness, by the reported one.
+        some: readings that tell which specimens stand apart, at most; of more, every second, third,
+            … is taken.
+        apart: specimens that may stand apart together, at most.
+        far: how far the curve of one that does is from the others', by the signal.
         scatters: scatter of specimens' stiffness by the reported one, from which on it is
             mentioned.
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
@@ -376,6 +380,9 @@ class InferencePolicy:
     predicted_log_odds: float = math.log(20.0)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
+    some: int = 300
+    apart: int = 2
+    far: float = 0.1
     scatters: float = 1.5
     own_slack: float = 0.5
     smooth: int = 6

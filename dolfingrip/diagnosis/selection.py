@@ -24,9 +24,16 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     Raises:
         ConfigError: one line, where nothing of a finger's readings would be left.
     """
+    repeated = measurement.repeated()
+    notes = [
+        f"{measurement.tests[again]} has the very readings of {measurement.tests[first]}: they are "
+        "compared once"
+        for again, first in repeated.items()
+    ]
+    if repeated:
+        measurement = measurement.of({test.number for test in measurement.tests} - {*repeated})
     keep = np.ones(len(measurement.readings), dtype=bool)
     readings = measurement.readings.copy()
-    notes: list[str] = []
     for test in measurement.tests:
         rows = measurement.rows(test.number)
         finger = test.control == PRESSURE.name

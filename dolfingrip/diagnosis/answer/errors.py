@@ -63,41 +63,95 @@ def between(
     be taken for a cause. Beside fingers, and of one specimen, the shape of coupons is assumed: no
     simple law follows them exactly.
     """
-    listed = measurement.listed()
-    specimen = listed["specimen"].to_numpy()
-    names = sorted(set(specimen))
-    scaled = (listed["column"] != TRANSVERSE_STRAIN.name).to_numpy()
-    same = specimen[:, None] == specimen
-    stiff = np.outer(signal * scaled, signal * scaled) * same
-    shape = kernel(along) * same
-    told = float(np.max([test.setup.nuisances["specimen_scale"] for test in measurement.tests]))
-    if len(names) == 1 or len({test.experiment for test in measurement.tests}) > 1:
-        coupon = (listed["experiment"] == "coupon").to_numpy()
+    own = Individual(measurement, covariance, along, signal)
+    told = own.told
+    one_curve = len({test.experiment for test in measurement.tests}) == 1
+    if len(set(own.specimen)) == 1 or not one_curve:
+        coupon = (measurement.listed()["experiment"] == "coupon").to_numpy()
         shape = kernel(along) * np.outer(coupon, coupon)
         level = POLICY.single_shape if coupon.all() else 0.0
         return Scatter(0.0, told, level, estimated=False), POLICY.single_shape**2 * shape
-    common = _common(listed, along)
-    levels = np.array(POLICY.specimen_shapes)
-    likelihood = np.array([
-        [
-            _restricted(
-                covariance + (factor * told) ** 2 * stiff + level**2 * shape, common,
-                listed["value"].to_numpy(),
-            )
-            for level in levels
-        ]
-        for factor in POLICY.specimen_scales
-    ])  # fmt: skip
+    likelihood = own.likelihood()
     best = 0
     for number, of in enumerate(likelihood.max(axis=1)):
         if of > likelihood[best].max() + 0.5:
             best = number
     scale = POLICY.specimen_scales[best] * told
     weights = np.exp(likelihood[best] - likelihood[best].max())
+    levels = np.array(POLICY.specimen_shapes)
     level = float(np.sqrt(weights @ levels**2 / weights.sum()))
-    return (
-        Scatter(scale, told, level, estimated=True), scale**2 * stiff + level**2 * shape,
-    )  # fmt: skip
+    return Scatter(scale, told, level, estimated=True), own.apart(scale, level)
+
+
+@dataclass(eq=False)
+class Individual:
+    """Readings of specimens that share a curve, each with a stiffness and a shape of its own.
+
+    Attributes:
+        measurement: the readings.
+        covariance: of everything else, shape (n, n).
+        along: where they lie.
+        signal: a smooth curve through them, shape (n,).
+        some: which of the readings; all where None.
+    """
+
+    measurement: Measurement
+    covariance: np.ndarray
+    along: Along
+    signal: np.ndarray
+    some: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        listed = self.measurement.listed()
+        at = np.arange(len(listed)) if self.some is None else self.some
+        self._listed = listed.iloc[at].reset_index(drop=True)
+        self.covariance = self.covariance[np.ix_(at, at)]
+        self.along = self.along.at(at)
+        self.specimen = self._listed["specimen"].to_numpy()
+        scaled = (self._listed["column"] != TRANSVERSE_STRAIN.name).to_numpy() * self.signal[at]
+        self._stiff, self._shape = np.outer(scaled, scaled), kernel(self.along)
+        self._same = self.specimen[:, None] == self.specimen
+
+    @classmethod
+    def of(cls, measurement: Measurement, errors: Errors, some: np.ndarray) -> Individual:
+        """Some readings of a measurement by its errors, without the scatter in them."""
+        every = cls(measurement, errors.covariance, errors.along, errors.signal)
+        scatter = every.apart(errors.scatter.scale, errors.scatter.shape)
+        return cls(measurement, errors.covariance - scatter, errors.along, errors.signal, some)
+
+    @property
+    def told(self) -> float:
+        """Relative scatter of the stiffness as the laboratory told it."""
+        tests = self.measurement.tests
+        return float(np.max([test.setup.nuisances["specimen_scale"] for test in tests]))
+
+    def apart(self, scale: float, shape: float) -> np.ndarray:
+        """(n, n) covariance by the specimens' own stiffness and shape, relative."""
+        return (scale**2 * self._stiff + shape**2 * self._shape) * self._same
+
+    def likelihood(self, outside: Sequence[str] = ()) -> np.ndarray:
+        """ln of the restricted likelihood of each scatter of stiffness (rows) and shape.
+
+        Args:
+            outside: specimens that stand apart from the others.
+        """
+        common, value = _common(self._listed, self.along), self._listed["value"].to_numpy()
+        far = np.isin(self.specimen, outside)
+        wide = POLICY.far**2 * (self._stiff + self._shape) * self._same * np.outer(far, far)
+        return np.array([
+            [
+                _restricted(
+                    self.covariance + wide + self.apart(factor * self.told, level), common, value
+                )
+                for level in POLICY.specimen_shapes
+            ]
+            for factor in POLICY.specimen_scales
+        ])  # fmt: skip
+
+    def evidence(self, outside: Sequence[str]) -> float:
+        """ln p of the readings where some specimens stand apart, the scatter integrated out."""
+        found = self.likelihood(outside)
+        return float(np.logaddexp.reduce(found, axis=None) - np.log(found.size))
 
 
 def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
@@ -144,6 +198,10 @@ class Along:
     path: np.ndarray
     block: np.ndarray
     size: np.ndarray
+
+    def at(self, some: np.ndarray) -> Along:
+        """Where some of the readings lie."""
+        return Along(self.load[some], self.path[some], self.block[some], self.size[some])
 
 
 def kernel(along: Along) -> np.ndarray:

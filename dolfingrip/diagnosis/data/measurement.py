@@ -9,8 +9,8 @@ measurement.listed()          # pandas: a row for each single reading; all array
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +88,29 @@ class Measurement:
     def rows(self, test: int) -> pd.DataFrame:
         """The rows of a test."""
         return self.readings[self.readings["test"] == test]
+
+    def of(self, tests: Iterable[int], first: int = 0) -> Measurement:
+        """Only these tests, numbered in their order.
+
+        Args:
+            tests: their numbers.
+            first: number of the first of them.
+        """
+        number = {old: first + place for place, old in enumerate(sorted(tests))}
+        rows = self.readings[self.readings["test"].isin(number)].reset_index(drop=True)
+        kept = [replace(t, number=number[t.number]) for t in self.tests if t.number in number]
+        return Measurement(rows.assign(test=rows["test"].map(number)), kept, self.warnings)
+
+    def repeated(self) -> dict[int, int]:
+        """Tests with the very readings of an earlier one, by number, and that one's number."""
+        found: dict[int, int] = {}
+        seen: dict[tuple[str, bytes], int] = {}
+        for test in self.tests:
+            rows = self.rows(test.number)[[test.control, *READING_COLUMNS]].to_numpy()
+            key = test.experiment, np.nan_to_num(rows, nan=np.inf).tobytes()
+            if seen.setdefault(key, test.number) != test.number and np.nan_to_num(rows).any():
+                found[test.number] = seen[key]
+        return found
 
     def ramp_rate(self, test: SpecimenTest) -> float | None:
         """Median rate of a test's ramps, in the unit of the control per second, to two digits.

@@ -66,13 +66,10 @@ def _reading(measurement: Measurement, values: np.ndarray) -> Measurement:
 
 def joined(first: Measurement, second: Measurement) -> Measurement:
     """Both together, without tests of the second that nothing is read of."""
-    read = sorted(set(second.listed()["test"]))
-    number = {old: len(first.tests) + place for place, old in enumerate(read)}
-    rows = second.readings[second.readings["test"].isin(read)]
-    later = rows.assign(test=rows["test"].map(number))
-    tests = [replace(t, number=number[t.number]) for t in second.tests if t.number in number]
-    both = pd.concat([first.readings, later], ignore_index=True)
-    return Measurement(both, [*first.tests, *tests], first.warnings)
+    read = set(second.listed()["test"])
+    later = second.of(read, len(first.tests))
+    both = pd.concat([first.readings, later.readings], ignore_index=True)
+    return Measurement(both, [*first.tests, *later.tests], first.warnings)
 
 
 ALONE: Final = (
