@@ -32,7 +32,7 @@ class Apart:
 
     @property
     def sentence(self) -> str:
-        """That they do, in words."""
+        """Statement that they do, with the odds."""
         who = f"specimen {self.names[0]} stands" if len(self.names) == 1 else (
             f"specimens {' and '.join(self.names)} stand"
         )  # fmt: skip
