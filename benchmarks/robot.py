@@ -14,6 +14,7 @@ import csv
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -30,7 +31,7 @@ from dolfingrip.files import table
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.robot import runs
-from dolfingrip.robot.build import build
+from dolfingrip.robot.build import Built, build
 from dolfingrip.robot.mjcf import OTHERS
 from dolfingrip.robot.robot import Robot
 from dolfingrip.robot.write import room, write
@@ -47,6 +48,10 @@ FINGERS: Final = {
         "finger.kind=pneunet pneunet.chambers=4 plate.contact_length_mm=5 film.paper.model=layer "
         "film.paper.region=paper film.paper.Et_N_per_mm=50 experiment.max_pressure_kPa=100 "
         "solver.max_step_kPa=50"
+    ),
+    "round finger": (
+        "finger.kind=round_bellows round_bellows.convolutions=4 plate.contact_length_mm=5 "
+        "cavity.cavity_2.pressure_ratio=0 experiment.max_pressure_kPa=20 mesh.size_mm=4"
     ),
 }
 
@@ -92,11 +97,17 @@ class Row:
     note: str = ""
 
 
-def made(settings: str, folder: Path) -> tuple[Robot, Config]:
-    """Build a finger's reduced model and write its files."""
-    config = load(None, assignments(settings.split()))
+@cache
+def reduced(settings: str, folder: Path) -> Built:
+    """Build a finger's reduced model."""
     with Pool(Where()) as pool:
-        built = build(config, folder, pool)
+        return build(load(None, assignments(settings.split())), folder, pool)
+
+
+def made(settings: str, folder: Path, food: str = "") -> tuple[Robot, Config]:
+    """Build a finger's reduced model, and write its files with food."""
+    built = reduced(settings, folder)
+    config = load(None, assignments(f"{settings} {food}".split()))
     try:
         placed = room(config)
     except ValueError as error:
@@ -251,7 +262,7 @@ def grasp(food: str, folder: Path) -> Iterator[Row]:
     The coarse preset bends by 2 % less than the default mesh.
     """
     keys, pressure = FOODS[food]
-    _, config = made(f"experiment.max_pressure_kPa=250 {keys}", folder)
+    _, config = made(FINGERS["default finger"], folder, keys)
     found = lifted(folder, config, pressure)
     outcome, normal = reference(food, keys, pressure, folder)
     said = f"{found.outcome}, {found.normal_N:.3g} N; finite elements: {outcome}, {normal:.3g} N"

@@ -11,6 +11,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.record import versions
+from dolfingrip.extensions.effect import Relaxing
 from dolfingrip.files.robot import Joint, JointCoordinate, QuantityError, RobotFile, Validity
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.run import Progress, silent
@@ -25,8 +26,8 @@ FOLDER: Final = "simulations"
 """Folder in ``--out`` that keeps the runs of finite elements."""
 
 DAMPING_S: Final = 0.005
-"""Damping by stiffness. No measurement of the material gives it; a finger that rings at 10 Hz has a
-sixth of the critical damping with it."""
+"""Damping by stiffness where the material does not relax. No measurement gives it; a finger that
+rings at 10 Hz has a sixth of the critical damping with it."""
 
 LINE_S: Final = 0.02
 """Time constant of the pressure's supply."""
@@ -57,10 +58,16 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
         Unfinished: the machine did not let some runs come to an end; the others are kept.
     """
     asked, store = runs.prepared(config), folder / FOLDER
-    (free,) = runs.simulated([runs.free_request(asked)], store, pool, progress)
+    suction = config.experiment.min_pressure_kPa
+    alone = [runs.free_request(asked)]
+    if suction < 0:
+        alone.append(runs.suction_request(asked, suction))
+    free, *drawn = runs.simulated(alone, store, pool, progress)
     gaps = runs.gaps_mm(free, (*runs.FITTED_GAPS, *runs.TESTED_GAPS))
     requests = [runs.blocked_request(asked, gap) for gap in gaps]
     blocked = runs.simulated(requests, store, pool, progress)
+    for each in drawn:
+        free = free.beside(each)
     count = len(runs.FITTED_GAPS)
     fitted, tested = [free.fitted, *blocked[:count]], [free.kept_back, *blocked[count:]]
     found = fit(fitted)
@@ -80,7 +87,7 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
         line_s=LINE_S,
         shape_error_mm=found.shape_error_mm,
         valid=Validity(
-            pressure_kPa=(0.0, float(free.pressure_kPa[-1])),
+            pressure_kPa=(float(free.pressure_kPa[0]), float(free.pressure_kPa[-1])),
             force_N=float(max(run.force_N.max() for run in blocked)),
             gaps_mm=tuple(gaps),
             ended=tuple(run.failure for run in (free, *blocked) if run.failure),
@@ -89,9 +96,39 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
         simulated_s=sum(run.wall_s for run in (free, *blocked)),
         versions=versions(),
     )
-    compared = tuple(each for run in tested for each in compare(Robot(file), run))
-    robot = Robot(file.model_copy(update={"comparisons": compared}))
+    robot = Robot(file)
+    found_out = {
+        "comparisons": tuple(each for run in tested for each in compare(robot, run)),
+        "damping_s": damping_s(asked, robot),
+    }
+    robot = Robot(file.model_copy(update=found_out))
     return Built(robot, skin(mesh, ends))
+
+
+def damping_s(config: Config, robot: Robot) -> float:
+    """Return damping by stiffness: where the material relaxes, that of the first vibration.
+
+    The complex modulus of branches g, τ of the instantaneous one is, by ω,
+    1 − Σ g + Σ g iωτ/(1 + iωτ); damping is its imaginary part by ω and its real part.
+
+    Args:
+        config: of the finger.
+        robot: its chain.
+
+    Returns:
+        Time by which a coordinate's stiffness is multiplied.
+    """
+    branches = [
+        pair
+        for effect in config.extensions.active()
+        if isinstance(effect, Relaxing)
+        for pair in zip(*effect.branches(), strict=True)
+    ]
+    if not branches:
+        return DAMPING_S
+    omega = 2 * np.pi * float(robot.frequencies_Hz(0.0)[0])
+    modulus = 1 - sum(g / (1 + 1j * omega * tau) for g, tau in branches)
+    return float(modulus.imag / modulus.real / omega)
 
 
 def _joints(found: Fitted) -> Iterator[Joint]:

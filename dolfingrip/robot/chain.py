@@ -165,11 +165,24 @@ class Chain:
     def slopes(self, w: np.ndarray, points: Points) -> np.ndarray:
         """Return derivatives of places by the coordinates, (…, points, coordinates, 3)."""
         centres, _, axes = self.frames(w)
-        joint = np.arange(self.size) // len(COORDINATES) + 1
-        arms = self.places(w, points)[..., :, None, :] - centres[..., None, joint, :]
+        arms = self.places(w, points)[..., :, None, :] - centres[..., None, self._joint, :]
         along = axes[..., None, :, :]
         found = np.where(self._turning[:, None], np.cross(along, arms), along)
-        return np.where((joint <= points.link[:, None])[..., None], found, 0.0)
+        return np.where(self._moving(points), found, 0.0)
+
+    def spins(self, w: np.ndarray, points: Points) -> np.ndarray:
+        """Return derivatives of the turns of points' links, (…, points, coordinates, 3)."""
+        axes = self.frames(w)[2][..., None, :, :]
+        return np.where(self._moving(points) & self._turning[:, None], axes, 0.0)
+
+    @property
+    def _joint(self) -> np.ndarray:
+        """Link before which each coordinate stands."""
+        return np.arange(self.size) // len(COORDINATES) + 1
+
+    def _moving(self, points: Points) -> np.ndarray:
+        """Which coordinates move which points, (points, coordinates, 1)."""
+        return (self._joint <= points.link[:, None])[..., None]
 
     def curvatures(self, w: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         """Return second derivatives of a point's place by the coordinates.

@@ -40,7 +40,7 @@ class ChainPolicy:
         plate_N_per_mm: stiffness of the chain's contact with a plate.
     """
 
-    shape_error: float = 2e-3
+    shape_error: float = 1.6e-3
     angle_deg: float = 0.7
     place: float = 0.003
     force: float = 0.01
@@ -69,18 +69,11 @@ class Fitted:
     shape_error_mm: float
 
 
-def _height_mm(runs: Sequence[FingerRun]) -> float:
-    """Height of the axis of bending, where the line from clamp to tip keeps its length.
-
-    Pressure stretches it, so the runs must have different angles at equal pressures.
-    """
-    steps = [np.linalg.norm(np.diff(run.line_mm(0.0), axis=1), axis=2) for run in runs]
-    longer = np.concatenate([each.sum(axis=1) for each in steps]) - runs[0].length_mm
-    angle = np.concatenate([run.turn_rad[:, -1] for run in runs])
-    p = np.concatenate([run.pressure_kPa for run in runs])
-    known = np.stack([angle, p, p * p], axis=1)
-    most = np.abs(known).max(axis=0)
-    return -float((np.linalg.lstsq(known / most, longer, rcond=None)[0] / most)[0])
+def _height_mm(free: FingerRun) -> float:
+    """Height of the axis of bending, where the line from clamp to tip best keeps its length."""
+    steps = np.linalg.norm(np.diff(free.line_mm(0.0), axis=1), axis=2)
+    longer, angle = steps.sum(axis=1) - free.length_mm, free.turn_rad[:, -1]
+    return -float(longer @ angle / (angle @ angle))
 
 
 def _chain(run: FingerRun, number: int, height_mm: float) -> Chain:
@@ -130,7 +123,8 @@ def joints(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> tuple[Cha
     Raises:
         ConfigError: one line, where no chain follows it.
     """
-    free, height = runs[0], _height_mm(runs)
+    free = runs[0]
+    height = _height_mm(free)
     rest, line = free.rest_line_mm(height), free.line_mm(height)
     allowed = policy.shape_error * free.length_mm
     for number in range(1, MOST_JOINTS + 1):

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Final, Self
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from dolfingrip.files.robot import RobotFile
-from dolfingrip.robot.chain import Chain, Equilibrium, Plates, equilibrium
+from dolfingrip.robot.chain import Chain, Equilibrium, Plates, Points, equilibrium
 from dolfingrip.robot.fit import softness
 from dolfingrip.sections.errors import ConfigError
 
@@ -126,6 +127,29 @@ class Robot:
         """
         p = np.atleast_1d(np.asarray(pressure_kPa, dtype=float))
         return 1 / softness(self.chain, self.laws, self.state(p).w, self.tip, p)
+
+    def frequencies_Hz(self, pressure_kPa: float) -> np.ndarray:
+        """Return natural frequencies of the free chain at a constant pressure.
+
+        Args:
+            pressure_kPa: in the finger.
+
+        Returns:
+            (coordinates,) from the lowest on.
+        """
+        found, file = self.state(pressure_kPa), self.file
+        centres = np.array([link.centre_mm for link in file.links])
+        own = Points(centres, np.arange(len(centres)))
+        slopes, spins = self.chain.slopes(found.w, own)[0], self.chain.spins(found.w, own)[0]
+        _, turns, _ = self.chain.frames(found.w[0])
+        mass = np.zeros((self.chain.size,) * 2)
+        for link, slope, spin, turn in zip(file.links, slopes, spins, turns, strict=True):
+            xx, yy, zz, xy, xz, yz = link.inertia_kg_mm2
+            inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
+            mass += link.mass_kg * slope @ slope.T + spin @ inertia @ spin.T
+        # N/mm by kg are 1000/s²
+        squares = eigh(1e3 * found.stiffness[0], mass, eigvals_only=True)
+        return np.asarray(np.sqrt(squares) / (2 * np.pi))
 
     def pressure_for(
         self,

@@ -47,6 +47,10 @@ FITTED_GAPS: Final = (0.03, 0.22)
 TESTED_GAPS: Final = (0.12,)
 """Gaps of the plate by which a chain is tested."""
 
+_ROWS: Final = ("pressure_kPa", "angle_rad", "force_N", "stiffness_x", "stiffness_y", "place_mm",
+                "turn_rad")  # fmt: skip
+"""Attributes of a run that have its stops as first axis."""
+
 LEAST_STOPS: Final = 5
 """Readings without which there is nothing to fit."""
 
@@ -122,9 +126,14 @@ class FingerRun:
 
     def at(self, stops: np.ndarray) -> FingerRun:
         """Return the run at some of its stops."""
-        rows = ("pressure_kPa", "angle_rad", "force_N", "stiffness_x", "stiffness_y", "place_mm",
-                "turn_rad")  # fmt: skip
-        return replace(self, **{name: getattr(self, name)[stops] for name in rows})
+        return replace(self, **{name: getattr(self, name)[stops] for name in _ROWS})
+
+    def beside(self, suction: FingerRun) -> FingerRun:
+        """Return the run from the highest suction over rest to the highest pressure."""
+        drawn = suction.at(np.arange(len(suction.pressure_kPa))[:0:-1])  # rest is in both
+        rows = {each: np.concatenate([getattr(drawn, each), getattr(self, each)]) for each in _ROWS}
+        failure, wall_s = suction.failure or self.failure, suction.wall_s + self.wall_s
+        return replace(self, **rows, failure=failure, wall_s=wall_s)
 
     @property
     def fitted(self) -> FingerRun:
@@ -169,6 +178,17 @@ def free_request(config: Config) -> Request:
         config: what :func:`prepared` gave.
     """
     return Request.of("push", config)
+
+
+def suction_request(config: Config, suction_kPa: float) -> Request:
+    """Ask for the free finger under suction.
+
+    Args:
+        config: what :func:`prepared` gave.
+        suction_kPa: below 0.
+    """
+    steps = {"max_pressure_kPa": suction_kPa, "step_kPa": -suction_kPa / READINGS}
+    return free_request(config.changed(experiment=steps))
 
 
 def blocked_request(config: Config, gap_mm: float) -> Request:

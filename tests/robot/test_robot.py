@@ -13,20 +13,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from support.command import run_command
 from support.small import SHORT, short
 
+from dolfingrip.experiments.request import Request
+from dolfingrip.experiments.simulate import compute
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.robot import RobotFile
 from dolfingrip.meshes.measures import moments
-from dolfingrip.robot import runs, urdf
+from dolfingrip.robot import build, runs, urdf
 from dolfingrip.robot.links import whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.sections.errors import ConfigError
 
 mujoco = pytest.importorskip("mujoco")
 
-OPTIONS = [text for each in SHORT for text in ("--set", each)]
+ASKED = (*SHORT, "experiment.min_pressure_kPa=-20")
+OPTIONS = [text for each in ASKED for text in ("--set", each)]
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +69,8 @@ def test_errors_at_states_that_were_not_fitted(robot: Robot) -> None:
     assert found["stiffness of the tip, y", True].relative < 0.07
     free = found["angle", True]
     assert free.finite_elements[-1] > 3.0
+    assert free.finite_elements[0] < -1.0
+    assert robot.file.valid.pressure_kPa == pytest.approx((-20.0, 50.0))
     fitted = np.linspace(0, 50, 6)
     assert not set(np.round(free.pressure_kPa, 6)) & set(np.round(fitted, 6))
 
@@ -96,7 +102,7 @@ def settled(model: object, inputs: dict[str, float], time_s: float = 1.0) -> obj
 
 def test_mujoco_rests_where_the_chain_does(robot: Robot, made: Path) -> None:
     model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
-    for pressure in (20.0, 50.0):
+    for pressure in (-20.0, 20.0, 50.0):
         data = settled(model, {"pressure_kPa": pressure})
         moved = 1e3 * data.sensor("tip_m").data - np.array(robot.file.tip_mm)
         assert moved[[0, 2]] == pytest.approx(robot.tip_mm(pressure)[0], abs=1e-3)
@@ -127,12 +133,40 @@ def test_mujoco_is_as_stiff_as_the_chain(axis: int, column: int, robot: Robot, m
     assert stiffness == pytest.approx(robot.stiffness_N_per_mm(50.0)[0, column], rel=2e-3)
 
 
+def test_frequencies(robot: Robot, made: Path) -> None:
+    """References: the finite elements' first one, to 5 %; all with MuJoCo's masses at rest."""
+    at_rest = {"max_pressure_kPa": 1e-6, "step_kPa": 1e-6}
+    request = Request.of("vibration", runs.prepared(short()).changed(experiment=at_rest))
+    (first, *_) = compute(request).columns["frequency_1_Hz"]
+    ours = robot.frequencies_Hz(0.0)
+    assert ours[0] == pytest.approx(first, rel=0.05)
+    model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    unit = np.tile([1e3, 1.0, 1.0, 1.0], len(robot.file.joints))  # mm or rad by m or rad
+    stiffness = 1e-3 * robot.state(0.0).stiffness[0] * unit[:, None] * unit
+    squares = eigh(stiffness, mass[1:, 1:], eigvals_only=True)
+    assert ours == pytest.approx(np.sqrt(squares) / (2 * np.pi), rel=1e-5)
+
+
+def test_damping_of_a_material_that_relaxes(robot: Robot) -> None:
+    """The reference is the loss factor of a standard linear solid."""
+    asked = short("extensions.prony.g=[0.3]", "extensions.prony.tau_s=[0.004]")
+    omega = 2 * np.pi * robot.frequencies_Hz(0.0)[0]
+    x = omega * 0.004
+    loss = 0.3 * x / (1 + x * x) / (0.7 + 0.3 * x * x / (1 + x * x))
+    assert build.damping_s(asked, robot) == pytest.approx(loss / omega)
+    assert build.damping_s(short(), robot) == build.DAMPING_S
+
+
 def test_no_input_blows_it_up(made: Path) -> None:
     """Steps and a square wave of 5 Hz, with gravity."""
     model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
     data = mujoco.MjData(model)
     for number in range(12):
-        data.ctrl[0] = 50.0 * (number % 2)
+        data.ctrl[0] = (50.0, -20.0)[number % 2]
         for _ in range(100):
             mujoco.mj_step(model, data)
         assert np.isfinite(data.qpos).all()
@@ -194,7 +228,9 @@ def test_pressure_for(robot: Robot) -> None:
     assert robot.force_N(pressure, gap) == pytest.approx(force, rel=1e-3)
     squeeze = robot.pressure_for(squeeze_N=force, gap_mm=gap)
     assert robot.force_N(squeeze, gap, whole=True) == pytest.approx(force, rel=1e-3)
-    with pytest.raises(ConfigError, match=r"angle_deg = 500: allowed: 0 to .*, from 0 to 50 kPa"):
+    with pytest.raises(
+        ConfigError, match=r"angle_deg = 500: allowed: -.* to .*, from -20 to 50 kPa"
+    ):
         robot.pressure_for(angle_deg=500.0)
     with pytest.raises(ConfigError, match="allowed: one of angle_deg, tip_force_N, squeeze_N"):
         robot.pressure_for(angle_deg=1.0, tip_force_N=1.0)
