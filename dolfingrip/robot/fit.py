@@ -36,6 +36,7 @@ class ChainPolicy:
             the length, of the force by the largest one, of a stiffness by itself.
         scatter: standard deviation of a coefficient around its first value, relative to those of
             the other joints.
+        slide_scatter: the same of slides' stiffness, as no load along the finger tells it.
         gyration: radius of gyration of a section by the depth, for the first stiffness of slides.
         plate_N_per_mm: stiffness of the chain's contact with a plate.
     """
@@ -46,6 +47,7 @@ class ChainPolicy:
     force: float = 0.01
     stiffness: float = 0.04
     scatter: float = 3.0
+    slide_scatter: float = 0.2
     gyration: float = 1 / 6
     plate_N_per_mm: float = 50.0
 
@@ -288,7 +290,9 @@ def fit(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> Fitted:
     # a law that has no term p w gets as much of it as its stiffness may change by
     lacking = typical[:, 1] == 0
     typical[lacking, 1] = typical[lacking, 2] / largest
-    unit = (policy.scatter * typical).ravel()
+    unit = policy.scatter * typical
+    unit[chain.slides, 1:3] = policy.slide_scatter * typical[chain.slides, 1:3]
+    unit = unit.ravel()
 
     def laws(x: np.ndarray) -> np.ndarray:
         return first + (unit * x).reshape(first.shape)
