@@ -47,7 +47,7 @@ class ChainPolicy:
     force: float = 0.01
     stiffness: float = 0.04
     scatter: float = 3.0
-    slide_scatter: float = 0.2
+    slide_scatter: float = 0.5
     gyration: float = 1 / 6
     plate_N_per_mm: float = 50.0
 
