@@ -52,7 +52,7 @@ def test_refusals(tmp_path: Path) -> None:
     for command in ("grasp", "coupon", "vibrate"):
         with pytest.raises(ConfigError, match=f"dynamic = true: {command}: allowed: false"):
             Request.of(command, moving)
-    with pytest.raises(ConfigError, match="gradients: allowed: false"):
+    with pytest.raises(ConfigError, match="gradients, bands: allowed: false"):
         Request.of("bend", moving, gradients=())
     with pytest.raises(ConfigError, match='control = volume: allowed with dynamic: "pressure"'):
         small.short("experiment.dynamic=true", 'experiment.control="volume"')

@@ -84,12 +84,13 @@ def test_two_cycles_close_their_loop() -> None:
 
 
 def test_it_takes_few_iterations() -> None:
-    """Normal forces follow Newton's steps: no more than a half beyond those without friction.
+    """Normal forces follow Newton's steps: no more than a half beyond those of hardly any friction.
 
     51 and 34 in 20 steps; 80 where normal forces are held in each step, and taken anew after it.
+    A finger without friction would return through the states that it had, in no iteration.
     """
-    rough, smooth = (blocked(mu, 10.0, 2).facts.newton.iterations for mu in (0.6, None))
-    print("iterations", rough, "without friction", smooth)
+    rough, smooth = (blocked(mu, 10.0, 2).facts.newton.iterations for mu in (0.6, 1e-9))
+    print("iterations", rough, "of hardly any friction", smooth)
     assert rough <= 52
     assert rough <= 1.55 * smooth
 

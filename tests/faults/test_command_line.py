@@ -41,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("arguments", "said"),
     {
         "no section": (("config", "--set", ".gripper.R_mm=nan"), "--set .gripper.R_mm=nan: allow"),
-        "no option": (("bend", "--nothing"), "No such option: --nothing; allowed: see dolfingrip"),
+        "no option": (("bend", "--zzz"), "No such option: --zzz; allowed: see dolfingrip"),
         "no command": (("bnd",), "No such command 'bnd'"),
         "no number": (("train", "x", "--epochs", "many"), "'--epochs'"),
         "too few": (("train", "x", "--epochs", "0"), "--epochs 0: allowed: at least 1"),

@@ -164,8 +164,12 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
     bases = [_counted(facts["base"]) for facts in (before, now)]
     for section in {**bases[0], **bases[1]}:
         old, new = (base.get(section) or {} for base in bases)
+        # a base that this version refuses has keys that do not count, too: equal ones are none
+        dumped = [facts["base"].get(section) or {} for facts in (before, now)]
+        same = {name for name in dumped[0] if dumped[0][name] == dumped[1].get(name)}
+        same |= {name for name in {**old, **new} if f"{section}.{name}" in free}
         for name in {**old, **new}:
-            if f"{section}.{name}" not in free and old.get(name) != new.get(name):
+            if name not in same and old.get(name) != new.get(name):
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
 
 

@@ -55,7 +55,11 @@ def block() -> Config:
 def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     """Readings to 10 kPa, those up to 8 kPa compared."""
     lines = ["experiment,specimen,time_s,branch,pressure_kPa,chord_angle_deg"]
-    lines += [f"bending,{who},{p},loading,{p},1" for who in "AB" for p in (2, 4, 6, 8, 10)]
+    lines += [
+        f"bending,{who},{p},loading,{p},{angle}"
+        for who, angle in (("A", 1.0), ("B", 1.1))
+        for p in (2, 4, 6, 8, 10)
+    ]
     folder = tmp_path_factory.mktemp("cast")
     found, notes = selected(
         read([written(folder, "\n".join(lines) + "\n", TOLD)], block()), block()
