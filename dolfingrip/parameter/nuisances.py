@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-import numpy as np
-
 from dolfingrip.config import Change, Config
 from dolfingrip.parameter.moduli import moduli
+from dolfingrip.parameter.search import find
 from dolfingrip.sections.geometry.index import TABLES
 
 NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
@@ -88,15 +87,7 @@ def changes(config: Config, nuisance: str, std: float) -> dict[str, float]:
         Change by the parameter's key, in its unit; empty where no parameter is meant.
     """
     if nuisance in STIFFNESSES:
-        own = moduli(config)
-        found = {}
-        for key in modulus_keys(config):
-            value = own[key]
-            entries = np.atleast_1d(value)
-            listed = isinstance(value, tuple)
-            for i, entry in enumerate(entries):
-                found[f"{key}[{i}]" if listed else key] = std * float(entry)
-        return found
+        return {each.key: std * each.value(config) for each in find(config, modulus_keys(config))}
     if nuisance == WALL:
         wall = wall_key(config)
         return {} if wall is None else {wall: std * config.geometry.wall_mm}

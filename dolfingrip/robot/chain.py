@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 COORDINATES: Final = (
     ("slide", "slide", (0.0, 0.0, 1.0)),
@@ -34,14 +35,6 @@ _HALVINGS: Final = 30
 
 _LEAST: Final = 1e-3
 """Stiffness below which no direction counts, as where the chain would buckle."""
-
-
-def _turns(axis: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Rotations (…, 3, 3) about an axis (Rodrigues)."""
-    cross = np.cross(axis, np.eye(3)).T
-    sine, cosine = np.sin(angles)[..., None, None], np.cos(angles)[..., None, None]
-    turns: np.ndarray = np.eye(3) + sine * cross + (1 - cosine) * cross @ cross
-    return turns
 
 
 @dataclass(frozen=True)
@@ -77,7 +70,7 @@ class Chain:
     """Places of joints.
 
     Attributes:
-            joints_mm: (joints, 3) places of the hinges at rest, from clamp to tip.
+        joints_mm: (joints, 3) places of the hinges at rest, from clamp to tip.
     """
 
     joints_mm: np.ndarray
@@ -142,7 +135,9 @@ class Chain:
                 if kind == "slide":
                     centre = centre + axes[-1] * next(each)[..., None]
                 else:
-                    turn = turn @ _turns(np.array(axis), next(each))
+                    turn = (
+                        turn @ Rotation.from_rotvec(np.multiply.outer(next(each), axis)).as_matrix()
+                    )
             centres.append(centre)
             turns.append(turn)
         return np.stack(centres, -2), np.stack(turns, -3), np.stack(axes, -2)

@@ -78,7 +78,7 @@ class Bands:
         """
         pressurised = experiment.control is PRESSURE and config.experiment.control == "pressure"
         own = changed(config, neutral_stages(config)) if pressurised else config
-        known = {e.key for e in every(own) if e.section.felt_on(experiment.parts)}
+        known = _felt(experiment, own)
         noisy = [each.name for each in CHANNELS.values() if each.noise]
         for key, value in told.items():
             number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -99,8 +99,7 @@ class Bands:
     @cached_property
     def changes(self) -> dict[str, dict[str, float]]:
         """Changes of parameters at one standard deviation, by what is not known."""
-        parts = self.experiment.parts
-        known = {each.key for each in every(self.config) if each.section.felt_on(parts)}
+        known = _felt(self.experiment, self.config)
         each = {k: changes(self.config, k, std) for k, std in self.spreads.items()}
         return {k: found for k, found in each.items() if found and known.issuperset(found)}
 
@@ -169,6 +168,11 @@ class Bands:
                 down, up = up, down
             found |= dict(zip(of_band(column), (value - down, value + up), strict=True))
         return found
+
+
+def _felt(experiment: Experiment, config: Config) -> set[str]:
+    """Keys of the parameters that an experiment feels."""
+    return {each.key for each in every(config) if each.section.felt_on(experiment.parts)}
 
 
 def _of_power(change: float, value: float, side: float) -> float:
