@@ -155,12 +155,12 @@ def _offset(wanted: Wanted) -> float:
 def _predicted(space: Space, wanted: Wanted) -> dict[str, tuple[float, float | None]]:
     """The surrogate's outputs with their errors, by name; none outside of what it learnt."""
     surrogate = space.surrogate
-    largest = space.base.experiment.max_pressure_kPa
-    if wanted.view != "grasp" and wanted.config.experiment.max_pressure_kPa != largest:
-        return {}
     if surrogate is None or not set(surrogate.input_names) <= set(wanted.inputs):
         return {}
-    inputs = np.array([[wanted.inputs[name] for name in surrogate.input_names]])
+    learnt = {name: wanted.inputs[name] for name in surrogate.input_names}
+    if space.put(space.base, learnt) != wanted.config:  # it differs in something else, too
+        return {}
+    inputs = np.array([list(learnt.values())])
     low, high = surrogate.inputs.low, surrogate.inputs.high
     slack = 1e-9 * (high - low)
     if ((inputs < low - slack) | (inputs > high + slack)).any():

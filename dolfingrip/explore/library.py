@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -240,7 +240,7 @@ class Library:
         there = [each for each in self.solved.get(kind, ()) if each.loads(largest) is not None]
         if not there:
             return None
-        at = self.place(wanted.inputs)
+        at = self.space.place(config)
         away = {id(each): float(np.linalg.norm(each.place - at)) for each in there}
         own = [each for each in there if away[id(each)] <= POLICY.same]
         if own:
@@ -254,23 +254,19 @@ class Library:
                 return Blend(config, alike, weights(places, at), _known(alike[0].loads(largest)))
         return None
 
-    def place(self, inputs: Mapping[str, float]) -> Floats:
-        """Values in shares of the sliders' ranges, shape (parameters,)."""
-        return np.array([(inputs[v.key] - v.low) / (v.high - v.low) for v in self.space.varied])
-
     def _solved(self, run: runs.Run, kind: str) -> Solved | None:
         """A run of the space; None if it differs in more than parameters, pressure and mesh."""
         config = run.result.config
-        inputs = {each.key: each.parameter.value(config) for each in self.space.varied}
         base = Request.of(kind, self.space.base).config
         steps = ("max_pressure_kPa", "step_kPa")
         own = config.changed(experiment={key: getattr(base.experiment, key) for key in steps})
-        for each in self.space.varied:  # what varies is made equal
-            own = each.parameter.at(own, each.parameter.value(base))
+        varied = (*self.space.varied, *self.space.chambers)
+        equal = {each.key: each.parameter.value(base) for each in varied}
+        own, base = self.space.put(own, equal), self.space.put(base, equal)
         finer = own.changed(mesh={"edge_size_mm": base.mesh.edge_size_mm})
         for coarse, one in enumerate((own, finer)):
             if felt(one) == felt(base):
-                return Solved(run, self.place(inputs), bool(coarse))
+                return Solved(run, self.space.place(config), bool(coarse))
         return None
 
 
@@ -334,8 +330,8 @@ def weights(places: Floats, at: Floats) -> Floats:
     """Weights of values at some places in the value at another one.
 
     Radial basis functions r² ln r with a linear part where there are enough places for it, else r
-    with a constant (Wendland, Scattered Data Approximation, 2005, chapters 7 and 8). Values at the
-    places themselves are reproduced.
+    with a constant, in the directions in which the places differ (Wendland, Scattered Data
+    Approximation, 2005, chapters 7 and 8). Values at the places themselves are reproduced.
 
     Args:
         places: shape (n, parameters).
@@ -347,11 +343,12 @@ def weights(places: Floats, at: Floats) -> Floats:
     >>> weights(np.array([[0.0], [1.0]]), np.array([0.25])).round(3)
     array([0.75, 0.25])
     """
-    count, parameters = places.shape
-    if count == 1:
-        return np.ones(1)
-    spread = np.linalg.matrix_rank(places - places.mean(axis=0), tol=POLICY.same)
-    linear = count > parameters + 1 and spread == parameters
+    count, mean = len(places), places.mean(axis=0)
+    _, spread, axes = np.linalg.svd(places - mean, full_matrices=False)
+    axes = axes[spread > POLICY.same]  # directions in which the places differ
+    if not len(axes):
+        return np.full(count, 1 / count)
+    linear = count > len(axes) + 1
     kernel, degree = ("thin_plate_spline", 1) if linear else ("linear", 0)
-    found = RBFInterpolator(places, np.eye(count), kernel=kernel, degree=degree)
-    return np.asarray(found(at[None])[0], dtype=float)
+    found = RBFInterpolator((places - mean) @ axes.T, np.eye(count), kernel=kernel, degree=degree)
+    return np.asarray(found((at - mean)[None] @ axes.T)[0], dtype=float)

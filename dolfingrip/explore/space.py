@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Change, Config, ConfigError, changed
@@ -20,7 +24,10 @@ from dolfingrip.parameter import named
 from dolfingrip.report.design import label
 from dolfingrip.report.page import front
 from dolfingrip.report.page.contribution import FoundResult
+from dolfingrip.sections.geometry.own import OwnChambers
 from dolfingrip.sections.units import unit
+
+Floats = npt.NDArray[np.float64]
 
 DEFAULTS: Final = ("morph.xi1=-0.2:1", "morph.xi2=-0.5:1", "finger.wall_mm=1:3")
 """Parameters of a bellows finger where nothing says which."""
@@ -36,6 +43,7 @@ class Space:
     Attributes:
         base: configuration that parameters are put into.
         varied: parameters, and between what.
+        chambers: those of them that are dimensions which chambers share, of each chamber alone.
         surrogate: of the designs; None if there is none.
         errors: its root mean square error on designs held out, by output.
         loop: campaign, surrogate and optimum of a design loop.
@@ -43,31 +51,62 @@ class Space:
 
     base: Config
     varied: tuple[Varied, ...]
+    chambers: tuple[Varied, ...]
     surrogate: Surrogate | None
     errors: Mapping[str, float]
     loop: front.Loop
 
     @property
     def sliders(self) -> list[dict[str, Any]]:
-        """A slider for each parameter, as the page makes them."""
+        """A slider for each parameter, as the page makes them, with those of single chambers."""
         found = []
         for each in self.varied:
             value = min(max(each.parameter.value(self.base), each.low), each.high)
-            whole, field = each.parameter.integer, each.parameter.field
-            about = "" if field is None or not field.description else f": {field.description}"
-            found.append(
-                {
-                    "key": each.key,
-                    "label": label(each.key).partition(" (")[0],
-                    "unit": unit(each.key),
-                    "about": f"{each.key}{about}",
-                    "low": each.low,
-                    "high": each.high,
-                    "value": value,
-                    "step": 1 if whole else "any",
-                }
-            )
+            alone = [_slider(one, self._given(one)) for one in self._chambers_of(each)]
+            found.append({**_slider(each, value), "chambers": alone})
         return found
+
+    def put(self, config: Config, inputs: Mapping[str, float]) -> Config:
+        """Return a configuration with other values of parameters.
+
+        Args:
+            config: stays as it is.
+            inputs: by key, of parameters and of single chambers.
+
+        Raises:
+            ConfigError: one line, if there is no such design.
+        """
+        whole = {each.key for each in self.varied if each.parameter.integer}
+        return changed(config, {k: int(v) if k in whole else v for k, v in inputs.items()})
+
+    def place(self, config: Config) -> Floats:
+        """Where a design lies: values in shares of the sliders' ranges, shape (parameters,).
+
+        A dimension of all chambers counts as one, however many chambers share it.
+
+        Args:
+            config: of the design.
+        """
+        found = []
+        for each in (*self.varied, *self.chambers):
+            share = (each.parameter.value(config) - each.low) / (each.high - each.low)
+            found.append(share / math.sqrt(1 + len(self._chambers_of(each))))
+        return np.array(found)
+
+    def _chambers_of(self, each: Varied) -> list[Varied]:
+        """The dimension of each single chamber, of a shared or a single one of that name."""
+        name = each.key.rpartition(".")[2]
+        alike = [one for one in self.chambers if one.key.rpartition(".")[2] == name]
+        shared = each in self.chambers or each.key == f"{self.base.geometry_table}.{name}"
+        return alike if shared else []
+
+    def _given(self, chamber: Varied) -> float | None:
+        """The value of a chamber's dimension where the base has one that is not the shared one."""
+        _, _, number, name = chamber.key.split(".")
+        geometry = self.base.geometry
+        assert isinstance(geometry, OwnChambers)
+        given = geometry.given(int(number) - 1)
+        return next((value for dimension, _, value in given if dimension == name), None)
 
     @property
     def pressure(self) -> dict[str, Any] | None:
@@ -77,9 +116,7 @@ class Space:
             return None
         value = self.base.experiment.max_pressure_kPa
         low, high = sorted(part * value for part in POLICY.pressures)
-        about = f"{key}: highest pressure of the experiment"
-        return {"key": key, "label": "Highest pressure", "unit": "kPa", "about": about, "low": low,
-                "high": high, "value": value, "step": "any"}  # fmt: skip
+        return {**_slider(Varied(named(key), low, high, None), value), "label": "Highest pressure"}
 
 
 def of_results(
@@ -119,7 +156,33 @@ def of_results(
             raise ConfigError(
                 f"--parameter {each.key}: not in this configuration; allowed: one that is"
             ) from None
-    return Space(base, tuple(varied), surrogate, loop.errors, loop)
+    return Space(base, tuple(varied), _chambers(base, varied), surrogate, loop.errors, loop)
+
+
+def _slider(each: Varied, value: float | None) -> dict[str, Any]:
+    field = each.parameter.field
+    about = "" if field is None or not field.description else f": {field.description}"
+    return {
+        "key": each.key, "label": label(each.key).partition(" (")[0], "unit": unit(each.key),
+        "about": f"{each.key}{about}", "low": each.low, "high": each.high, "value": value,
+        "step": 1 if each.parameter.integer else "any",
+    }  # fmt: skip
+
+
+def _chambers(base: Config, varied: Sequence[Varied]) -> tuple[Varied, ...]:
+    """Dimensions of single chambers, in the ranges of those that all chambers share."""
+    table, keys = base.geometry_table, {each.key for each in varied}
+    shared = {f"{table}.{name}" for name in base.geometry.own} & keys
+    number, count = base.geometry.count() if shared else ("", 0)
+    if number in keys or base.mesh.file is not None:
+        return ()
+    found = []
+    for each in varied:
+        for i in range(count) if each.key in shared else ():
+            key = f"{table}.override.{i + 1}.{each.key.rpartition('.')[2]}"
+            if key not in keys:
+                found.append(Varied(named(key), each.low, each.high, None))
+    return tuple(found)
 
 
 def _of_runs(folders: Sequence[Path]) -> Config | None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from dolfingrip.config import Config, ConfigError, changed
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.request import Request
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
@@ -27,7 +27,7 @@ class Wanted:
 
     Attributes:
         view: one of :data:`VIEWS`.
-        inputs: values of the parameters, by key.
+        inputs: values of the parameters, and of single chambers that have their own, by key.
         config: with these, checked.
         refined: whether its mesh is as configured.
     """
@@ -80,13 +80,12 @@ def read(space: Space, message: Mapping[str, Any]) -> Wanted:
         raise ConfigError(f"view = {view}: allowed: {', '.join(VIEWS)}")
     given = _table(message, "inputs")
     inputs = {}
-    for each in space.varied:
+    for each in (*space.varied, *(one for one in space.chambers if one.key in given)):
         value = _number(each.key, given.get(each.key, each.parameter.value(space.base)))
         if not each.low <= value <= each.high:
             raise ConfigError(f"{each.key} = {value:g}: allowed: {each.low:g} to {each.high:g}")
         inputs[each.key] = float(round(value)) if each.parameter.integer else value
-    whole = {each.key for each in space.varied if each.parameter.integer}
-    config = changed(space.base, {k: int(v) if k in whole else v for k, v in inputs.items()})
+    config = space.put(space.base, inputs)
     if view == "grasp":
         config = _grasping(config, message)
     elif space.pressure is not None:

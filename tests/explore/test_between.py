@@ -17,7 +17,7 @@ from dolfingrip.design.campaign import campaign, plan
 from dolfingrip.diagnosis.data import rig as rigs
 from dolfingrip.explore import describe, rig, server, space
 from dolfingrip.explore.library import Library, weights
-from dolfingrip.explore.wanted import Wanted
+from dolfingrip.explore.wanted import Wanted, read
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.report.page import gripper, sources
 from dolfingrip.report.page.scene import Scene
@@ -37,6 +37,8 @@ def test_weights_reproduce_what_is_known(parameters: int, count: int, draw: int)
     if count > parameters + 1:
         slope = random.random(parameters)
         assert found @ (places @ slope) == pytest.approx(at @ slope, abs=1e-6)
+        alike = weights(np.repeat(places, 3, axis=1), np.repeat(at, 3))  # shared by three chambers
+        assert alike @ (places @ slope) == pytest.approx(at @ slope, abs=1e-6)
 
 
 def test_the_files_of_a_measurement(tmp_path: Path) -> None:
@@ -86,18 +88,21 @@ def test_answers_that_are_not_allowed(answers: dict[str, object], said: str) -> 
 def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> None:
     """The middle one of three is left out; a straight line in the thickness is 3 % off there.
 
-    Reference: the middle design's own simulation.
+    A fourth has a chamber with a wall of its own. Reference: the middle design's own simulation.
     """
     base = short("experiment.max_pressure_kPa=50", "experiment.step_kPa=25")
-    points = tuple({"finger.wall_mm": wall} for wall in (1.5, 1.7, 1.9))
-    asked = plan.Plan(base, ("finger.wall_mm",), points, ("angle_deg",), fields=tmp_path / "fields")
+    keys = "finger.wall_mm", "finger.override.2.wall_mm"
+    walls = ((1.5, 1.5), (1.7, 1.7), (1.9, 1.9), (1.5, 1.9))
+    points = tuple(dict(zip(keys, pair, strict=True)) for pair in walls)
+    asked = plan.Plan(base, keys, points, ("angle_deg",), fields=tmp_path / "fields")
     campaign.run(asked, tmp_path, Where())
     found = sources.find([tmp_path])
     assert [each.kind for each in found] == ["doe"]  # a page has no run for each design
-    designed = space.of_results(found, None, {}, ())
+    designed = space.of_results(found, None, {}, ["finger.wall_mm=1.5:1.9"])
     library = Library(designed)
-    kept = {design.inputs["finger.wall_mm"]: tmp_path / "fields" / design.key / "bending"
-            for design in asked.designs()}  # fmt: skip
+    folders = (tmp_path / "fields" / design.key / "bending" for design in asked.designs())
+    *shared, single = folders
+    kept = dict(zip((1.5, 1.7, 1.9), shared, strict=True))
     assert library.add(kept[1.5])
     assert library.add(kept[1.9])
     middle = {"finger.wall_mm": 1.7}
@@ -114,8 +119,18 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
     moved = np.abs(solved[-1] - solved[0]).max()
     assert np.abs(shape[-1] - solved[-1]).max() < 0.1 * moved
     np.testing.assert_allclose(shape[0], solved[0], atol=1e-6)  # its dimensions are its own
-    outside = {"finger.wall_mm": 2.0}
-    assert library.blend(Wanted("bending", outside, designed.base)) is None
+    outside = designed.base.changed(finger={"wall_mm": 2.0})
+    assert library.blend(Wanted("bending", {}, outside)) is None
+    own = read(designed, {"view": "bending", "inputs": dict(zip(keys, walls[-1], strict=True))})
+    assert library.blend(own) is None  # chambers alike do not tell what a single one does
+    assert library.add(single)
+    alone = library.blend(own)
+    assert alone is not None
+    assert alone.exact
+    # a wall of the whole range is as far in one chamber alone as its share of all walls
+    places = np.array([library.places[folder.resolve()].place for folder in (*shared, single)])
+    assert np.linalg.norm(places[2] - places[0]) == pytest.approx(1.0)
+    assert np.linalg.norm(places[3] - places[0]) == pytest.approx(1 / np.sqrt(3))
 
 
 def test_the_experiment_that_is_solved_is_shown_first() -> None:

@@ -17,6 +17,7 @@ import pyvista as pv
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 from support import chromium
 
+from dolfingrip import config
 from dolfingrip.explore.guard import Handover
 
 SHORT = (
@@ -245,6 +246,51 @@ def test_undo_redo_and_a_link(context: BrowserContext, page: Page) -> None:
     page.fill("#n-1", "2.2")
     page.locator("#history button", has_text="ξ₁ 0.3").last.click()
     assert values() == ["0.3", "1.9"]
+
+
+def test_one_slider_for_all_chambers_opens_into_one_for_each(
+    context: BrowserContext, page: Page, tmp_path: Path
+) -> None:
+    def walls(tab: Page = page) -> list[str]:
+        return [tab.input_value(f"#n-{i}") for i in ("1", "1-1", "1-2")]
+
+    page.fill("#n-1", "1.9")
+    assert page.locator("#c-1").is_hidden()
+    page.click(".each[data-of='1']")
+    assert walls() == ["1.9", "1.9", "1.9"]
+    before = page.locator("#view").screenshot()
+    page.fill("#n-1-2", "2.1")
+    page.wait_for_selector("html:not(.stale)")
+    page.wait_for_timeout(200)
+    assert page.locator("#view").screenshot() != before
+    page.locator("#n-1-2").blur()
+    pictures = page.locator("#history button")
+    assert pictures.last.inner_text() == "Wall thickness of chamber 2 2.1 mm"
+    page.fill("#n-1", "2")  # those without a value of their own follow
+    page.locator("#n-1").blur()
+    assert walls() == ["2", "2", "2.1"]
+    with page.expect_download() as loading:
+        page.click("#toml")
+    loading.value.save_as(tmp_path / "design.toml")
+    assert config.load(tmp_path / "design.toml").finger.of(1).wall_mm == 2.1
+    other = context.new_page()
+    other.goto(page.url)
+    other.wait_for_selector("html[data-ready]")
+    assert other.locator("#c-1").is_visible()
+    assert walls(other) == ["2", "2", "2.1"]
+    other.close()
+    page.fill("#n-1-1", "2.5")
+    page.wait_for_selector("#error:not([hidden])")
+    assert page.inner_text("#error") == "Wall thickness of chamber 1 = 2.5: allowed: 1.8 to 2.2"
+    page.click("#undo")
+    page.click("#undo")
+    assert walls() == ["1.9", "1.9", "2.1"]
+    page.click(".each[data-of='1']")
+    assert page.locator("#c-1").is_hidden()
+    assert walls() == ["1.9", "1.9", "1.9"]
+    page.click("#undo")
+    assert walls() == ["1.9", "1.9", "2.1"]
+    page.click(".each[data-of='1']")
 
 
 def test_the_gripper_is_placed(page: Page) -> None:

@@ -24,9 +24,13 @@ const short = (value) => +(+value).toPrecision(DIGITS);
 class Explorer {
   constructor() {
     root.classList.add('scripted');
-    this.sliders = data.pressure ? [...data.sliders, data.pressure] : data.sliders;
-    this.ids = [...data.sliders.keys(), ...(data.pressure ? ['pressure'] : [])];
-    this.start = this.sliders.map((slider) => short(slider.value));
+    const shared = data.sliders.map((slider, at) => ({ ...slider, id: `${at}`, at }));
+    if (data.pressure) shared.push({ ...data.pressure, id: 'pressure', at: shared.length });
+    this.start = shared.map((slider) => short(slider.value));
+    this.sliders = shared.flatMap((slider) => {
+      const chambers = slider.chambers ?? [];
+      return [slider, ...chambers.map((one, i) => ({ ...one, id: `${slider.id}-${i + 1}`, of: slider }))];
+    });
     this.asked = 0;
     this.charts = [];
     this.kept = null;
@@ -49,8 +53,8 @@ class Explorer {
 
   /** The design that the controls say, as the server reads it. */
   design() {
-    const { view, values } = this.state;
-    const inputs = Object.fromEntries(data.sliders.map(({ key }, i) => [key, values[i]]));
+    const { view, values, own } = this.state;
+    const inputs = { ...Object.fromEntries(data.sliders.map(({ key }, i) => [key, values[i]])), ...own };
     if (view !== 'grasp') return { view, inputs, pressure_kPa: data.pressure ? values.at(-1) : null };
     const number = (text) => (text === '' ? null : +text);
     const { pose, alpha, kind, ...rest } = this.state.gripper;
@@ -110,16 +114,19 @@ class Explorer {
   }
 
   #controls() {
-    this.ids.forEach((id, i) => {
-      for (const input of [$(`p-${id}`), $(`n-${id}`)]) {
+    for (const slider of this.sliders) {
+      for (const input of [$(`p-${slider.id}`), $(`n-${slider.id}`)]) {
         input.addEventListener('input', () => {
           if (input.value === '') return;
-          this.#change(i, short(input.value), input);
+          this.#change(slider, short(input.value), input);
           this.#restSoon();
         });
         input.addEventListener('change', () => this.#rest());
       }
-    });
+    }
+    for (const button of document.querySelectorAll('.each')) {
+      button.addEventListener('click', () => this.#open(button));
+    }
     for (const button of document.querySelectorAll('[data-view]')) {
       button.addEventListener('click', () => this.#set({ ...this.state, view: button.dataset.view }));
     }
@@ -141,7 +148,7 @@ class Explorer {
     });
     $('auto').addEventListener('change', () => this.#solveAtRest());
     $('cancel').addEventListener('click', () => this.socket.send({ do: 'cancel' }));
-    $('reset').addEventListener('click', () => this.#set({ ...this.state, values: this.start }));
+    $('reset').addEventListener('click', () => this.#set({ ...this.state, values: this.start, own: {} }));
     $('keep').addEventListener('click', () => {
       this.kept = this.kept || !this.scene ? null : { ...this.scene, title: `kept: ${this.#named()}` };
       $('keep').setAttribute('aria-pressed', this.kept !== null);
@@ -160,27 +167,51 @@ class Explorer {
     return Object.fromEntries(names.map((name) => [name, $(name).value]));
   }
 
-  #change(i, value, input) {
-    const grasp = this.state.view === 'grasp' && this.ids[i] === 'pressure';
-    const values = grasp ? this.state.values : this.state.values.with(i, value);
-    this.state = { ...this.state, values, ...(grasp ? { grasp_kPa: value } : {}) };
+  #change(slider, value, input) {
+    const { view, values, own } = this.state;
+    if (slider.of) {
+      const { [slider.key]: _, ...others } = own; // what is as without a value of its own has none
+      this.state = { ...this.state, own: others };
+      if (value !== this.#value(slider)) this.state.own = { ...others, [slider.key]: value };
+    } else if (view === 'grasp' && slider.id === 'pressure') {
+      this.state = { ...this.state, grasp_kPa: value };
+    } else this.state = { ...this.state, values: values.with(slider.at, value) };
     this.touched = true;
-    this.#label(i, input);
+    this.#labels(input);
     this.ask();
   }
 
-  #value(i) {
-    const { view, values, grasp_kPa: grasp } = this.state;
-    return view === 'grasp' && this.ids[i] === 'pressure' ? grasp : values[i];
+  /** The value of a slider: its own, of a chamber without one that of the sliders' base or of all. */
+  #value(slider, { view, values, own, grasp_kPa: grasp } = this.state) {
+    if (slider.of) return own[slider.key] ?? slider.value ?? values[slider.of.at];
+    return view === 'grasp' && slider.id === 'pressure' ? grasp : values[slider.at];
   }
 
-  #text(i) {
-    const { label, unit } = this.sliders[i];
-    return `${label} ${joined(formatted(this.#value(i)), unit)}`;
+  #text(slider) {
+    return `${slider.label} ${joined(formatted(this.#value(slider)), slider.unit)}`;
   }
 
   #named() {
-    return this.ids.map((_, i) => this.#text(i)).join(', ');
+    const told = this.sliders.filter(({ of, key }) => !of || key in this.state.own);
+    return told.map((slider) => this.#text(slider)).join(', ');
+  }
+
+  /** Open the slider of all chambers into one for each; closed, no chamber has a value of its own. */
+  #open(button) {
+    const chambers = this.sliders.filter(({ of }) => of?.id === button.dataset.of);
+    const opens = button.getAttribute('aria-expanded') === 'false';
+    this.#opened(button, opens);
+    const own = { ...this.state.own };
+    for (const { key } of opens ? [] : chambers) delete own[key];
+    if (Object.keys(own).length < Object.keys(this.state.own).length) this.#set({ ...this.state, own });
+  }
+
+  #opened(button, opens) {
+    if ((button.getAttribute('aria-expanded') === 'true') === opens) return;
+    const { textContent: text, dataset } = button;
+    [button.textContent, dataset.other] = [dataset.other, text];
+    button.setAttribute('aria-expanded', opens);
+    $(`c-${dataset.of}`).hidden = !opens;
   }
 
   /** What differs from a state before, in words. */
@@ -188,16 +219,21 @@ class Explorer {
     const { view } = this.state;
     const title = document.querySelector(`[data-view="${view}"]`).textContent;
     if (!before || before.view !== view) return title;
-    const differ = this.ids.map((_, i) => i).filter((i) => before.values[i] !== this.state.values[i]);
+    const set = ({ at, key, of }, state) => (of ? state.own[key] : state.values[at]);
+    const differ = this.sliders.filter((slider) => set(slider, before) !== set(slider, this.state));
     return differ.length === 1 ? this.#text(differ[0]) : title;
   }
 
-  #label(i, typed = null) {
-    const [slider, box] = [$(`p-${this.ids[i]}`), $(`n-${this.ids[i]}`)];
-    const value = this.#value(i);
-    if (slider !== typed) slider.value = value;
-    if (box !== typed) box.value = value;
-    slider.setAttribute('aria-valuetext', joined(formatted(value), this.sliders[i].unit));
+  /** Show the sliders' values, but not in what is typed in. */
+  #labels(typed = null) {
+    for (const slider of this.sliders) {
+      const [range, box] = [$(`p-${slider.id}`), $(`n-${slider.id}`)];
+      const value = this.#value(slider);
+      if (range !== typed) range.value = value;
+      if (box !== typed) box.value = value;
+      range.setAttribute('aria-valuetext', joined(formatted(value), slider.unit));
+      range.parentElement.classList.toggle('own', slider.key in this.state.own);
+    }
   }
 
   #alpha() {
@@ -206,11 +242,15 @@ class Explorer {
 
   /** Show a state: of the history, of a link, of a point of the front. */
   #set(state, touched = true) {
-    this.state = state;
+    this.state = { own: {}, ...state };
     this.touched ||= touched;
     for (const [name, value] of Object.entries(state.gripper)) $(name).value = value;
     this.#alpha();
-    this.ids.forEach((_, i) => this.#label(i));
+    this.#labels();
+    for (const button of document.querySelectorAll('.each')) {
+      const own = this.sliders.some(({ of, key }) => of?.id === button.dataset.of && key in this.state.own);
+      if (own) this.#opened(button, true);
+    }
     for (const button of document.querySelectorAll('[data-view]')) {
       button.setAttribute('aria-pressed', button.dataset.view === state.view);
     }
@@ -224,8 +264,8 @@ class Explorer {
     this.front = scatterChart($('front-chart'), data.front, {
       take: (i) => {
         const { inputs } = data.front.points[i];
-        const values = this.state.values.map((value, n) => inputs[this.sliders[n].key] ?? value);
-        this.#set({ ...this.state, values });
+        const values = this.state.values.map((value, n) => inputs[data.sliders[n]?.key] ?? value);
+        this.#set({ ...this.state, values, own: {} });
       },
     });
   }

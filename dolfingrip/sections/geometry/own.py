@@ -83,7 +83,7 @@ class OwnChambers(Geometry):
         Args:
             chamber: from the clamp, from 0 on.
         """
-        values = {key: value for key, _, value in self._given(chamber)}
+        values = {key: value for key, _, value in self.given(chamber)}
         return self._alike(values)
 
     def alike(self) -> Self:
@@ -94,8 +94,12 @@ class OwnChambers(Geometry):
         none = {"override": type(self.override)(), "along": type(self.along)()}
         return self.model_copy(update=none | dict(values))
 
-    def _given(self, chamber: int) -> list[tuple[str, str, float]]:
-        """Dimension, key and value of what a chamber has by a law or of its own."""
+    def given(self, chamber: int) -> list[tuple[str, str, float]]:
+        """Return dimension, key and value of what a chamber has by a law or of its own.
+
+        Args:
+            chamber: from the clamp, from 0 on.
+        """
         single = self.override.inner.get(str(chamber + 1))
         found = []
         for key in self.own:
@@ -130,7 +134,7 @@ class OwnChambers(Geometry):
                 yield Refusal(f"along.{dimension}", words, list(law))
         for chamber in range(count) if self.differ else ():
             values: dict[str, float] = {}
-            for dimension, name, value in self._given(chamber):
+            for dimension, name, value in self.given(chamber):
                 if not self._possible(values | {dimension: value}):
                     yield self._refusal(chamber, values, dimension, name, value)
                 values[dimension] = value
