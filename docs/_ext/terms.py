@@ -16,7 +16,7 @@ from pages import Page, file_of, picture
 import dolfingrip.mechanics
 from dolfingrip.charts import theme
 from dolfingrip.mechanics.contact.density import Smooth, TwoStage
-from dolfingrip.mechanics.contact.ramp import Ramp
+from dolfingrip.mechanics.contact.friction import Ramp
 from dolfingrip.mechanics.model.term import Term
 
 CAPABILITIES = (

@@ -21,8 +21,7 @@ from dolfingrip.experiments import pressures_kPa, synthetic
 from dolfingrip.experiments.derivatives import bands
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import chosen
-from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION
-from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.experiment import PRESSURE_OPTION, SUCTION_OPTION, Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.loop import follow
 from dolfingrip.experiments.request import Request

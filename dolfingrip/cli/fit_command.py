@@ -14,7 +14,7 @@ from dolfingrip.cli.console import check_writable, console
 from dolfingrip.cli.import_command import offered
 from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit import coupons, doubts, fit, material_file
+from dolfingrip.experiments.material_fit import coupons, doubts, fit
 from dolfingrip.experiments.material_fit.choice import choose, unstable
 from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
 from dolfingrip.experiments.material_fit.fit import LawFit
@@ -75,12 +75,12 @@ def fit_laws(
     screen.print(_values(fits, best))
     for line in (*choice.reasons, *_remarks(fits, best, data)):
         screen.say(f"- {line}")
-    if not material_file.allowed(best):
+    if not fit.allowed(best):
         raise ConfigError(
             f"--law {best.law.name}: its best values have no initial shear modulus above 0; "
             "allowed: another law, or fewer readings by --max-stretch"
         )
-    material_file.write(best, data, out / "material.toml")
+    fit.write(best, data, out / "material.toml")
     picture.write(material.charts(data, fits, best), out / "fit.png", material.LOOK)
     screen.say(
         f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}"

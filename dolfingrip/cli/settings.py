@@ -11,8 +11,7 @@ from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 from dolfingrip.channels import Quantity
 from dolfingrip.cli.command import NOTHING, argument, option
 from dolfingrip.design.campaign.policy import GraspSearch
-from dolfingrip.experiments.description import Option
-from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.experiment import Experiment, Option
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, PRESSURE, readings
-from dolfingrip.experiments.description import Curve, Plot
+from dolfingrip.experiments.experiment import Curve, Plot
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 
 

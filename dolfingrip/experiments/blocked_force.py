@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from dolfingrip.channels import FORCE, PRESSURE, readings
-from dolfingrip.experiments.description import Curve, Plot
-from dolfingrip.experiments.experiment import Config, Readings, Rig
+from dolfingrip.experiments.experiment import Config, Curve, Plot, Readings, Rig
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 
 BLOCKED = FORCE.called("Blocked force")

@@ -7,8 +7,16 @@ from pathlib import Path
 from typing import Any, ClassVar, Final
 
 from dolfingrip.channels import DISPLACEMENT, NOMINAL_STRAIN, NOMINAL_STRESS, TIME, readings
-from dolfingrip.experiments.description import Curve, Option, Plot
-from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Rig
+from dolfingrip.experiments.experiment import (
+    MPI,
+    Config,
+    Curve,
+    Experiment,
+    Option,
+    Plot,
+    Profile,
+    Rig,
+)
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.sections.errors import ConfigError

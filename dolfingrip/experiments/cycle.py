@@ -7,13 +7,14 @@ from typing import Any, ClassVar
 
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.blocked_force import BlockedForce
-from dolfingrip.experiments.description import (
+from dolfingrip.experiments.experiment import (
     DYNAMIC_OPTION,
     PRESSURE_OPTION,
     SUCTION_OPTION,
+    Config,
+    Experiment,
     Option,
 )
-from dolfingrip.experiments.experiment import Config, Experiment
 
 
 class Cycle(Bending):

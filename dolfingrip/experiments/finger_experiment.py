@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from dolfingrip.experiments.description import (
+from dolfingrip.experiments.experiment import (
     DYNAMIC_OPTION,
+    MPI,
     PRESSURE_OPTION,
     SUCTION_OPTION,
+    Config,
+    Experiment,
     Option,
+    Profile,
+    Readings,
 )
-from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.sections.errors import ConfigError

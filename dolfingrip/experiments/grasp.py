@@ -9,8 +9,19 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
-from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Curve, Option, Plot
-from dolfingrip.experiments.experiment import MPI, Config, Experiment, Profile, Readings, Rig
+from dolfingrip.experiments.experiment import (
+    MPI,
+    PRESSURE_OPTION,
+    SUCTION_OPTION,
+    Config,
+    Curve,
+    Experiment,
+    Option,
+    Plot,
+    Profile,
+    Readings,
+    Rig,
+)
 from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.experiments.protocol import grasping
 from dolfingrip.experiments.protocol.schedule import Stop

@@ -47,8 +47,7 @@ from dolfingrip.mechanics.model.nested import Nesting
 from dolfingrip.mechanics.model.state import Guess, State
 from dolfingrip.mechanics.model.term import Lagged
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.readings.from_rest import FromRest
-from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.reading import FromRest, Reading
 from dolfingrip.meshes.bisection import bisected
 from dolfingrip.meshes.solid import MeshError
 from dolfingrip.sections.geometry.boxes import Cylinder, CylinderSolid

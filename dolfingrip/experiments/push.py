@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.channels import ANGLE, PRESSURE
-from dolfingrip.experiments.description import Curve, Plot
-from dolfingrip.experiments.experiment import MPI, Config, Profile
+from dolfingrip.experiments.experiment import MPI, Config, Curve, Plot, Profile
 from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, dead_loads, stiffness
 

@@ -31,8 +31,8 @@ from dolfingrip.experiments.results.fields import FieldFile
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.results.sensitivity_table import FILE, SensitivityTable
 from dolfingrip.files import table, whole
-from dolfingrip.files.growing import GrowingFile
 from dolfingrip.files.run import RunFailure, RunFile
+from dolfingrip.files.whole import GrowingFile
 from dolfingrip.jobs.interrupts import Interrupted, interrupt_behind
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model

@@ -25,7 +25,7 @@ from dolfingrip.files.run import RunFailure
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
-from dolfingrip.parameter.priors import scaled_priors
+from dolfingrip.parameter.search import scaled_priors
 
 MEASURED = (*WHO, *(each.name for each in measured() if each.synthetic))
 """The columns of a synthetic measurement."""

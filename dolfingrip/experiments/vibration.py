@@ -5,8 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.channels import ANGLE, PRESSURE
-from dolfingrip.experiments.description import PRESSURE_OPTION, SUCTION_OPTION, Curve, Plot
-from dolfingrip.experiments.experiment import MPI, Config, Profile
+from dolfingrip.experiments.experiment import (
+    MPI,
+    PRESSURE_OPTION,
+    SUCTION_OPTION,
+    Config,
+    Curve,
+    Plot,
+    Profile,
+)
 from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
 from dolfingrip.experiments.rigs.natural_frequencies import FREQUENCIES, frequencies
 

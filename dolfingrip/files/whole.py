@@ -2,6 +2,7 @@
 
 The content goes into a temporary file beside the target, and from there to the disk; then it takes
 the target's name. A failure is a :class:`WriteError`, of one line, and removes the temporary file.
+A :class:`GrowingFile` grows by whole lines while something goes on.
 """
 
 from __future__ import annotations
@@ -232,3 +233,42 @@ def _require_space(path: Path, partial: Path) -> None:
         reason = cause.strerror if isinstance(cause, OSError) else error.strerror
         sentence = f"{reason}; {size:,} bytes were written, more are missing"
         raise WriteError(error.errno or errno.EIO, sentence, str(path)) from error
+
+
+class GrowingFile:
+    """A text file whose lines are whole at any moment; nothing is buffered.
+
+    Args:
+        path: target; an existing file is replaced.
+        head: text at its start.
+
+    Raises:
+        WriteError: one line, if it cannot be written; an existing file stays as it was.
+    """
+
+    def __init__(self, path: Path, head: str) -> None:
+        write(path, head)
+        self._path = path
+        try:
+            self._handle = os.open(path, os.O_WRONLY | os.O_APPEND)
+            os.lseek(self._handle, 0, os.SEEK_END)
+        except OSError as error:
+            raise failed(path, error) from error
+
+    def append(self, text: str) -> None:
+        """Append whole lines.
+
+        Args:
+            text: lines, each with its end.
+
+        Raises:
+            WriteError: one line; the file then ends as before.
+        """
+        try:
+            append(self._handle, text.encode())
+        except OSError as error:
+            raise failed(self._path, error) from error
+
+    def close(self) -> None:
+        """Close the file."""
+        os.close(self._handle)

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from dolfingrip.jobs import connections, keys, slurm
+from dolfingrip.jobs import connections, slurm
 from dolfingrip.jobs.interrupts import interrupts_answered_by
 from dolfingrip.jobs.policy import WorkerPolicy
 from dolfingrip.sections.errors import ConfigError
@@ -83,7 +83,7 @@ def connected(where: Where, policy: WorkerPolicy = WorkerPolicy()) -> Iterator[A
         if where.scheduler is not None:
             yield stack.enter_context(_running(where.scheduler, policy))
             return
-        security = keys.fresh()
+        security = connections.fresh_keys()
         if where.slurm is not None:
             cluster = slurm.cluster(where.slurm, where.workers, where.ranks, security)
         else:

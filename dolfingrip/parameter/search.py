@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from pydantic import BaseModel
@@ -16,11 +17,30 @@ from dolfingrip.config import Change, Config, ConfigError, Film, Material, chang
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter.parameter import Parameter
-from dolfingrip.parameter.priors import scaled_priors
 from dolfingrip.sections import errors
 from dolfingrip.sections.errors import bare
 from dolfingrip.sections.section import Entry, Section
 from dolfingrip.sections.units import unit
+
+PRINTED_MPa: Final = 2.93
+"""Shear modulus of printed NinjaFlex; the effects' priors of moduli are valid for it."""
+
+
+def scaled_priors(effect: type[Effect], shear_MPa: float) -> dict[str, Prior]:
+    """Prior of each parameter that has one; priors of moduli are in proportion to the material's.
+
+    Args:
+        effect: an effect of the index.
+        shear_MPa: the material's initial shear modulus.
+    """
+    factor = shear_MPa / PRINTED_MPa
+    return {
+        key: replace(prior, mean=factor * prior.mean, spread=factor * prior.spread)
+        if effect.is_modulus(key)
+        else prior
+        for key, prior in effect.priors().items()
+    }
+
 
 PRIORS: Final = {
     "material.mu_MPa": Prior(2.93, 0.6, "printed NinjaFlex; spread 20 %, engineering guess", True),

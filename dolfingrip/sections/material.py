@@ -4,21 +4,64 @@
 >>> found = TypeAdapter(AnyMaterials).validate_python({"mu_MPa": 2.0, "film": {"mu_MPa": 30.0}})
 >>> found.of("film").mu_MPa, found.of("body").mu_MPa, found.own
 (30.0, 2.0, ('film',))
+
+``material.name`` stands in place of a law and its constants; ``materials.toml`` has the names.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from importlib.resources import files
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Union
 
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, create_model
 
 from dolfingrip.channels import Part
-from dolfingrip.sections import named_material, tables
+from dolfingrip.sections import tables
 from dolfingrip.sections.errors import shown
 from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.laws.law import MaterialLaw
 from dolfingrip.sections.section import EVERYWHERE, FINGERS, Entry, Refusal, Role, outside
+
+NAME: Final = "name"
+"""Key of a material's table that names one of these; the resolved configuration has its law."""
+
+_KEPT: Final = ("nu", "bulk_MPa", "density_kg_m3", "elongation_at_break")
+"""Keys that a named material leaves to the configuration, or that may be told otherwise."""
+
+
+@cache
+def named() -> dict[str, dict[str, Any]]:
+    """Return the materials by name: law and constants, stretch, elongation, source and licence."""
+    text = files("dolfingrip.sections").joinpath("materials.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def _of_name(table: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
+    """Return a material's table with the law and constants of the material that it names.
+
+    Args:
+        table: of the configuration; without a name it is returned as it is.
+        defaults: values of the keys of all laws where they are not told.
+
+    Raises:
+        PydanticCustomError: the name is unknown, or a law or constants are told, too.
+    """
+    name = table.get(NAME)
+    if name is None:
+        return table
+    if name not in named():
+        raise outside(NAME, shown(name), f"allowed: {', '.join(named())}")
+    found = named()[name]
+    own = {**found["material"], "elongation_at_break": found["elongation_at_break"]}
+    told = {k: v for k, v in table.items() if k != NAME and v != defaults.get(k, name)}
+    for key, value in told.items():
+        if key in defaults and key not in _KEPT and value != own.get(key):
+            raise outside(key, shown(value), f'allowed: without name = "{name}", which tells it')
+    return {**own, **told}
+
 
 ALWAYS: Final = {"mu_MPa": 2.93, "ogden_mu_MPa": [], "ogden_alpha": []}
 """Keys of laws that count in keys of stored results with any law, where the law does not set them:
@@ -103,7 +146,7 @@ def _with_law(data: Any) -> Any:
         return data
     kinds: tuple[type[MaterialLaw], ...] = (Material, *LAWS.values())
     defaults = {key: f.default for kind in kinds for key, f in kind.model_fields.items()}
-    data = named_material.resolved(data, {**defaults, "law": next(iter(LAWS))})
+    data = _of_name(data, {**defaults, "law": next(iter(LAWS))})
     law = data.get("law", next(iter(LAWS)))
     if not isinstance(law, str) or law not in LAWS:
         raise outside("law", shown(law), f"allowed: {', '.join(sorted(LAWS))}")

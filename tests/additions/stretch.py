@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.channels import DISPLACEMENT, NOMINAL_STRAIN, NOMINAL_STRESS
 from dolfingrip.config import Config
-from dolfingrip.experiments.description import Curve, Option, Plot
-from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.experiment import Curve, Experiment, Option, Plot
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
 

@@ -11,7 +11,7 @@ from dolfingrip import config
 from dolfingrip.experiments import run
 from dolfingrip.experiments.results.doubts import elongation, of_motion
 from dolfingrip.parameter import every
-from dolfingrip.sections import named_material
+from dolfingrip.sections import material
 
 
 def test_the_pressure_at_which_it_breaks_lies_between_the_readings() -> None:
@@ -34,9 +34,9 @@ def test_the_pressure_at_which_it_breaks_lies_between_the_readings() -> None:
     assert "material.elongation_at_break" not in {each.key for each in every(told)}
 
 
-@pytest.mark.parametrize("name", named_material.known())
+@pytest.mark.parametrize("name", material.named())
 def test_a_named_material_tells_its_elongation_at_break(name: str) -> None:
-    own = named_material.known()[name]["elongation_at_break"]
+    own = material.named()[name]["elongation_at_break"]
     assert config.load(None, {"material.name": name}).material.elongation_at_break == own
     change = {"material.name": name, "material.elongation_at_break": 2.0}
     assert config.load(None, change).material.elongation_at_break == 2.0

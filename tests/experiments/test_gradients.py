@@ -28,8 +28,8 @@ from dolfingrip.mechanics.newton.ending import Ending
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL
 from dolfingrip.mechanics.path.path import LoadPath
-from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.plate import PlateForce, PlatePlace
+from dolfingrip.mechanics.readings.reading import FromRest
 from dolfingrip.mechanics.readings.tip import FaceAngle
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, HasHistory
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity

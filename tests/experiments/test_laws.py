@@ -23,7 +23,7 @@ from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.mechanics.model.element import displacement_element, pressure_field
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.parameter import every
-from dolfingrip.sections import named_material
+from dolfingrip.sections import material
 from dolfingrip.sections.laws.polynomial import POWERS
 from dolfingrip.sections.tables import assignments
 
@@ -265,12 +265,12 @@ def test_marks_do_not_hide_other_variables() -> None:
     assert nominal_stress(density, 2.0) == pytest.approx(3.5 * (1 + 2 * 2), rel=1e-12)
 
 
-NAMED = sorted(named_material.known())
+NAMED = sorted(material.named())
 
 
 @pytest.mark.parametrize("name", NAMED)
 def test_a_name_stands_for_law_and_constants(name: str, tmp_path: Path) -> None:
-    own = named_material.known()[name]
+    own = material.named()[name]
     settings = config.load(None, {"material.name": name, "material.nu": 0.49})
     assert settings.material.model_dump(include=own["material"].keys()) == own["material"]
     assert settings.material.nu == 0.49
@@ -285,10 +285,10 @@ def test_a_name_stands_for_law_and_constants(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [each for each in NAMED if "psi" in
-                                  named_material.known()[each]["source"]])  # fmt: skip
+                                  material.named()[each]["source"]])  # fmt: skip
 def test_constants_of_data_sheets_give_their_stress(name: str) -> None:
     """The nominal stress at 100 % strain of neo-Hooke's law is 1.75 μ."""
-    own = named_material.known()[name]
+    own = material.named()[name]
     psi = float(own["source"].partition(": ")[2].partition(" psi")[0])
     assert 1.75 * own["material"]["mu_MPa"] == pytest.approx(psi * 6.894757e-3, rel=5e-3)
 
@@ -315,7 +315,7 @@ def test_a_name_beside_law_or_constants_is_refused(change: config.Change, said: 
 
 def test_the_page_has_the_table_of_named_materials() -> None:
     page = (Path(__file__).resolve().parents[2] / "docs" / "materials.md").read_text("utf-8")
-    for name, own in named_material.known().items():
+    for name, own in material.named().items():
         constants = ", ".join(
             f"`{key}` {value:g}" for key, value in own["material"].items()
             if key not in ("law", "density_kg_m3")

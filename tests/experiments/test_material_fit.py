@@ -12,8 +12,8 @@ from support.example import EXAMPLES
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit import choice, coupons, doubts, homogeneous, material_file
-from dolfingrip.experiments.material_fit.fit import fit
+from dolfingrip.experiments.material_fit import choice, coupons, doubts, homogeneous
+from dolfingrip.experiments.material_fit.fit import fit, write
 from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, Mode, stress
 from dolfingrip.experiments.material_fit.law import LAWS
 from dolfingrip.forms import chain_rule, invariants, neo_hookean, ogden_terms, polynomial
@@ -219,7 +219,7 @@ def test_ninjaflex() -> None:
 def test_a_written_law_is_a_configuration(name: str, tmp_path: Path) -> None:
     data = [made(mode, name) for mode in EXPONENTS]
     found = fit(LAWS[name], data)
-    material_file.write(found, data, tmp_path / "material.toml")
+    write(found, data, tmp_path / "material.toml")
     read = config.load(tmp_path / "material.toml")
     shear = {"gent": 1.3, "yeoh": 1.0, "ogden-2": 1.5}[name]
     assert read.material.shear_MPa == pytest.approx(shear, rel=1e-3)

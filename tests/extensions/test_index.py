@@ -20,7 +20,7 @@ from dolfingrip.extensions.effect import (
 from dolfingrip.extensions.index import EFFECTS, NAMES
 from dolfingrip.extensions.no_self_contact import NoSelfContact
 from dolfingrip.extensions.plate_friction import PlateFriction
-from dolfingrip.parameter.priors import PRINTED_MPa, scaled_priors
+from dolfingrip.parameter.search import PRINTED_MPa, scaled_priors
 from dolfingrip.sections import units
 
 ORDINARY = {

@@ -11,8 +11,7 @@ import pytest
 from support.disks import Disk, MemoryDisk
 
 from dolfingrip.files import table, whole
-from dolfingrip.files.growing import GrowingFile
-from dolfingrip.files.whole import WriteError
+from dolfingrip.files.whole import GrowingFile, WriteError
 
 BEFORE = b"what was there before"
 

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from dolfingrip.jobs import keys
+from dolfingrip.jobs import connections
 from dolfingrip.jobs.connections import broken_connections_are_errors
 
 
@@ -22,7 +22,7 @@ def send_until_it_breaks(to: ssl.SSLSocket) -> None:
 
 def test_a_broken_pipe_is_an_error_of_its_own_connection() -> None:
     """Without the package's own socket, Python 3.13 reports it on every connection."""
-    security = keys.fresh()
+    security = connections.fresh_keys()
     server = security.get_listen_args("scheduler")["ssl_context"]
     client = security.get_connection_args("client")["ssl_context"]
 

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from dolfingrip.config import ConfigError
-from dolfingrip.jobs import keys
+from dolfingrip.jobs import connections
 from dolfingrip.jobs.cluster import Where, connected
 
 SOMEBODY = 65534
@@ -26,10 +26,10 @@ SOMEBODY = 65534
 INTRUDER = f"""
 import asyncio, os, sys
 from distributed import Security
-from dolfingrip.jobs import keys
+from dolfingrip.jobs import connections
 from jobs.test_keys import asked
 
-made = keys.fresh()
+made = connections.fresh_keys()
 if os.geteuid() == 0:
     os.setgroups([])
     os.setgid({SOMEBODY})
@@ -178,4 +178,4 @@ def test_no_key_can_be_made(
     monkeypatch.setenv("PATH", str(tmp_path))
     said = "No such file or directory" if text is None else "nonsense"
     with pytest.raises(ConfigError, match=f"^keys of the workers: openssl: {said}$"):
-        keys.fresh()
+        connections.fresh_keys()

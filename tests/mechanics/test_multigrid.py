@@ -17,8 +17,7 @@ from dolfingrip.experiments import run
 from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.inverse import Factorisation
-from dolfingrip.mechanics.newton.linear_level import LinearLevel
-from dolfingrip.mechanics.newton.multigrid import Multigrid
+from dolfingrip.mechanics.newton.multigrid import LinearLevel, Multigrid
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent

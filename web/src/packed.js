@@ -1,4 +1,4 @@
-// Unpacks models that dolfingrip/report/page/packing.py packed. Both files say the same format.
+// Unpacks models that dolfingrip/report/page/scene.py packed. Both files say the same format.
 
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
@@ -74,7 +74,7 @@ async function unpackPart(part, ends, fields) {
  *
  * Frame 0 of each part is the unloaded shape; frame k + 1 is step k.
  *
- * @param {object} packed as `packing.py` writes it
+ * @param {object} packed as `scene.py` writes it
  * @param {Object<string, {least: number}>} fields value of each field in the unloaded shape
  * @returns {Promise<object>} `parts`, and the largest value of each field at each step in `peaks`
  */

@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.effect import Displaying, Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
-from dolfingrip.parameter.priors import scaled_priors
+from dolfingrip.parameter.search import scaled_priors
 
 
 def _standard(ordinary: float | np.ndarray, tail: float) -> np.ndarray:

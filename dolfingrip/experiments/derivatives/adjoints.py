@@ -16,9 +16,8 @@ from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.plate import PlatePlace
-from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.reading import FromRest, Reading
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, ShapeDerivative
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation

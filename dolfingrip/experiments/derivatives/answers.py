@@ -29,11 +29,10 @@ from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.readings import peak_stretch, work
-from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.line import part_of_distance
 from dolfingrip.mechanics.readings.peak_stretch import PeakStretch
-from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.reading import FromRest, Reading
 from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.mechanics.readings.work import PressureWork
 from dolfingrip.parameter import Parameter, find

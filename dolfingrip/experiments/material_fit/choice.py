@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from dolfingrip.experiments.material_fit import material_file
 from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
-from dolfingrip.experiments.material_fit.fit import LawFit
+from dolfingrip.experiments.material_fit.fit import LawFit, allowed
 from dolfingrip.experiments.material_fit.homogeneous import Mode, unstable_from
 
 
@@ -40,7 +39,7 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
         data: series that they were fitted to.
     """
     reached, policy = farthest(data), fits[0].policy
-    usable = [fit for fit in fits if material_file.allowed(fit)]
+    usable = [fit for fit in fits if allowed(fit)]
     everywhere = dict.fromkeys(MODES, reached)
     measured = {
         mode: farthest(series for series in data if series.mode == mode)

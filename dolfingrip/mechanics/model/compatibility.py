@@ -15,7 +15,7 @@ from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
 PATCHED = (0, 9), (0, 11)
-"""Versions of FFCx that the patches in ``jit`` and ``element_matrices`` were tested with."""
+"""Versions of FFCx that the patches in ``jit`` were tested with."""
 
 _version = tuple(int(part) for part in ffcx.__version__.split(".")[:2])
 

@@ -1,16 +1,250 @@
-"""Multigrid of two levels: the quadratic element, and the linear one with a factorisation."""
+"""Multigrid of two levels: the quadratic element, and the linear one with a factorisation.
+
+The linear level has the interpolation to the quadratic one, and the tangent of its displacements.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import basix
 import numpy as np
+import scipy.sparse as sp
+from dolfinx import fem
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.bordered import factors
 from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.inverse import Exact, cheapest
-from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
 from dolfingrip.mechanics.newton.policy import MultigridPolicy
+
+BLOCK = 3
+"""Unknowns of a node."""
+
+
+class LinearLevel:
+    """Displacements of the linear element on the same cells, as part of those of the quadratic one.
+
+    A quadratic displacement that is linear in each cell has the mean of an edge's ends amid the
+    edge. That holds for tetrahedra of 10 nodes and for hexahedra of 20. Global unknowns are kept as
+    they are. Supports hold on both levels.
+
+    The linear level's tangent PᵀKP sums blocks of K with weights that depend on the pattern alone.
+    They are kept as a sparse matrix, so that this sum takes no longer than a product with K.
+
+    Args:
+        model: model with a displacement of second order, its only field.
+
+    Attributes:
+        parents: (nodes of all ranks, 2) nodes of the linear level that a node is the mean of; a
+            corner's are one, twice.
+        nodes: (nodes,) whether a block of unknowns, owned, is a node's and not of global unknowns.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._comm = comm = model.comm
+        space = model.u.function_space
+        linear = fem.functionspace(space.mesh, ("Lagrange", 1, (3,)))
+        fine, coarse = space.dofmap.index_map, linear.dofmap.index_map
+        pads = model.unknowns.padded // BLOCK
+        own_pads = pads if model.unknowns.owns_globals else 0
+        self.nodes = np.arange(fine.size_local + own_pads) < fine.size_local
+        self._rows = coarse.size_local + own_pads
+        self._first = coarse.local_range[0]
+        self._count = coarse.size_global + pads
+        parents = _parents(space, linear)
+        own = [np.concatenate(comm.allgather(parents)), np.zeros((pads, 2), dtype=np.int64)]
+        own[1] += (coarse.size_global + np.arange(pads))[:, None]
+        self.parents = np.concatenate(own)
+        free = np.concatenate(comm.allgather(model.free)).reshape(-1, BLOCK)
+        single = np.flatnonzero(self.parents[:, 0] == self.parents[:, 1])
+        coarse_free = np.zeros((self._count, BLOCK))
+        coarse_free[self.parents[single, 0]] = free[single]
+        self._free = coarse_free
+        self._matrix: PETSc.Mat | None = None
+        self._keys = np.empty(0, dtype=np.int64)
+        self._sums: list[tuple[sp.csr_matrix, sp.csr_matrix]] = []
+        start = fine.local_range[0]
+        self.interpolation = self._interpolation(np.arange(start, start + len(self.nodes)), free)
+
+    def _interpolation(self, rows: np.ndarray, free: np.ndarray) -> PETSc.Mat:
+        """P as a matrix of scalars, without what supports hold."""
+        parents = self.parents[rows]
+        weights = np.where(parents[:, :1] == parents[:, 1:], [[1.0, 0.0]], [[0.5, 0.5]])
+        data = weights[:, None, :] * free[rows][:, :, None]
+        columns = BLOCK * parents[:, None, :] + np.arange(BLOCK)[:, None]
+        data = data * self._free.ravel()[columns]
+        row = np.broadcast_to(np.arange(BLOCK * len(rows)).reshape(-1, BLOCK, 1), columns.shape)
+        kept = data.ravel() != 0
+        entries = (data.ravel()[kept], (row.ravel()[kept], columns.ravel()[kept]))
+        made = sp.csr_matrix(entries, shape=(BLOCK * len(rows), BLOCK * self._count))
+        sizes = ((made.shape[0], None), (BLOCK * self._rows, None))
+        csr = (made.indptr.astype(PETSc.IntType), made.indices.astype(PETSc.IntType), made.data)
+        return PETSc.Mat().createAIJ(sizes, csr=csr, comm=self._comm)
+
+    @property
+    def graph(self) -> sp.csr_matrix:
+        """(owned nodes, nodes) nodes of the linear level that its tangent couples."""
+        row, column = np.divmod(self._keys, self._count)
+        both = np.concatenate([row, column]), np.concatenate([column, row])
+        whole = sp.csr_matrix((np.ones(len(both[0])), both), (self._count, self._count))
+        return whole[self._first : self._first + self._rows]
+
+    def assemble(self, matrix: PETSc.Mat) -> tuple[PETSc.Mat, np.ndarray]:
+        """The linear level's tangent, and the blocks on the diagonal of ``matrix``.
+
+        Args:
+            matrix: the tangent, of type SBAIJ.
+
+        Returns:
+            The tangent PᵀKP of type SBAIJ, one and the same object as long as the pattern is; and
+            (n, 3, 3) owned blocks on the diagonal of K.
+        """
+        if matrix != self._matrix:
+            self._prepare(matrix)
+            self._matrix = matrix
+        values = np.zeros((len(self._keys), BLOCK * BLOCK))
+        diagonal = np.empty((len(self.nodes), BLOCK, BLOCK))
+        place = 0
+        for (start, _, blocks), (straight, turned) in zip(
+            _upper_blocks(matrix), self._sums, strict=True
+        ):
+            here = slice(place, place + len(start))
+            diagonal[here] = blocks[start]
+            place += len(start)
+            flat = blocks.reshape(len(blocks), -1)
+            values += straight @ flat
+            other = (turned @ flat).reshape(-1, BLOCK, BLOCK)
+            values += other.transpose(0, 2, 1).reshape(len(values), -1)
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, values)
+        self._fill(values.reshape(-1, BLOCK, BLOCK))
+        return self._tangent, diagonal
+
+    def _fill(self, values: np.ndarray) -> None:
+        """Set the owned rows of the tangent."""
+        row, column = np.divmod(self._keys, self._count)
+        values = values * self._free[row][:, :, None] * self._free[column][:, None, :]
+        held = np.flatnonzero(row == column)
+        values[held[:, None], np.arange(BLOCK), np.arange(BLOCK)] += 1.0 - self._free[row[held]]
+        own = (row >= self._first) & (row < self._first + self._rows)
+        counts = np.bincount(row[own] - self._first, minlength=self._rows)
+        self._tangent.setValuesBlockedCSR(
+            np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType),
+            column[own].astype(PETSc.IntType),
+            np.ascontiguousarray(values[own]),
+        )
+        self._tangent.assemble()
+
+    def _prepare(self, matrix: PETSc.Mat) -> None:
+        """Take the pattern of ``matrix``: the linear level's pattern, and the sums of blocks."""
+        found = []
+        first = matrix.getOwnershipRange()[0] // BLOCK
+        for start, columns, _ in _upper_blocks(matrix):
+            counts = np.diff([*start, len(columns)])
+            found.append(self._contributions(first, counts, columns))
+            first += len(start)
+        keys = [np.unique(key) for key, *_ in found]
+        keys = self._comm.allgather(np.unique(np.concatenate(keys)))
+        self._keys = np.unique(np.concatenate(keys))
+        self._sums = []
+        for key, which, weight, turned, count in found:
+            place = np.searchsorted(self._keys, key)
+            shape = (len(self._keys), count)
+            self._sums.append(
+                tuple(
+                    sp.csr_matrix((weight[part], (place[part], which[part])), shape)
+                    for part in (~turned, turned)
+                )
+            )
+        row, column = np.divmod(self._keys, self._count)
+        own = (row >= self._first) & (row < self._first + self._rows)
+        near = column[own] < self._first + self._rows
+        nnz = tuple(
+            np.bincount(row[own][part] - self._first, minlength=self._rows).astype(PETSc.IntType)
+            for part in (near, ~near)
+        )
+        size = BLOCK * self._rows
+        self._tangent = PETSc.Mat().create(self._comm)
+        self._tangent.setSizes(((size, None), (size, None)), bsize=BLOCK)
+        self._tangent.setType(PETSc.Mat.Type.SBAIJ)
+        self._tangent.setPreallocationNNZ(nnz)
+
+    def _contributions(
+        self, first: int, counts: np.ndarray, column: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
+        """Where the upper blocks of some rows go to on the linear level.
+
+        Returns:
+            Keys of the blocks there, the block that each takes, its weight, whether it is taken
+            transposed, and the number of blocks.
+        """
+        row = first + np.repeat(np.arange(len(counts)), counts)
+        keys, which, weights, turns = [], [], [], []
+        for a in (0, 1):
+            for b in (0, 1):
+                up, along = self.parents[row, a], self.parents[column, b]
+                double = [
+                    self.parents[nodes, 0] != self.parents[nodes, 1] for nodes in (row, column)
+                ]
+                kept = (double[0] | (a == 0)) & (double[1] | (b == 0))
+                weight = np.where(double[0], 0.5, 1.0) * np.where(double[1], 0.5, 1.0)
+                inside = row == column
+                for turned, part in (
+                    (False, kept & (up <= along)),
+                    (True, kept & ~inside & (up >= along)),
+                ):
+                    place = np.flatnonzero(part)
+                    low, high = (along, up) if turned else (up, along)
+                    keys.append(low[place] * self._count + high[place])
+                    which.append(place)
+                    weights.append(weight[place])
+                    turns.append(np.full(len(place), turned))
+        joined = [np.concatenate(part) for part in (keys, which, weights, turns)]
+        return joined[0], joined[1], joined[2], joined[3], len(column)
+
+
+def _parents(space: fem.FunctionSpace, linear: fem.FunctionSpace) -> np.ndarray:
+    """(owned nodes, 2) nodes of ``linear``, in all ranks' numbering, that a node is the mean of."""
+    cell = space.mesh.basix_cell()
+    edges = np.array(basix.topology(cell)[1])
+    corners = len(basix.geometry(cell))
+    ends = np.concatenate([np.repeat(np.arange(corners)[:, None], 2, axis=1), edges])
+    nodes = space.dofmap.list
+    own = linear.dofmap.index_map.local_to_global(linear.dofmap.list.ravel())
+    places = own.reshape(-1, corners)[:, ends].astype(np.int64)
+    found = np.empty((nodes.max(initial=-1) + 1, 2), dtype=np.int64)
+    found[nodes.ravel()] = places.reshape(-1, 2)
+    return found[: space.dofmap.index_map.size_local]
+
+
+def _upper_blocks(
+    matrix: PETSc.Mat, rows_at_once: int = 50_000
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Blocks on and above the diagonal, by groups of owned block rows.
+
+    Args:
+        matrix: the matrix.
+        rows_at_once: rows of blocks whose copies are in memory together.
+
+    Yields:
+        For each group: place of each row's first block, which is the diagonal's; (m,) columns of
+        the blocks; (m, 3, 3) blocks.
+    """
+    matrix.setOption(PETSc.Mat.Option.GETROW_UPPERTRIANGULAR, True)
+    pointer, columns, values = matrix.getValuesCSR()
+    for first in range(0, len(pointer) - 1, BLOCK * rows_at_once):
+        rows = pointer[first : first + BLOCK * rows_at_once + 1]
+        counts = np.diff(rows[::BLOCK]) // (BLOCK * BLOCK)
+        places = np.concatenate([[0], np.cumsum(counts)])
+        # a row of blocks comes as three rows of scalars
+        within = np.arange(places[-1]) - np.repeat(places[:-1], counts)
+        base = np.repeat(rows[:-1:BLOCK], counts) + BLOCK * within
+        stride = BLOCK * np.repeat(counts, counts)
+        index = base[:, None] + stride[:, None] * np.arange(BLOCK)
+        yield places[:-1], columns[base] // BLOCK, values[index[:, :, None] + np.arange(BLOCK)]
 
 
 class Multigrid:

@@ -7,8 +7,7 @@ from typing import cast
 
 from dolfingrip.channels import Part, read_of
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.readings.from_rest import FromRest
-from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.reading import FromRest, Reading
 from dolfingrip.sections.lookup import only_class
 
 
