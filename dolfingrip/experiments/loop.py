@@ -77,9 +77,10 @@ def run(
             if that costs a small part of the run.
         bands: standard deviations by which bands of the readings are computed, beside the usual
             ones; None: no bands.
-        tell: called with a line about what takes longer than two seconds: on every rank about each
-            iteration of a load step; each second, from another thread of the rank that compiles a
-            form, about that, and with an empty line once it is compiled.
+        tell: called on every rank at each iteration of a load step, with a line where that takes
+            longer than two seconds, else an empty one; each second, from another thread of the
+            rank that compiles a form, with a line about that, and with an empty one once it is
+            compiled.
 
     Returns:
         The result; its ``failure`` says why a load path ended early.

@@ -29,8 +29,8 @@ Hear = Callable[[str, int, int, str], None]
 _EXPECTED: Final = 3.0
 """Seconds that a worker which was told to end may take."""
 
-_PATIENCE: Final = 1.0
-"""Seconds that a job may take to give up."""
+_PATIENCE: Final = 3.0
+"""Seconds that a job may take to give up; a worker that is begun anew takes as long to be ready."""
 
 
 class Superseded(BaseException):
@@ -43,21 +43,28 @@ _key = ""
 _told: Connection | None = None
 """Where this process, if it is a worker, tells how far its job is."""
 
+_last: tuple[Any, ...] = ()
+"""What it told last."""
+
 
 def tell(done: int, total: int, note: str = "") -> None:
-    """Say how far the present job is; nothing happens outside of such a worker.
+    """Say how far the present job is, or leave it; nothing happens outside of such a worker.
 
     Args:
         done: steps of the job that are done.
         total: all steps.
         note: what is told beside.
     """
+    global _last
     if _told is None:
         return
     # a form is compiled beside a thread that tells of it
     if threading.current_thread() is threading.main_thread() and _told.poll():
         raise Superseded
-    _told.send(("progress", _key, done, total, note))
+    told = ("progress", _key, done, total, note)
+    if told != _last:
+        _last = told
+        _told.send(told)
 
 
 class Single:

@@ -85,14 +85,15 @@ class Counts:
 
 
 class Watch:
-    """Tells of each iteration of a solve that takes longer than two seconds.
+    """Tells at each iteration, by a line once a solve takes longer than two seconds.
 
     Args:
         clock: in seconds.
-        patience_s: time after which it tells.
+        patience_s: time after which it tells by a line.
 
     Attributes:
-        tell: receives each line; None: nothing is told.
+        tell: receives each line, empty ones before that time; it may raise what ends the solve.
+            None: nothing is told.
     """
 
     def __init__(
@@ -116,6 +117,9 @@ class Watch:
 
     def judged(self, iteration: int, norm_N: float, tolerance_N: float) -> None:
         """The residual after so many iterations is known."""
-        if self.tell is not None and self._clock() - self._began_s > self._patience_s:
+        line = ""
+        if self._clock() - self._began_s > self._patience_s:
             residual = f"residual {norm_N:.1e} N (to {tolerance_N:.1e} N)"
-            self.tell(f"iteration {iteration}: {residual}{self._step}")
+            line = f"iteration {iteration}: {residual}{self._step}"
+        if self.tell is not None:
+            self.tell(line)

@@ -176,7 +176,10 @@ class Iterations:
         snes.getKSP().getPC().setPythonContext(self)
         x.array[:] = self._model.unknowns.owned()
         with self._system.profile.phase("linear solve"):
-            snes.solve(None, x)
+            try:
+                snes.solve(None, x)
+            except PETSc.Error as error:
+                raise error.__cause__ or error from None  # what a callback raised
         self._system.set_state(x)
         self._retired.clear()
 
