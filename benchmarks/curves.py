@@ -5,7 +5,7 @@
 Each is a problem of eight bellows with a depth and a wall each, at 150 kPa, begun at the default
 finger; the faces' free form may be added. The table has the root mean square distance on the mesh
 of the design and on one with each cell divided in two along each axis, the simulations, and the
-time.
+processor's time, which other work on the machine hardly changes.
 Rows of other targets stay.
 """
 
@@ -14,16 +14,15 @@ from __future__ import annotations
 import argparse
 import csv
 import math
+import resource
 import sys
-import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
 from dolfingrip.config import Change, Config, changed, load
 from dolfingrip.design.gradient import curve, run, starts
-from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import say_nothing
 from dolfingrip.experiments.request import Place, Request
@@ -100,39 +99,44 @@ def solve(
         f"[method]\nsimulations = {most}\n[parameters]\n{ranges}{FREE_FORM if free_form else ''}"
     )
     problem = read(folder / "design.toml")
-    begun = time.monotonic()
-    with Pool(Where(workers=1)) as pool:
-        answers = computed_in(folder / run.FOLDER, pool)
-        return {
-            "target": name,
-            "free_form": free_form,
-            "cells_mm": "default" if not mesh else " and ".join(map(str, mesh.values())),
-            **_solved(problem, answers, folder, begun, refined),
-        }
-
-
-def _solved(
-    problem: Problem, answers: Compute, folder: Path, begun: float, refined: bool
-) -> dict[str, object]:
-    every = starts.solve(problem, answers, say_nothing)
+    every, design_s = _timed(folder, lambda answers: starts.solve(problem, answers, say_nothing))
     found = every.best(problem)
-    wall_s = time.monotonic() - begun
-    finer = run.refine(problem, found, answers) if refined else None
-    result = run.facts(problem, found, finer, wall_s)
+    finer, finer_s = None, 0.0
+    if refined:
+        finer, finer_s = _timed(folder, lambda answers: run.refine(problem, found, answers))
+    result = run.facts(problem, found, finer, design_s)
     run.write(result, found, folder)
     assert result.matched is not None
     return {
+        "target": name,
+        "free_form": free_form,
+        "cells_mm": "default" if not mesh else " and ".join(map(str, mesh.values())),
         "start_rms_mm": round(result.matched.start_rms_mm, 4),
         "rms_mm": round(result.matched.rms_mm, 4),
         "finer_mesh_rms_mm": finer and round(math.sqrt(finer.objective or math.nan), 4),
         "simulations": result.simulations,
-        "wall_s": round(wall_s),
+        "processor_s": round(design_s),
+        "finer_mesh_processor_s": round(finer_s),
         "stopped_by": "; ".join(
             f"{key.removeprefix('finger.override.')} {price:.2g}"
             for key, price in list(result.matched.stops_mm_per_unit.items())[:4]
         ),
         "told_at_once": curve.backwards(problem),
     }
+
+
+def _timed[T](folder: Path, task: Callable[[Compute], T]) -> tuple[T, float]:
+    """What a task finds with the answers in a folder, and the processor's time of it (s)."""
+    before = _processor_s()
+    with Pool(Where(workers=1)) as pool:
+        found = task(computed_in(folder / run.FOLDER, pool))
+    return found, _processor_s() - before
+
+
+def _processor_s() -> float:
+    """Time of this process and of its children that have ended."""
+    each = (resource.getrusage(of) for of in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(one.ru_utime + one.ru_stime for one in each)
 
 
 def draw(mesh: Change, out: Path) -> None:

@@ -336,7 +336,20 @@ def curvature(number: int) -> Channel:
     """
     return Channel(name=f"curvature_{number}_per_m", unit="per_m", title=f"Curvature at {number}",
                    about=f"turn of the line at marker {number} by its length, positive towards −x",
-                   form=".2f", of=("finger",))  # fmt: skip
+                   form=".2f", of=("finger",), plausible=(-1e3, 1e3), noise=1.0,
+                   tolerance=0.1)  # fmt: skip
+
+
+def at_marker(column: str) -> Channel | None:
+    """Return the channel that a marker's column is of; None of another column.
+
+    Args:
+        column: of a table.
+    """
+    found = re.fullmatch(r"marker_([1-9]\d*)_([xz])_mm|curvature_([1-9]\d*)_per_m", column)
+    if found is None:
+        return None
+    return curvature(int(found[3])) if found[3] else marker(int(found[1]), found[2])
 
 
 OBSTACLE: Final = tuple(
@@ -515,11 +528,22 @@ Quantity = Literal["displacement", "stretch", "mises", "stress", "energy", "cont
 FIELDS: Final = {each.name: each for each in (MOVED, STRETCH, MISES, STRESS, ENERGY, CONTACT)}
 """All fields by name."""
 
-CHANNELS: Final[Mapping[str, Channel]] = {
-    each.name: each
+
+class _Channels(dict[str, Channel]):
+    """Channels by name; those of markers, of any number, are made on request."""
+
+    def __missing__(self, name: str) -> Channel:
+        found = at_marker(name)
+        if found is None:
+            raise KeyError(name)
+        return found
+
+
+CHANNELS: Final[Mapping[str, Channel]] = _Channels(
+    (each.name, each)
     for each in (*list(globals().values()), *TIP_ROTATIONS, *GRIPPER)
     if isinstance(each, Channel)
-}
+)
 """All of the above by name, in their order, which is that of columns in files."""
 
 

@@ -13,7 +13,6 @@ import pandas as pd
 
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import DATA
 
@@ -41,7 +40,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
             if inside.all() or (not finger and inside.sum() < DATA.fewest_of_coupon):
                 continue
             notes.append(why)
-            readings.loc[rows.index[~inside], list(READING_COLUMNS)] = np.nan
+            readings.loc[rows.index[~inside], measurement.columns] = np.nan
             # a row stays where what comes later depends on the way
             if finger and not inside[(~inside).argmax() :].any():
                 keep[rows.index[~inside]] = False

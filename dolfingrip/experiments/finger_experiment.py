@@ -70,6 +70,8 @@ class FingerExperiment(Experiment):
             "rate_kPa_per_s": config.experiment.rate_kPa_per_s,
             **config.drawn(),
         }
+        if camera := config.camera.model_dump(exclude_defaults=True, exclude_none=True):
+            data["camera"] = camera
         if config.gravity.acceleration_m_s2:
             data["gravity"] = {"direction": list(config.gravity.direction)}
         return data

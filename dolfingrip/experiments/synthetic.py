@@ -13,7 +13,7 @@ import tomlkit
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import WHO, measured
+from dolfingrip.channels import WHO, at_marker, measured, of_line
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.loop import run
@@ -31,7 +31,8 @@ MEASURED = (*WHO, *(each.name for each in measured() if each.synthetic))
 """The columns of a synthetic measurement."""
 
 NOISE: Mapping[str, float] = {each.name: each.noise for each in measured() if each.noise}
-"""Standard deviation of each column's noise, for an ordinary camera, load cell and regulator."""
+"""Standard deviation of each column's noise, for an ordinary camera, load cell and regulator.
+Markers have that of their channels."""
 
 TRIES = 1000
 """Largest number of draws from a prior until one is an allowed value."""
@@ -69,7 +70,7 @@ def check_noise(noise: Mapping[str, Any], option: str = "--noise") -> None:
         ConfigError: one line naming the column, the value and what is allowed.
     """
     for name, std in noise.items():
-        if name not in NOISE:
+        if name not in NOISE and at_marker(name) is None:
             raise ConfigError(f"{option} {name} = {std}: allowed: {', '.join(NOISE)}")
         number = isinstance(std, int | float) and not isinstance(std, bool)
         if not number or not 0 <= std < math.inf:
@@ -153,6 +154,9 @@ def measure(
     """
     rng = np.random.default_rng(seed)
     truth = drawn(hidden or config, nuisances, rng)
+    markers = of_line(config.camera.markers, curve=False)
+    columns = (*MEASURED, *(each.name for each in markers))
+    noise = {**{each.name: each.noise for each in markers if noise}, **noise}
     rows: list[Row] = []
     failures = []
     for kind in kinds:
@@ -160,7 +164,7 @@ def measure(
         if result.failure is not None:
             failures.append(result.failure)
         for row in result.rows:
-            read = {name: row[name] for name in MEASURED if name in row}
+            read = {name: row[name] for name in columns if name in row}
             read["specimen"] = "synthetic"
             for name, spread in noise.items():
                 if name in read:
@@ -183,7 +187,8 @@ def write(measurement: SyntheticMeasurement, out: Path, comm: MPI.Comm = MPI.COM
     """
 
     def work() -> None:
-        names = [name for name in MEASURED if any(name in row for row in measurement.rows)]
+        every = dict.fromkeys((*MEASURED, *(name for row in measurement.rows for name in row)))
+        names = [name for name in every if any(name in row for row in measurement.rows)]
         rows = [
             {k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()}
             for row in measurement.rows

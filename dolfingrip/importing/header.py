@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.data.columns import IGNORED, MEASURED, near
+from dolfingrip.diagnosis.data.columns import IGNORED, MEASURED, near, of_markers
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
 from dolfingrip.importing.told import sides
 from dolfingrip.sections.units import unit as unit_at_end
@@ -251,7 +251,7 @@ def recognise(header: str) -> Recognised:
     >>> recognise("Biegewinkel [rad]").readings
     (ColumnReading(target='angle_deg', unit='rad', factor=57.29577951308232, offset=0.0),)
     """
-    if header in MEASURED or header in (STRAIN, STRESS, "stretch", "mode"):
+    if header in (*MEASURED, *of_markers([header]), STRAIN, STRESS, "stretch", "mode"):
         return Recognised(header, (ColumnReading(header, _shown(header)),))
     if header in IGNORED:
         return Recognised(header)

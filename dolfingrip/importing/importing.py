@@ -15,7 +15,7 @@ import tomlkit
 from dolfingrip.channels import ANGLE, CHANNELS, TIME, WHO
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table as measured
-from dolfingrip.diagnosis.data.columns import CONTROL, IGNORED, MEASURED, READINGS
+from dolfingrip.diagnosis.data.columns import CONTROL, IGNORED, MEASURED, READINGS, of_markers
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
 from dolfingrip.files import whole
@@ -102,7 +102,7 @@ def is_format(header: Sequence[str]) -> bool:
     Args:
         header: names of columns.
     """
-    own = {*MEASURED, *IGNORED, *coupons.STRETCHES, *coupons.STRESSES, "mode"}
+    own = {*MEASURED, *of_markers(header), *IGNORED, *coupons.STRETCHES, *coupons.STRESSES, "mode"}
     return set(header) <= own
 
 
@@ -459,7 +459,7 @@ def _signs(found: ImportedTable) -> None:
 
 def _arrange(found: ImportedTable, experiment: str) -> None:
     """Columns of the format in its order, rows with a control alone."""
-    known = [*MEASURED, "mode", *coupons.STRETCHES, *coupons.STRESSES]
+    known = [*MEASURED, *of_markers(found.table), "mode", *coupons.STRETCHES, *coupons.STRESSES]
     foreign = set()
     if experiment in READINGS:
         others = {name for own in READINGS.values() for name in own}

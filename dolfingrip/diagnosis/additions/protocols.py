@@ -12,7 +12,6 @@ import pandas as pd
 from dolfingrip.channels import ANGLE, FORCE, TIP_X, TIP_Z, TRANSVERSE_STRAIN
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import ADDITIONS
@@ -217,7 +216,7 @@ def _seen(
 ) -> Proposal:
     """Repeat what was measured, with a camera's readings alone; simulated as it was."""
     lines = measurement.readings.copy()
-    lines[list(READING_COLUMNS)] = np.nan
+    lines[measurement.columns] = np.nan
     lines.loc[lines["test"] == test.number, columns] = 0.0
     lasting = float(np.ptp(measurement.rows(test.number)["time_s"])) / 60
     minutes = ADDITIONS.set_up_min["camera"] + lasting

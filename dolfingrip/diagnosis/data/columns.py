@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from dolfingrip.channels import DISPLACEMENT, PRESSURE, TIME, WHO, readings
+from dolfingrip.channels import (
+    CURVE,
+    DISPLACEMENT,
+    OBSTACLE,
+    PRESSURE,
+    TIME,
+    WHO,
+    at_marker,
+    readings,
+)
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.recorder import columns
 
@@ -25,7 +34,7 @@ READINGS: Final[Mapping[str, tuple[str, ...]]] = {
     name: tuple(each.name for each in readings(*EXPERIMENTS[name].parts))
     for name in EXPERIMENT_NAMES
 }
-"""Columns that each experiment reads; any of them may be absent."""
+"""Columns that each experiment reads; any of them may be absent. Markers have further ones."""
 
 READING_COLUMNS: Final = tuple(sorted({name for own in READINGS.values() for name in own}))
 """All columns of readings."""
@@ -37,9 +46,30 @@ MEASURED: Final = (*WHO, *NUMBERS)
 """All columns of the format."""
 
 IGNORED: Final = frozenset(
-    {name for each in EXPERIMENTS.values() for name in columns(each)} - {*MEASURED}
-)
+    {name for each in EXPERIMENTS.values() for name in columns(each)}
+    | {CURVE.name, *(each.name for each in OBSTACLE)}
+) - {*MEASURED}
 """Further columns of a simulation's ``result.csv``, which no instrument reads."""
+
+
+def of_markers(names: Iterable[str]) -> tuple[str, ...]:
+    """List the columns of markers among some names, of which a table has as many as were seen.
+
+    Args:
+        names: of columns.
+    """
+    return tuple(name for name in names if at_marker(name) is not None)
+
+
+def read_by(experiment: str, names: Iterable[str] = ()) -> tuple[str, ...]:
+    """List the columns that an experiment reads, with those of markers among some names.
+
+    Args:
+        experiment: its name.
+        names: of columns.
+    """
+    sees = "finger" in EXPERIMENTS[experiment].parts
+    return (*READINGS[experiment], *(of_markers(names) if sees else ()))
 
 
 def near(name: str, known: Sequence[str]) -> str:

@@ -44,6 +44,7 @@ from dolfingrip.diagnosis.data.columns import (
     READING_COLUMNS,
     allowed,
     near,
+    of_markers,
 )
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.parameter import named
@@ -220,8 +221,10 @@ class SetupFile:
         angle = self._data.get("angle", {})
         return LabSetup(
             sections,
-            self._spreads("noise", noise, NUMBERS),
-            self._spreads("noise.correlated", correlated, READING_COLUMNS),
+            self._spreads("noise", noise, (*NUMBERS, *of_markers(noise))),
+            self._spreads(
+                "noise.correlated", correlated, (*READING_COLUMNS, *of_markers(correlated))
+            ),
             self._optional("noise.correlated.correlation_time_s", lasting),
             USUAL | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
             self._optional(rate, numbers.get(rate)),

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import CHANNELS, CHORD_ANGLE, DISPLACEMENT, PRESSURE
+from dolfingrip.channels import CHANNELS, CHORD_ANGLE, DISPLACEMENT, PRESSURE, of_line
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
-from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS
+from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS, of_markers
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
 from dolfingrip.diagnosis.data.motion import motion, smallest_change
 
@@ -101,12 +101,17 @@ class Measurement:
         kept = [replace(t, number=number[t.number]) for t in self.tests if t.number in number]
         return Measurement(rows.assign(test=rows["test"].map(number)), kept, self.warnings)
 
+    @property
+    def columns(self) -> list[str]:
+        """Columns of readings: those of the format, and those of markers that were seen."""
+        return [*READING_COLUMNS, *of_markers(self.readings)]
+
     def repeated(self) -> dict[int, int]:
         """Tests with the very readings of an earlier one, by number, and that one's number."""
         found: dict[int, int] = {}
         seen: dict[tuple[str, bytes], int] = {}
         for test in self.tests:
-            rows = self.rows(test.number)[[test.control, *READING_COLUMNS]].to_numpy()
+            rows = self.rows(test.number)[[test.control, *self.columns]].to_numpy()
             key = test.experiment, np.nan_to_num(rows, nan=np.inf).tobytes()
             if seen.setdefault(key, test.number) != test.number and np.nan_to_num(rows).any():
                 found[test.number] = seen[key]
@@ -137,13 +142,13 @@ class Measurement:
         return self._listed
 
     def _list(self) -> pd.DataFrame:
-        wide = self.readings[list(READING_COLUMNS)].to_numpy()
+        wide = self.readings[self.columns].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
         told = self.readings.iloc[row].reset_index(drop=True)
         by_pressure = told["experiment"].map(CONTROL) == PRESSURE.name
         return pd.DataFrame({
             "row": row,
-            "column": np.array(READING_COLUMNS, dtype=object)[column],
+            "column": np.array(self.columns, dtype=object)[column],
             "value": wide[row, column],
             **{name: told[name] for name in
                ("test", "experiment", "specimen", "cycle", "branch", "leg", "time_s")},
@@ -166,7 +171,7 @@ def in_proportion(measurement: Measurement) -> np.ndarray:
     How far a coupon narrows depends neither on its modulus nor on its cross-section.
     """
     listed = measurement.listed()
-    scaled = [name for name in READING_COLUMNS if CHANNELS[name].in_proportion]
+    scaled = [name for name in measurement.columns if CHANNELS[name].in_proportion]
     return ((listed["experiment"] == "coupon") & listed["column"].isin(scaled)).to_numpy()
 
 
@@ -202,6 +207,7 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
                 setup.applied(base)
             except ConfigError as error:
                 raise ConfigError(f"{setup_file.file}: {error}") from None
+            _check_markers(test, own, base)
             timed, doubts = _timed(test, own, base)
             warnings += doubts + _doubts(test, own)
             tests.append(test)
@@ -210,6 +216,24 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
     found = Measurement(readings, tests, warnings)
     warnings += [line for test in tests for line in _contradictions(found, test, readings)]
     return found
+
+
+def _check_markers(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> None:
+    """Check that the set-up has the markers that were seen.
+
+    Raises:
+        ConfigError: one line that names the column and what is allowed.
+    """
+    there = test.setup.applied(base).camera.markers
+    known = {channel.name for channel in of_line(there, curve=False)}
+    for name in of_markers(rows):
+        if rows[name].notna().any() and name not in known:
+            words = (
+                f"those of {there} markers, which camera.markers = {there} of the set-up has"
+                if there
+                else "with camera.markers in the set-up, the number of markers from clamp to tip"
+            )
+            raise ConfigError(f"{test.file}: column {name}: allowed: {words}")
 
 
 def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataFrame) -> list[str]:

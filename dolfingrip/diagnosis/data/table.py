@@ -21,8 +21,9 @@ from dolfingrip.diagnosis.data.columns import (
     NOT_SIMULATED,
     NUMBERS,
     READING_COLUMNS,
-    READINGS,
     allowed,
+    of_markers,
+    read_by,
 )
 from dolfingrip.sections.procedure import Branch
 from dolfingrip.sections.tables import check_separator
@@ -60,8 +61,10 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
     rows = [_checked(line, cells, experiments) for line, cells in _cells(file)]
     if not rows:
         raise ConfigError(f"{file}: no rows; allowed: at least 2 readings")
-    table = pd.DataFrame(rows, columns=["line", *MEASURED])
-    table[list(NUMBERS)] = table[list(NUMBERS)].astype(float)
+    seen = of_markers(sorted({name for row in rows for name in row}))
+    table = pd.DataFrame(rows, columns=["line", *MEASURED, *seen])
+    numbers = [*NUMBERS, *seen]
+    table[numbers] = table[numbers].astype(float)
     _check_together(file, table)
     return table
 
@@ -82,25 +85,27 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
         raise ConfigError(f"{file}: empty; allowed: a header line and rows")
     names = [name.strip() for name in lines[0][1]]
     _check_header(file, names)
+    known = {*MEASURED, *of_markers(names)}
     found = []
     for number, cells in lines[1:]:
         line = _Line(file, number)
         if len(cells) != len(names):
             raise line.refuse(f"{len(cells)} entries; allowed: as many as the header, {len(names)}")
         row = zip(names, map(str.strip, cells), strict=True)
-        found.append((line, {name: text for name, text in row if text and name in MEASURED}))
+        found.append((line, {name: text for name, text in row if text and name in known}))
     return found
 
 
 def _check_header(file: Path, names: Sequence[str]) -> None:
+    known = {*MEASURED, *IGNORED, *of_markers(names)}
     for i, name in enumerate(names):
-        if name not in MEASURED and name not in IGNORED and not name.startswith(OF_CAVITIES):
+        if name not in known and not name.startswith(OF_CAVITIES):
             raise ConfigError(
                 f"{file}: column {name or '(no name)'}: unknown; {allowed(name, MEASURED)}"
             )
         if name in names[:i]:
             raise ConfigError(f"{file}: column {name}: twice; allowed: once")
-    if not set(names) & set(READING_COLUMNS):
+    if not set(names) & {*READING_COLUMNS, *of_markers(names)}:
         raise ConfigError(
             f"{file}: no reading; allowed: at least one column of {', '.join(READING_COLUMNS)}"
         )
@@ -115,13 +120,16 @@ def _checked(line: _Line, cells: dict[str, str], experiments: Sequence[str]) -> 
     row["branch"] = cells.get("branch", "")
     if row["branch"] not in ("", *BRANCHES):
         raise line.refuse(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
-    row |= {name: _number(line, name, cells[name]) for name in NUMBERS if name in cells}
-    control, readings = CONTROL[row["experiment"]], READINGS[row["experiment"]]
+    markers = of_markers(cells)
+    numbers = {*NUMBERS, *markers}
+    row |= {name: _number(line, name, text) for name, text in cells.items() if name in numbers}
+    control, readings = CONTROL[row["experiment"]], read_by(row["experiment"], cells)
     if control not in row:
         raise line.refuse(
             f"{control}: missing; allowed: a number in each row of {row['experiment']}"
         )
-    foreign = [name for name in READING_COLUMNS if name in row and name not in readings]
+    every = (*READING_COLUMNS, *markers)
+    foreign = [name for name in every if name in row and name not in readings]
     if foreign:
         raise line.refuse(
             f"{foreign[0]} = {cells[foreign[0]]}: {row['experiment']} does not read it; are "
@@ -182,7 +190,7 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
         who = f"{experiment} of {specimen}"
         _check_time(file, rows, who)
         _check_twice(file, rows, who)
-        count = int(rows[list(READING_COLUMNS)].count().sum())
+        count = int(rows[[*READING_COLUMNS, *of_markers(rows)]].count().sum())
         if count < 2:
             raise ConfigError(
                 f"{file}: {who}: {count} reading{'' if count == 1 else 's'}; allowed: at least 2"
@@ -214,7 +222,8 @@ def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
 def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
     if rows[TIME.name].isna().any():
         return
-    first = rows.groupby(list(MEASURED), dropna=False, sort=False)["line"].transform("first")
+    every = [*MEASURED, *of_markers(rows)]
+    first = rows.groupby(every, dropna=False, sort=False)["line"].transform("first")
     again = rows["line"] > first
     if again.any():
         raise _first(file, rows, again).refuse(

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from dolfingrip.channels import TIME
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data.columns import CONTROL, READINGS
+from dolfingrip.diagnosis.data.columns import CONTROL, read_by
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.simulation.shipped import Shipped
@@ -27,7 +27,12 @@ from dolfingrip.jobs.store import Store
 
 
 def request(
-    experiment: str, config: Config, gradients: Sequence[str] = (), *, mesh_check: bool = False
+    experiment: str,
+    config: Config,
+    gradients: Sequence[str] = (),
+    *,
+    mesh_check: bool = False,
+    seen: Sequence[str] = (),
 ) -> Request:
     """Ask for an experiment as a diagnosis simulates it.
 
@@ -39,6 +44,7 @@ def request(
         config: with the protocol of the measurement.
         gradients: keys of parameters that all readings are derived by.
         mesh_check: whether the error of the mesh is estimated, too.
+        seen: columns of the measurement, whose markers are read, too.
 
     Returns:
         The request.
@@ -48,7 +54,7 @@ def request(
     """
     shortest = max(config.solver.min_step_kPa, POLICY.shortest_step * config.solver.max_step_kPa)
     plain = config.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
-    columns = (TIME.name, CONTROL[experiment], *READINGS[experiment])
+    columns = (TIME.name, CONTROL[experiment], *read_by(experiment, seen))
     return Request.of(experiment, plain, gradients or None, columns=columns, mesh_check=mesh_check)
 
 

@@ -147,7 +147,8 @@ def simulate(
     """
     parts = {h: groups(measurement, config, h) for h in {variant.headroom for variant in variants}}
     planned = [
-        [_planned(variant, group) for group in parts[variant.headroom]] for variant in variants
+        [_planned(variant, group, measurement.columns) for group in parts[variant.headroom]]
+        for variant in variants
     ]
     results = iter(workers.results([asked for row in planned for *_, asked in row]))
     found = []
@@ -158,7 +159,7 @@ def simulate(
 
 
 def _planned(
-    variant: ModelVariant, group: SimulationGroup
+    variant: ModelVariant, group: SimulationGroup, seen: Sequence[str]
 ) -> tuple[SimulationGroup, Config, StopSchedule, Request]:
     config = variant.of(group)
     route = group.schedule(config)
@@ -172,6 +173,7 @@ def _planned(
         config.changed(protocol=route.protocol()),
         tuple(key for key in gradients if _feels(group.experiment, config, key)),
         mesh_check=variant.mesh_check,
+        seen=seen,
     )
     return group, config, route, asked
 
