@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import typer
@@ -33,9 +33,6 @@ from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections import protocol_file
 from dolfingrip.sections.tables import assignments
-
-if TYPE_CHECKING:
-    from dolfingrip.report.scene import Plate
 
 DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
@@ -182,12 +179,12 @@ def _pictures(
             if not reached and not video:
                 return files
             from dolfingrip.report import render
+            from dolfingrip.report.beside import Beside
 
-            curve = result.config.curve
-            look: dict[str, Any] = {"colour_by": colour_by, "plate": _plate(result)}
-            if curve is not None:  # in the cut, as it is the back's middle that is compared
-                points = np.stack([curve.x_mm, curve.z_mm], axis=1)
-                look |= {"shown": "section", "curve": points}
+            others = Beside.of_run(result.config, result.plate)
+            look: dict[str, Any] = {"colour_by": colour_by, "beside": others}
+            if others.curves:  # in the cut, as it is the back's middle that is compared
+                look["shown"] = "section"
             if reached:
                 drawn = render.draw(out / "fields.pvd", reached, **look)
                 files += drawn.save_each(out)
@@ -199,19 +196,6 @@ def _pictures(
             return files
 
     return on_root(MPI.COMM_WORLD, work) or []
-
-
-def _plate(result: Result) -> Plate | None:
-    """The force sensor for the picture; None if there is none."""
-    if result.plate is None:
-        return None
-    from dolfingrip.report.scene import Plate
-
-    return Plate(
-        point_mm=result.plate.point_mm,
-        normal=result.plate.normal,
-        contact_length_mm=result.config.plate.contact_length_mm,
-    )
 
 
 def _print(experiment: Experiment, result: Result, out: Path, console: Screen) -> None:

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from dolfingrip.foods.index import KINDS, SHAPES
 from dolfingrip.foods.kind import FoodKind, Portion
-from dolfingrip.sections.section import Role, Section, outside, with_keys_of
+from dolfingrip.sections.section import Entry, Role, Section, outside, with_keys_of
 
 if TYPE_CHECKING:  # the kinds and their keys are known as it runs only
 
@@ -87,6 +87,7 @@ class Obstacle(FoodShape):
     """A rigid body that stands beside a finger's back, without friction; round food lies across."""
 
     felt_by: ClassVar = ("finger",)
+    entry: ClassVar = dict.fromkeys(("gap_mm", "z_mm"), Entry.CONSTANT)
 
     gap_mm: float = Field(
         1.0, ge=0, le=200, description="from the back at rest to where it is felt"

@@ -24,11 +24,8 @@ from dolfingrip.files.columns import Columns
 from dolfingrip.mechanics.model.placement import Placement, to_world
 from dolfingrip.report import video
 from dolfingrip.report.fields import list_steps, read_steps
-from dolfingrip.report.scene import Image, View, aim, segments_of, shot, stage, surface_of
+from dolfingrip.report.scene import FOOD, Image, View, aim, segments_of, shot, stage, surface_of
 from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
-
-FOOD = "#E0B060"
-"""Colour of the food, sausage or potato."""
 
 COLOURS = (GREEN, BLUE, BLUE)
 """Colours of thumb A, finger B and finger C."""

@@ -22,12 +22,13 @@ from dolfingrip.channels import FIELDS, TIME, Channel, Quantity
 from dolfingrip.charts.theme import DPI, colour_map
 from dolfingrip.files.columns import Columns
 from dolfingrip.report import video
+from dolfingrip.report.beside import ALONE, Beside
 from dolfingrip.report.fields import find_steps, list_steps, load_result, read_steps
 from dolfingrip.report.layout import around, save_pictures, trim
-from dolfingrip.report.scene import Image, Plate, View, draw_shapes
+from dolfingrip.report.scene import Image, View, draw_shapes
 from dolfingrip.report.skin import Floats, extract_skin
 
-__all__ = ["Pictures", "Plate", "Quantity", "Shown", "draw"]
+__all__ = ["Pictures", "Quantity", "Shown", "draw"]
 
 Shown = Literal["whole", "half", "section"]
 
@@ -116,8 +117,7 @@ def draw(
     shown: Shown = "whole",
     result: Columns | Path | None = None,
     branch: str = "loading",
-    plate: Plate | None = None,
-    curve: Floats | None = None,
+    beside: Beside = ALONE,
     height_in: float = 4.0,
 ) -> Pictures:
     """Draw the deformed finger at each pressure, all with one camera and scale.
@@ -132,8 +132,7 @@ def draw(
             cavity alone, seen from the side; fields of a whole finger are refused.
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
         branch: ``loading`` or ``unloading``, which may both have the pressure.
-        plate: force sensor to draw.
-        curve: x and z (mm) of points, (n, 2), of a line to draw beside the finger.
+        beside: what else is drawn.
         height_in: height of the finger's frame in inches, at 300 dots per inch.
 
     Raises:
@@ -146,9 +145,7 @@ def draw(
     steps = [files[step] for step in find_steps(table, pressures_kPa, branch)]
     labels = [f"{pressure:.4g} kPa" for pressure in pressures_kPa]
     height_px = round(height_in * DPI)
-    return _drawn(
-        steps, labels, colour_by, shown=shown, plate=plate, curve=curve, height_px=height_px
-    )
+    return _drawn(steps, labels, colour_by, shown=shown, beside=beside, height_px=height_px)
 
 
 def draw_video(
@@ -158,8 +155,7 @@ def draw_video(
     colour_by: Quantity = "displacement",
     shown: Shown = "whole",
     result: Columns | Path | None = None,
-    plate: Plate | None = None,
-    curve: Floats | None = None,
+    beside: Beside = ALONE,
 ) -> Pictures:
     """Draw the deformed finger from reading to reading, with shapes between them.
 
@@ -171,8 +167,7 @@ def draw_video(
         colour_by: quantity of the colours.
         shown: part of the finger, as that of :func:`draw`.
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
-        plate: force sensor to draw.
-        curve: x and z (mm) of points, (n, 2), of a line to draw beside the finger.
+        beside: what else is drawn.
 
     Returns:
         As many pictures as a video has.
@@ -198,7 +193,7 @@ def draw_video(
     ]
     height_px = video.POLICY.height_px
     return _drawn(
-        files[: len(rows)], labels, colour_by, shown=shown, plate=plate, curve=curve,
+        files[: len(rows)], labels, colour_by, shown=shown, beside=beside,
         height_px=height_px, between=between,
     )  # fmt: skip
 
@@ -218,8 +213,7 @@ def _drawn(
     colour_by: Quantity,
     *,
     shown: Shown = "whole",
-    plate: Plate | None = None,
-    curve: Floats | None = None,
+    beside: Beside = ALONE,
     height_px: int,
     between: Callable[[list[Floats]], list[Floats]] = list,
 ) -> Pictures:
@@ -242,8 +236,7 @@ def _drawn(
         colour_map=colour_map(colour_by),
         view=view,
         height_px=height_px,
-        plate=plate,
-        curve=curve,
+        beside=beside,
     )
     return Pictures(images, labels, px_per_mm, view, colour_by, range_, open_ended)
 

@@ -17,6 +17,7 @@ import pyvista as pv
 from matplotlib.colors import Colormap
 
 from dolfingrip.charts.theme import INK, ORANGE, PALE, scene_theme
+from dolfingrip.report.beside import ALONE, Beside, Plate
 from dolfingrip.report.skin import Floats, Ints, Skin
 
 Image = npt.NDArray[np.uint8]
@@ -43,21 +44,8 @@ class SceneSizes:
 
 SIZES: Final = SceneSizes()
 
-
-@dataclass(frozen=True)
-class Plate:
-    """The force sensor as drawn.
-
-    Attributes:
-        point_mm: any point of its face.
-        normal: of its face, towards the finger; any length but zero.
-        contact_length_mm: length of the finger that faces it, from the tip; it is drawn twice as
-            long, half of it beyond the tip.
-    """
-
-    point_mm: Sequence[float]
-    normal: Sequence[float] = (1.0, 0.0, 0.0)
-    contact_length_mm: float = 10.0
+FOOD: Final = "#E0B060"
+"""Colour of the food, sausage or potato."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +81,7 @@ def draw_shapes(
     colour_map: Colormap,
     view: View,
     height_px: int,
-    plate: Plate | None = None,
-    curve: Floats | None = None,
+    beside: Beside = ALONE,
 ) -> tuple[list[Image], float]:
     """Draw several deformed shapes of the finger with one camera.
 
@@ -106,19 +93,22 @@ def draw_shapes(
         colour_map: Matplotlib's object.
         view: direction of the camera; it frames the union of all shapes.
         height_px: height of the pictures; the width follows from the content.
-        plate: force sensor to draw.
-        curve: x and z (mm) of points, (n, 2), of a line beside the finger's nearer side.
+        beside: what else is drawn.
 
     Returns:
         Pictures of shape (height, width, 3), and how many pixels a millimetre takes.
     """
     shapes = [skin.move(displacement) for displacement in displacements]
-    fixtures = [(_clamp(skin), 1.0)] + ([(_slab(skin, plate), 0.45)] if plate else [])
+    fixtures = [(_clamp(skin), 1.0)]
+    if beside.plate is not None:
+        fixtures.append((_slab(skin, beside.plate), 0.45))
     right, up, towards = view.axes
-    line = np.empty((0, 3))
-    if curve is not None:  # in front of the finger's side, so that it is not hidden
-        line = np.insert(curve, 1, skin.points[:, 1].min(), axis=1) + 2 * SIZES.lift_mm * towards
-    seen = np.concatenate([*shapes, *(np.asarray(block.points) for block, _ in fixtures), line])
+    # in front of the finger's side, so that they are not hidden
+    side, lift = skin.points[:, 1].min(), 2 * SIZES.lift_mm * towards
+    lines = [np.insert(each, 1, side, axis=1) + lift for each in beside.curves]
+    food = [] if beside.food is None else [beside.food.points]
+    blocks = (np.asarray(block.points) for block, _ in fixtures)
+    seen = np.concatenate([*shapes, *blocks, *lines, *food])
     low, high = (f([seen @ right, seen @ up], axis=1) for f in (np.min, np.max))
     width_mm, height_mm = high - low + 2 * SIZES.margin_mm
     per_mm = height_px / height_mm
@@ -133,9 +123,12 @@ def draw_shapes(
         for block, opacity in fixtures:
             plotter.add_mesh(block, color=PALE, opacity=opacity, ambient=0.35)
             plotter.add_mesh(block.extract_feature_edges(30), color=INK, line_width=1.5)
-        if len(line):
+        for line in lines:
             target = pv.lines_from_points(line)
             plotter.add_mesh(target, color=ORANGE, line_width=6.0, lighting=False)
+        if beside.food is not None:
+            body = beside.food.polydata()
+            plotter.add_mesh(body, color=FOOD, smooth_shading=True, ambient=0.35)
         middle = (low + high) / 2
         focus = middle[0] * right + middle[1] * up + np.mean(seen @ towards) * towards
         aim(plotter, focus, view, far=3 * float(np.ptp(seen, axis=0).max()), height_mm=height_mm)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ class Polyline:
     """Straight pieces between points of a plane.
 
     Args:
-        points: (n, 2) mm, two or more, neighbours apart.
+        points: (n, 2) mm, neighbours apart; one alone is a place.
     """
 
     def __init__(self, points: np.ndarray) -> None:
@@ -28,6 +28,21 @@ class Polyline:
     def length_mm(self) -> float:
         """Length of all pieces."""
         return float(self._along[-1])
+
+    @property
+    def shares(self) -> np.ndarray:
+        """Parts (n,) of the length at which its points are, from 0 to 1."""
+        return self._along / (self.length_mm or 1.0)
+
+    def between(self, other: Polyline, share: float) -> Polyline:
+        """The line at a part of the way to another: each place goes to that at its part of length.
+
+        Args:
+            other: where all of the way leads to.
+            share: of the way, 0 to 1.
+        """
+        shares = np.union1d(self.shares, other.shares)
+        return Polyline((1 - share) * self.at(shares) + share * other.at(shares))
 
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Points (k, 2) at parts (k,) of the length, from 0 to 1."""
@@ -80,8 +95,9 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 class CurveTarget(Section):
     """A curve in the plane of bending, from the clamp; the back's middle line is compared with it.
 
-    The finger's back begins at x = z = 0, goes along z and bends towards −x. With pressures it is
-    the way of the back's tip, which is compared with the place at the present pressure.
+    The finger's back begins at x = z = 0, goes along z and bends towards −x. Points of one pressure
+    are the curve at that pressure. Where each point has a pressure of its own, they are the way of
+    the back's tip, which is compared with the place at the present pressure.
     """
 
     role: ClassVar = Role.INSTRUMENT
@@ -96,9 +112,43 @@ class CurveTarget(Section):
         "by the point at the same part of the deformed length, so that both ends meet",
     )
     pressure_kPa: Numbers | None = Field(
-        None, description="rising, one for each point: the tip's way; places between are linear"
+        None,
+        description="one for each point, not falling: several points of one pressure are the curve "
+        "there, and points with a pressure each are the tip's way; linear between pressures",
     )
     places: int = Field(60, ge=2, le=1000, description="number of places of the line that count")
+
+    @property
+    def lines(self) -> list[np.ndarray]:
+        """Points (k, 2) of the curve at each pressure, or of the tip's way."""
+        points = np.stack([self.x_mm, self.z_mm], axis=1)
+        return [points] if self.of_tip else np.split(points, self._cuts)
+
+    @property
+    def of_tip(self) -> bool:
+        """True if it is the way of the tip."""
+        return self.pressure_kPa is not None and len(self._cuts) == len(self.x_mm) - 1
+
+    @property
+    def _cuts(self) -> np.ndarray:
+        """Numbers of the points at which a higher pressure begins."""
+        return np.flatnonzero(np.diff(self.pressure_kPa or np.zeros(len(self.x_mm)))) + 1
+
+    def targets(self) -> Callable[[float], Polyline]:
+        """Return the function from a pressure (kPa) to the curve there, or to the tip's place."""
+        points = np.stack([self.x_mm, self.z_mm], axis=1)
+        lines = [Polyline(each) for each in np.split(points, self._cuts)]
+        if self.pressure_kPa is None:
+            return lambda pressure_kPa: lines[0]
+        pressures = np.unique(self.pressure_kPa)
+
+        def at(pressure_kPa: float) -> Polyline:
+            place = float(np.interp(pressure_kPa, pressures, np.arange(len(lines))))
+            first = min(int(place), len(lines) - 1)
+            share = place - first
+            return lines[first].between(lines[first + 1], share) if share else lines[first]
+
+        return at
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
@@ -110,10 +160,14 @@ class CurveTarget(Section):
                 words = f"allowed: as many as x_mm has, {len(self.x_mm)}"
                 yield Refusal(key, words, f"{len(given)} numbers")
         if self.pressure_kPa is not None:
-            if not (np.diff(self.pressure_kPa) > 0).all():
+            if (np.diff(self.pressure_kPa) < 0).any():
                 yield Refusal("pressure_kPa", "allowed: rising", list(self.pressure_kPa))
-            return
-        if not np.hypot(np.diff(self.x_mm), np.diff(self.z_mm)).all():
+            if min(map(len, self.lines)) < 2:
+                words = "allowed: one point of each, the tip's way, or two and more of each"
+                yield Refusal("pressure_kPa", words, list(self.pressure_kPa))
+            if self.of_tip:
+                return
+        if any(not np.hypot(*np.diff(each, axis=0).T).all() for each in self.lines):
             yield Refusal(
                 "x_mm", "allowed: neighbouring points that differ", "the same point twice"
             )

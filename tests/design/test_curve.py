@@ -6,6 +6,7 @@ References: differences of the same numbers, of order h²; lengths and angles by
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import ezdxf
 import numpy as np
@@ -18,7 +19,7 @@ from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.recorder import columns
-from dolfingrip.experiments.request import Place, Request
+from dolfingrip.experiments.request import Answer, Place, Request
 from dolfingrip.experiments.simulate import compute
 from dolfingrip.mechanics.readings.line import _curvature, _Distances
 from dolfingrip.parameter import find
@@ -130,6 +131,76 @@ def test_a_design_file_names_it(tmp_path: Path) -> None:
     assert "mm rms" in told
 
 
+LATE, EARLY = ({"straight_mm": 30.0, "radius_mm": radius} for radius in (40.0, 80.0))
+
+
+def several(folder: Path, at: str) -> Path:
+    """A design file with two curves, the one of the higher pressure first."""
+    written(folder, QUARTER)
+    file = folder / "design.toml"
+    file.write_text(
+        f'[objective]\nmatch = ["curve.csv", "early.csv"]\nat_pressure_kPa = {at}\n'
+        "[parameters]\nfinger.wall_mm = [1.2, 2.0]"
+    )
+    written(folder, QUARTER * [0.5, 1], "early.csv")
+    return file
+
+
+def test_a_curve_for_each_pressure(tmp_path: Path) -> None:
+    """Between pressures a place goes from one curve to the other along a straight line."""
+    problem = read(several(tmp_path, "[150.0, 50.0]"))
+    assert str(problem.objective) == "curve_mean_square_mm2 at 150, 50 kPa"
+    assert len(problem.parts) == 2 * 16
+    target = problem.nominal.base.curve
+    assert target is not None
+    assert not target.of_tip
+    at = target.targets()
+    for pressure, by in ((0.0, 0.5), (50.0, 0.5), (150.0, 1.0), (200.0, 1.0)):
+        np.testing.assert_allclose(at(pressure).points, QUARTER * [by, 1], atol=1e-9)
+    shares = np.linspace(0, 1, 7)
+    middle = np.mean([Polyline(QUARTER * [by, 1]).at(shares) for by in (0.5, 1.0)], axis=0)
+    np.testing.assert_allclose(at(100.0).nearest(middle)[0], middle, atol=0.02)
+    assert curve.backwards(problem) == ""
+    circles = Objective(match_circle=[LATE, EARLY], at_pressure_kPa=(50.0, 100.0))  # type: ignore[arg-type]
+    found = curve.given(circles, tmp_path, Config())[0].curve
+    assert found is not None
+    assert [len(each) for each in found.lines] == [81, 81]
+
+
+@pytest.mark.parametrize("at", ["150.0", "[150.0, 150.0]", "[50.0, 100.0, 150.0]"])
+def test_as_many_pressures_as_curves(tmp_path: Path, at: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        read(several(tmp_path, at))
+    assert str(caught.value).startswith("objective.at_pressure_kPa = ")
+    assert str(caught.value).endswith("allowed: 2 that differ, one for each curve")
+
+
+def test_distances_are_from_the_curve_of_each_pressure(tmp_path: Path) -> None:
+    """Of three bellows at two pressures: as with each curve alone, and so are the slopes."""
+    pressures = {10.0: 0.5, 20.0: 1.0}
+    rows: dict[str, object] = {
+        "x_mm": [x for by in pressures.values() for x in by * QUARTER[:, 0]],
+        "z_mm": [*QUARTER[:, 1], *QUARTER[:, 1]],
+        "pressure_kPa": [each for each in pressures for _ in QUARTER],
+    }
+    names = ("curve_mean_square_mm2", "curve_part_1_mm")
+    key = "finger.override.2.wall_mm"
+
+    def run(curve_of: dict[str, object], *at: float) -> Answer:
+        config = changed(Config(), {**SMALL, **{f"curve.{k}": v for k, v in curve_of.items()}})
+        places = tuple(Place("pressure_kPa", each) for each in at)
+        return compute(Request.of("bending", config, [key], columns=names, places=places))
+
+    both = run(rows, *pressures)
+    for i, (pressure, by) in enumerate(pressures.items()):
+        one = {"x_mm": (by * QUARTER[:, 0]).tolist(), "z_mm": QUARTER[:, 1].tolist()}
+        alone = run(one, pressure)
+        for name in names:
+            assert both.columns[name][i] == pytest.approx(alone.columns[name][0], rel=1e-7)
+            slopes = both.slopes[name, key][i], alone.slopes[name, key][0]
+            assert slopes[0] == pytest.approx(slopes[1], rel=1e-5)
+
+
 WAY = [(50, -20, 85), (100, -50, 60)]
 
 
@@ -212,7 +283,7 @@ def test_the_example_is_a_problem() -> None:
 def test_distances_and_their_derivatives(ends: str) -> None:
     rng = np.random.default_rng(1)
     target = CurveTarget(x_mm=tuple(QUARTER[:, 0]), z_mm=tuple(QUARTER[:, 1]), ends=ends, places=24)  # type: ignore[arg-type]
-    found = _Distances(target, None)
+    found = _Distances(target, SimpleNamespace(value=0.0))  # type: ignore[arg-type]
     on_it = Polyline(QUARTER).at(found.shares)
     assert found.mean_square(on_it)[0] == pytest.approx(0, abs=1e-3)  # of its chords
     points = on_it + rng.normal(0, 0.5, on_it.shape)

@@ -26,7 +26,10 @@ PRESSED = changed(
         **{"obstacle.kind": "sausage-short", "obstacle.z_mm": 40.0},
     },
 )
-KEYS = ("finger.override.2.wall_mm", "finger.override.3.base_layer_mm")
+KEYS = (
+    *("finger.override.2.wall_mm", "finger.override.3.base_layer_mm"),
+    *("obstacle.gap_mm", "obstacle.z_mm"),
+)
 
 
 def read(config: Config, *places: Place, keys: tuple[str, ...] = ()) -> object:

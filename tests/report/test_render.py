@@ -15,8 +15,10 @@ import pytest
 from PIL import Image
 
 from dolfingrip.channels import ANGLE, PRESSURE
+from dolfingrip.config import Config
 from dolfingrip.files.columns import read_csv
-from dolfingrip.report.render import Plate, draw, draw_video
+from dolfingrip.report.beside import Beside, Plate
+from dolfingrip.report.render import draw, draw_video
 from dolfingrip.report.video import POLICY
 
 Pixels = npt.NDArray[np.float64]
@@ -70,13 +72,30 @@ def test_strip_holds_all_poses(quadratic_run: Path, tmp_path: Path) -> None:
             [0, 100, 200],
             height_in=2.0,
             colour_by="stretch",
-            plate=Plate((0.0, 0.0, 0.0)),
+            beside=Beside(Plate((0.0, 0.0, 0.0))),
         ).save_strip(tmp_path / "three.png")
     )
     assert three.shape[1] > 1.5 * one.shape[1]
     assert len(np.unique((three * 255).astype(int).reshape(-1, 3), axis=0)) > 500
     edge = np.concatenate([three[:, :4].ravel(), three[:, -4:].ravel(), three[-4:].ravel()])
     assert (edge > 0.98).all()  # nothing is clipped by the border
+
+
+def test_an_obstacle_stands_beside_the_finger(quadratic_run: Path) -> None:
+    """Its surface touches the back at rest where its gap is 0; it takes colour and widens all."""
+    obstacle = {"kind": "sausage-short", "gap_mm": 0.0, "barrier_mm": 0.1, "z_mm": 50.0}
+    beside = Beside.of_run(Config().changed(obstacle=obstacle), None)
+    assert beside.food is not None
+    assert beside.food.points[:, 0].max() == pytest.approx(-0.1, abs=1e-9)
+    low, high = beside.food.points.min(axis=0), beside.food.points.max(axis=0)
+    np.testing.assert_allclose((low + high)[1:] / 2, [0.0, 50.0], atol=0.05)
+    fields = quadratic_run / "fields.pvd"
+    alone, both = (
+        draw(fields, [0], height_in=1.0, beside=each).images[0] for each in (Beside(), beside)
+    )
+    yellow = [((each[..., 0] > 200) & (each[..., 2] < 130)).mean() for each in (alone, both)]
+    assert yellow[1] > yellow[0] + 0.03
+    assert both.shape[1] > 1.2 * alone.shape[1]
 
 
 def test_section_shows_the_cut(quadratic_run: Path, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import csv
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -65,13 +65,17 @@ def given(asked: Objective, folder: Path, base: Config) -> tuple[Config, Objecti
         if asked.wrap.lower().endswith(".stl"):
             kind = {"kind": "file", "file": str((folder / asked.wrap).resolve())}
         return base.changed(obstacle=kind), asked
-    if asked.match is not None:
-        said, points = f"{OPTION} = {asked.match.name}", _of_file(folder / asked.match)
-    elif asked.match_circle is not None:
-        said, points = f"{OPTION}_circle", _circle(asked.match_circle, length_mm)
-    elif asked.match_cubic is not None:
-        said, points = f"{OPTION}_cubic", _cubic(asked.match_cubic)
-    elif asked.match_path is not None:
+    found: list[tuple[str, Floats]] = []
+    for file in asked.match or ():
+        found.append((f"{OPTION} = {file.name}", _of_file(folder / file)))
+    for circle in asked.match_circle or ():
+        found.append((f"{OPTION}_circle", _circle(circle, length_mm)))
+    for cubic in asked.match_cubic or ():
+        found.append((f"{OPTION}_cubic", _cubic(cubic)))
+    if found:
+        lines = [_comparable(said, points, length_mm) for said, points in found]
+        return base.changed(curve=_at_pressures(lines, asked)), asked
+    if asked.match_path is not None:
         said = f"{OPTION}_path = {asked.match_path.name}"
         rows = _csv(folder / asked.match_path, said, ("pressure_kPa", "x_mm", "z_mm"))
         pressures, x, z = (tuple(map(float, each)) for each in _way(said, rows, length_mm).T)
@@ -81,10 +85,27 @@ def given(asked: Objective, folder: Path, base: Config) -> tuple[Config, Objecti
                 raise ConfigError(f"objective.{key} = {value}: {words}")
         asked = asked.model_copy(update={"at_pressure_kPa": pressures})
         return base.changed(curve={"x_mm": x, "z_mm": z, "pressure_kPa": pressures}), asked
-    else:
-        return base, asked
-    x, z = (tuple(map(float, each)) for each in _comparable(said, points, length_mm).T)
-    return base.changed(curve={"x_mm": x, "z_mm": z, "ends": asked.ends}), asked
+    return base, asked
+
+
+def _at_pressures(lines: Sequence[Floats], asked: Objective) -> dict[str, Any]:
+    """The table of a curve at all pressures, or of one for each.
+
+    Raises:
+        ConfigError: one line, where there are not as many pressures as curves.
+    """
+    pressures = asked.at_pressure_kPa
+    at = pressures if isinstance(pressures, tuple) else ()
+    if len(lines) > 1 and len(set(at)) != len(lines):
+        given = "none" if pressures is None else pressures
+        words = f"allowed: {len(lines)} that differ, one for each curve"
+        raise ConfigError(f"objective.at_pressure_kPa = {given}: {words}")
+    order = np.argsort(at) if len(lines) > 1 else [0]
+    x, z = (tuple(map(float, each)) for each in np.concatenate([lines[i] for i in order]).T)
+    found = {"x_mm": x, "z_mm": z, "ends": asked.ends}
+    if len(lines) > 1:
+        found["pressure_kPa"] = tuple(at[i] for i in order for _ in lines[i])
+    return found
 
 
 def _comparable(said: str, points: Floats, length_mm: float) -> Floats:
@@ -272,11 +293,15 @@ def backwards(problem: Problem) -> str:
         problem: whose objective may be a curve.
     """
     curve = problem.nominal.base.curve
-    if curve is None or curve.pressure_kPa is not None:
+    if curve is None or curve.of_tip:
         return ""
+    return "; ".join(filter(None, (_backwards(Polyline(each)) for each in curve.lines)))
+
+
+def _backwards(line: Polyline) -> str:
+    """Say of one curve what :func:`backwards` says of all."""
     from scipy.optimize import isotonic_regression
 
-    line = Polyline(np.stack([curve.x_mm, curve.z_mm], axis=1))
     points = line.at(np.linspace(0, 1, 201))
     steps = np.diff(points, axis=0)
     direction = np.unwrap(np.arctan2(-steps[:, 0], steps[:, 1]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from dolfingrip.design.gradient.quantity import quantity
 from dolfingrip.design.quantities.quantity import UNITS, Quantity
@@ -13,6 +13,9 @@ from dolfingrip.sections.section import Section
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
 At = float | Numbers | None
+Several = BeforeValidator(lambda value: value if isinstance(value, list | tuple) else (value,))
+"""One value or a list of several."""
+Curve = Annotated[Path, Field(strict=False)]
 Four = Annotated[tuple[float, ...], Field(strict=False, min_length=4, max_length=4)]
 Experiment = Literal["bending", "blocked_force", "push", "grasp"]
 
@@ -58,11 +61,18 @@ class Objective(Placed):
 
     maximise: str | None = Field(None, description="name of a quantity")
     minimise: str | None = Field(None, description="name of a quantity")
-    match: Path | None = Field(
-        None, strict=False, description="CSV, SVG or DXF with a curve that the back shall follow"
+    match: Annotated[tuple[Curve, ...], Several] | None = Field(
+        None,
+        strict=False,
+        description="CSV, SVG or DXF with a curve that the back shall follow; of several, one at "
+        "each pressure",
     )
-    match_circle: Circle | None = Field(None, description="that the back shall follow")
-    match_cubic: Cubic | None = Field(None, description="that the back shall follow")
+    match_circle: Annotated[tuple[Circle, ...], Several] | None = Field(
+        None, strict=False, description="that the back shall follow; of several, one each pressure"
+    )
+    match_cubic: Annotated[tuple[Cubic, ...], Several] | None = Field(
+        None, strict=False, description="that the back shall follow; of several, one each pressure"
+    )
     match_path: Path | None = Field(
         None, strict=False, description="CSV with the tip's places at pressures that it shall pass"
     )

@@ -143,8 +143,7 @@ class Problem:
             return ()
         values: list[tuple[float, ...]] = [(each,) for each in asked.values] or [()]
         curve = self.nominal.base.curve
-        of_tip = curve is not None and curve.pressure_kPa is not None
-        names = CURVE_PARTS[:2] if of_tip else CURVE_PARTS
+        names = CURVE_PARTS[:2] if curve is not None and curve.of_tip else CURVE_PARTS
         return tuple(replace(asked, name=name, values=value) for name in names for value in values)
 
     @property

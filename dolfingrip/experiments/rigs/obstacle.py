@@ -11,12 +11,51 @@ from dolfingrip.experiments.rigs.grasped import MIRROR
 from dolfingrip.extensions.site import Site
 from dolfingrip.foods.food import Obstacle
 from dolfingrip.mechanics.contact.density import Smooth
-from dolfingrip.mechanics.contact.distance import TurnedShape
+from dolfingrip.mechanics.contact.distance import SignedDistance, TurnedShape
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.model.pose import SIX, Pose
+from dolfingrip.meshes.closed_surface import ClosedSurface
 
 EVEN_MM = 0.01
 """Difference from its mirror image that is not felt: a part of the barrier's width."""
+
+
+WAYS = np.zeros((SIX, 2))
+"""How its pose changes with the gap, away from the back, and with z."""
+WAYS[0, 0], WAYS[2, 1] = -1.0, 1.0
+
+
+def standing(obstacle: Obstacle) -> tuple[SignedDistance, ClosedSurface, float]:
+    """Turn an obstacle as it stands, about its centre of gravity.
+
+    Args:
+        obstacle: of the configuration.
+
+    Returns:
+        Its distance, its surface (mm), and the distance of its centre from the back where the gap
+        is 0 (mm).
+
+    Raises:
+        MeshError: one line, where an STL file cannot be read.
+    """
+    shape, surface = obstacle.shape.made(obstacle.size_mm)
+    if obstacle.shape.lying is not None:
+        turned = Rotation.from_rotvec(obstacle.shape.lying).as_matrix()
+        shape, surface = TurnedShape(shape, turned), surface.turned(turned)
+    return shape, surface, obstacle.barrier_mm + float(surface.points[:, 0].max())
+
+
+def surface_of(obstacle: Obstacle) -> ClosedSurface:
+    """Return the surface (mm) of an obstacle where it stands, from the clamp's centre.
+
+    Args:
+        obstacle: of the configuration.
+
+    Raises:
+        MeshError: one line, where an STL file cannot be read.
+    """
+    _, surface, at_touch_mm = standing(obstacle)
+    return surface.moved(np.array([-at_touch_mm - obstacle.gap_mm, 0.0, obstacle.z_mm]))
 
 
 def beside(site: Site, obstacle: Obstacle) -> RigidContact:
@@ -33,10 +72,7 @@ def beside(site: Site, obstacle: Obstacle) -> RigidContact:
         ConfigError: one line, where half a finger is meshed and its halves would differ.
         MeshError: one line, where an STL file cannot be read.
     """
-    shape, surface = obstacle.shape.made(obstacle.size_mm)
-    if obstacle.shape.lying is not None:
-        turned = Rotation.from_rotvec(obstacle.shape.lying).as_matrix()
-        shape, surface = TurnedShape(shape, turned), surface.turned(turned)
+    shape, surface, at_touch_mm = standing(obstacle)
     points = surface.points
     apart = float(np.abs(shape.at(points * MIRROR).value - shape.at(points).value).max())
     if site.domain.half and apart > EVEN_MM:
@@ -44,8 +80,8 @@ def beside(site: Site, obstacle: Obstacle) -> RigidContact:
             f"obstacle: it differs from its mirror image by {apart:.2g} mm; allowed: with "
             "mesh.half = false"
         )
-    away_mm = obstacle.gap_mm + obstacle.barrier_mm + float(points[:, 0].max())
-    place = np.array([-away_mm, 0.0, obstacle.z_mm, 0.0, 0.0, 0.0])
+    places = [site.fixed(obstacle.gap_mm), site.fixed(obstacle.z_mm)]
+    site.parameters |= dict(zip(("obstacle.gap_mm", "obstacle.z_mm"), places, strict=True))
     barrier = Smooth(obstacle.barrier_mm, obstacle.stiffness_MPa)
-    still = Pose([], np.zeros((SIX, 0)), place)
+    still = Pose(places, WAYS, np.array([-at_touch_mm, *np.zeros(SIX - 1)]))
     return RigidContact(site.u, site.domain, SKIN, shape, still, barrier)

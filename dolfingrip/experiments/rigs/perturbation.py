@@ -216,7 +216,11 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
         if name in base:
             found[name] = np.asarray(base[name])
             continue
-        section, table, key = name.split(".")
+        section, _, inner = name.partition(".")
+        if section == "obstacle":
+            found[name] = np.asarray(getattr(config.obstacle, inner))
+            continue
+        table, key = inner.split(".")
         if section == "film":
             found[name] = film_value(config, table, key)
         else:

@@ -14,7 +14,7 @@ from dolfingrip.mechanics.model.model import Model, Prescribed
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
-from dolfingrip.sections.curve import CurveTarget, Polyline
+from dolfingrip.sections.curve import CurveTarget
 from dolfingrip.sections.errors import ConfigError
 
 LEVEL = 1e-6
@@ -188,27 +188,23 @@ class _Distances:
     """
 
     def __init__(self, curve: CurveTarget, pressure: Prescribed) -> None:
-        self._curve, self._pressure = curve, pressure
-        tip_alone = curve.pressure_kPa is not None
-        self.shares = np.ones(1) if tip_alone else np.linspace(0, 1, curve.places + 1)
-        self._polyline = Polyline(np.stack([curve.x_mm, curve.z_mm], axis=1))
-        self._fixed = curve.ends == "fixed"
+        self._target, self._pressure = curve.targets(), pressure
+        self._of_tip, self._fixed = curve.of_tip, curve.ends == "fixed"
+        self.shares = np.ones(1) if curve.of_tip else np.linspace(0, 1, curve.places + 1)
 
     def _away(self, points: Floats) -> tuple[Floats, Callable[[Floats], Floats]]:
         """Vectors (n, 2) from the curve, and the derivatives by places from those by them."""
-        curve = self._curve
-        if curve.pressure_kPa is not None:
-            here = self._pressure.value
-            place = [np.interp(here, curve.pressure_kPa, each) for each in (curve.x_mm, curve.z_mm)]
-            return points - place, lambda slopes: slopes
+        target = self._target(self._pressure.value)
+        if self._of_tip:
+            return points - target.points, lambda slopes: slopes
         if not self._fixed:
-            nearest, moved = self._polyline.nearest(points)
+            nearest, moved = target.nearest(points)
             return points - nearest, lambda slopes: slopes - np.einsum("kij,kj->ki", moved, slopes)
         steps = np.diff(points, axis=0)
         lengths = np.linalg.norm(steps, axis=1)
         along = np.concatenate([[0.0], np.cumsum(lengths)])
         shares = along / along[-1]
-        rates = self._polyline.rates(shares)
+        rates = target.rates(shares)
 
         def by_places(slopes: Floats) -> Floats:
             by_shares = -(slopes * rates).sum(axis=1)
@@ -220,7 +216,7 @@ class _Distances:
             found[:-1] -= turned
             return found
 
-        return points - self._polyline.at(shares), by_places
+        return points - target.at(shares), by_places
 
     def mean_square(self, points: Floats) -> tuple[float, Floats]:
         """The mean of their squares (mm²)."""

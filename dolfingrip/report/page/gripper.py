@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from dolfingrip.channels import MOVED
 from dolfingrip.charts.theme import PALE
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.experiments.rigs.grasped import grasped
 from dolfingrip.files.columns import Columns
-from dolfingrip.report.gripper import FOOD, moments_of
+from dolfingrip.meshes.closed_surface import ClosedSurface
+from dolfingrip.report.gripper import moments_of
 from dolfingrip.report.page.finger import DETAIL, Detail, box_skin
 from dolfingrip.report.page.scene import Floats, Part
+from dolfingrip.report.scene import FOOD
 from dolfingrip.report.skin import Ints, Skin
 
 NAMES: Final = ("thumb A", "finger B", "finger C")
@@ -56,7 +58,7 @@ def parts(
     frames = np.concatenate([places[:1], places])
     found = [_finger(skin, number, name, frames, fields) for number, name in enumerate(NAMES)]
     food = np.array([moments[row].food - up * moments[row].table_mm for row in rows])
-    found.append(food_part(body, np.concatenate([food[:1], food])))
+    found.append(food_part(body.surface, np.concatenate([food[:1], food])))
     found.append(table_part(np.concatenate([frames[0], food[0]])))
     return [part for part in found if len(part.skin.triangles)], rows
 
@@ -72,18 +74,16 @@ def _finger(
     )  # fmt: skip
 
 
-def food_part(body: GraspedBody, places: Floats) -> Part:
+def food_part(food: ClosedSurface, places: Floats) -> Part:
     """Return the food as a part of a scene.
 
     Args:
-        body: the food.
+        food: its surface, whose triangles are taken.
         places: of its surface's points (mm), shape (frames, points, 3).
     """
-    surface: Any = body.surface.polydata()
-    triangles = np.asarray(surface.regular_faces, dtype=np.int64)
     none = np.zeros((0, 2), dtype=np.int64)
-    count = len(body.surface.points)
-    skin = Skin(places[0], np.arange(count), np.ones(count), triangles, none, none)
+    count = len(food.points)
+    skin = Skin(places[0], np.arange(count), np.ones(count), food.triangles, none, none)
     return Part("food", skin, places, colour=FOOD)
 
 

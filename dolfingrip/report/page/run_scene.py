@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from dolfingrip.report.beside import Beside
 from dolfingrip.report.page import finger, gripper
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.runs import Run
-from dolfingrip.report.page.scene import FINGER_VIEW, GRIPPER_VIEW, Load, Part, Scene, towards
-from dolfingrip.report.scene import Plate, slab
+from dolfingrip.report.page.scene import FINGER_VIEW, GRIPPER_VIEW, UPRIGHT, Load, Scene, towards
+from dolfingrip.report.scene import slab
 
 
 def scene_of(run: Run, fields: finger.Fields | None = None) -> Scene:
@@ -30,22 +31,17 @@ def _finger(run: Run, fields: finger.Fields) -> Scene:
     clamped = "finger" in run.experiment.parts
     name = "finger" if clamped else "coupon"
     parts = finger.parts(fields, name, clamped=clamped)
-    if "plate" in run.experiment.parts:
-        parts += _plate(run, fields)
+    others = Beside.of_run(run.result.config, run.result.plate)
+    if others.plate is not None:
+        rest = fields.mesh.points
+        sizes, axes, centre = slab(rest.min(axis=0), rest.max(axis=0), others.plate)
+        sensor = finger.block("force sensor", -sizes, sizes * [0, 1, 1], axes, centre)
+        parts.append(sensor)
+    if clamped and others.food is not None:
+        parts.append(gripper.food_part(others.food, others.food.points[None] * UPRIGHT))
     load = _load(run, fields.rows)
     alt = f"{run.title}: the deformed {name} in 3D, {said(load.values[-1], load.unit)} at the end"
     return Scene(run.title, alt, run.experiment.name, parts, load, towards(FINGER_VIEW))
-
-
-def _plate(run: Run, fields: finger.Fields) -> list[Part]:
-    """The force sensor where it stood; nothing if the run does not tell."""
-    pose = run.result.plate
-    if pose is None:
-        return []
-    rest, length = fields.mesh.points, run.result.config.plate.contact_length_mm
-    plate = Plate(pose.point_mm, pose.normal, length)
-    sizes, axes, centre = slab(rest.min(axis=0), rest.max(axis=0), plate)
-    return [finger.block("force sensor", -sizes, sizes * [0, 1, 1], axes, centre)]
 
 
 def _grasp(run: Run) -> Scene:

@@ -17,6 +17,7 @@ from dolfingrip.experiments.chart import DrawnResult, chart, panels
 from dolfingrip.experiments.derivatives.bands import band_sentences
 from dolfingrip.files.run import RunFile
 from dolfingrip.report import render
+from dolfingrip.report.beside import Beside
 from dolfingrip.report.drawers import drawer
 from dolfingrip.report.page import finger, key_numbers, runs, trust
 from dolfingrip.report.page.content import Page
@@ -108,7 +109,8 @@ def _stills(run: runs.Run, scene: Scene) -> list[tuple[str, bytes]]:
         return []
     rows = loading[np.unique(np.linspace(0, len(loading) - 1, STILLS).round().astype(int))]
     wanted = list(dict.fromkeys(float(pressures[row]) for row in rows))
-    drawn = render.draw(run.fields, wanted, result=run.result, height_in=STILL_IN)
+    others = Beside.of_run(run.result.config, run.result.plate)
+    drawn = render.draw(run.fields, wanted, result=run.result, beside=others, height_in=STILL_IN)
     with TemporaryDirectory() as folder:
         file = drawn.save_strip(Path(folder) / "strip.png")
         return [(scene.alt, _png(np.asarray(Pillow.open(file).convert("RGB")), STILL_PX))]
