@@ -126,7 +126,7 @@ def solve(
 
 
 def _timed[T](folder: Path, task: Callable[[Compute], T]) -> tuple[T, float]:
-    """What a task finds with the answers in a folder, and the processor's time of it (s)."""
+    """Run a task with the answers in a folder; its result, and the processor's time of it (s)."""
     before = _processor_s()
     with Pool(Where(workers=1)) as pool:
         found = task(computed_in(folder / run.FOLDER, pool))

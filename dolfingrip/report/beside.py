@@ -33,7 +33,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Beside:
-    """What is drawn beside a finger.
+    """Things that are drawn beside a finger.
 
     Attributes:
         plate: force sensor.
@@ -57,7 +57,7 @@ class Beside:
         if pose is not None:
             plate = Plate(pose.point_mm, pose.normal, config.plate.contact_length_mm)
         if config.obstacle is not None:
-            food = obstacle.surface_of(config.obstacle)
+            food = obstacle.standing_surface(config.obstacle)
         curves = () if config.curve is None else config.curve.lines
         return cls(plate, [np.asarray(each) for each in curves], food)
 

@@ -45,7 +45,7 @@ def standing(obstacle: Obstacle) -> tuple[SignedDistance, ClosedSurface, float]:
     return shape, surface, obstacle.barrier_mm + float(surface.points[:, 0].max())
 
 
-def surface_of(obstacle: Obstacle) -> ClosedSurface:
+def standing_surface(obstacle: Obstacle) -> ClosedSurface:
     """Return the surface (mm) of an obstacle where it stands, from the clamp's centre.
 
     Args:
