@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from dolfingrip.channels import PRESSURE, supply_of
 from dolfingrip.config import Config
+from dolfingrip.experiments.protocol.pressurisation import by_pressure, stops
 from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.extensions.effect import Adapting, Displaying
 from dolfingrip.meshes.cells import TETRAHEDRON
@@ -30,7 +32,6 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
             raise ConfigError(f"{suffix}: no effect extensions.{effect.name()}; allowed: without")
     for name in config.film.all:
         raise ConfigError(f"{suffix}: no film.{name}; allowed: a finger without films")
-    config.cavity.refuse_own(suffix)
     for name, cavity in config.cavity.all.items():
         if cavity.closed:
             raise ConfigError(f"{suffix}: no air in cavity.{name}; allowed: closed = false")
@@ -38,6 +39,37 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
         name = config.material.own[0]
         raise ConfigError(f"{suffix}: no material.{name}; allowed: one material")
     return config.adapted()
+
+
+def supplies_kPa(config: Config, suffix: str) -> tuple[list[float], dict[str, list[float]]]:
+    """Times (s) of the experiment's stops, and the pressures (kPa) of each supply there, by column.
+
+    Args:
+        config: of the finger.
+        suffix: of the file, for the refusal.
+
+    Raises:
+        ConfigError: one line, where the experiment prescribes no pressures.
+    """
+    if not by_pressure(config):
+        words = f'{suffix}: allowed: "pressure"'
+        raise ConfigError(f'experiment.control = "{config.experiment.control}": {words}')
+    found = stops(config)
+    own = (supply_of(name).name for name in config.cavity.own)
+    pressures = {name: [each.others[name] for each in found] for name in own}
+    return [s.time_s for s in found], {PRESSURE.name: [s.value for s in found], **pressures}
+
+
+def supplied(config: Config, cavity: str) -> tuple[str, float]:
+    """Column of the supply of a cavity, and the part of its pressure that the cavity has.
+
+    Args:
+        config: of the finger.
+        cavity: its group.
+    """
+    if cavity in config.cavity.own:
+        return supply_of(cavity).name, 1.0
+    return PRESSURE.name, config.cavity.ratio(cavity)
 
 
 def no_law(material: Material, suffix: str, known: str) -> ConfigError:

@@ -5,17 +5,17 @@ Units are mm, N, MPa, t and s. Pressure on faces of elements follows them, as NL
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import KPA, Config
-from dolfingrip.experiments.protocol.pressurisation import pressures_kPa
 from dolfingrip.experiments.rigs.fixture import SKIN, normal_of
 from dolfingrip.experiments.rigs.regions import REST, parts_of
-from dolfingrip.exporting.asked import elements, no_law, plain
+from dolfingrip.exporting.asked import elements, no_law, plain, supplied, supplies_kPa
 from dolfingrip.files import whole
 from dolfingrip.meshes import abaqus
 from dolfingrip.meshes.groups import CLAMP, SOLID, SYMMETRY, TIP, cavities
@@ -59,10 +59,7 @@ def write(config: Config, file: Path, *, plate: bool = False) -> str:
         WriteError: one line.
     """
     config = plain(config, file.suffix, one_material=False)
-    pressures = pressures_kPa(config)
-    if not pressures:
-        words = f'{file.suffix}: allowed: "pressure"'
-        raise ConfigError(f'experiment.control = "{config.experiment.control}": {words}')
+    times_s, pressures = supplies_kPa(config, file.suffix)
     if config.solver.element == "P2-P1":
         raise ConfigError(f'solver.element = "P2-P1": {file.suffix}: allowed: P1, P2, S2')
     if plate and config.gravity.acceleration_m_s2:
@@ -74,7 +71,8 @@ def write(config: Config, file: Path, *, plate: bool = False) -> str:
     if plate:
         parts.append(_plate(config, mesh))
     whole.write(file, "".join([*parts, *_steps(config, mesh, pressures, plate)]))
-    said = f"{len(mesh.cells)} elements, {len(pressures) - 1} s for {max(pressures):g} kPa"
+    farthest = max((each for own in pressures.values() for each in own), key=abs)
+    said = f"{len(mesh.cells)} elements, {len(times_s) - 1} s for {farthest:g} kPa"
     if SYMMETRY in mesh.facets:
         said += ", of half a finger, whose forces are half"
     return f"{said}; its walls may pass through one another"
@@ -169,7 +167,7 @@ def _plate(config: Config, mesh: SolidMesh) -> str:
 
 
 def _steps(
-    config: Config, mesh: SolidMesh, pressures: Sequence[float], plate: bool
+    config: Config, mesh: SolidMesh, pressures: Mapping[str, Sequence[float]], plate: bool
 ) -> Iterator[str]:
     """A step to rest if there is weight, and one through all pressures, a second for each.
 
@@ -179,15 +177,19 @@ def _steps(
     if plate:
         results.append(f"*NODE PRINT, NSET={PLATE}, FREQUENCY=1\nRF\n")
     results.append("*NODE FILE, FREQUENCY=4\nU, RF\n*EL FILE, FREQUENCY=4\nS\n*END STEP\n")
-    amplitude = [number for i, each in enumerate(pressures) for number in (i, each * KPA)]
-    yield f"*AMPLITUDE, NAME=supply\n{_numbers(amplitude)}"
+    loads: dict[str, str] = dict.fromkeys(pressures, "")
+    for name in cavities(mesh.facets):
+        supply, part = supplied(config, name)
+        loads[supply] += f"{name}, P, {part:.12g}\n"
+    for supply, own in pressures.items():
+        amplitude = [number for i, each in enumerate(own) for number in (i, each * KPA)]
+        yield f"*AMPLITUDE, NAME={supply}\n{_numbers(amplitude)}"
     if size := config.gravity.acceleration_m_s2:
         axis = np.asarray(config.gravity.direction) / np.linalg.norm(config.gravity.direction)
         yield f"{_static(1)}*DLOAD\n{SOLID}, GRAV, {_numbers([MM_S2 * size, *axis])}"
         yield "".join(results)
-    yield f"{_static(len(pressures) - 1)}*DSLOAD, AMPLITUDE=supply\n"
-    for name in cavities(mesh.facets):
-        yield f"{name}, P, {config.cavity.ratio(name):.12g}\n"
+    yield _static(len(pressures[PRESSURE.name]) - 1)
+    yield from (f"*DSLOAD, AMPLITUDE={name}\n{own}" for name, own in loads.items() if own)
     yield "".join(results)
 
 

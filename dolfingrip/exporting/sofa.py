@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.exporting.asked import no_law, plain, tetrahedra
+from dolfingrip.exporting.asked import no_law, plain, supplied, supplies_kPa, tetrahedra
 from dolfingrip.files import whole
 from dolfingrip.meshes.groups import CLAMP, cavities
 from dolfingrip.meshes.solid import SolidMesh
@@ -33,12 +33,13 @@ Units: mm, kg, s; pressure and stress in kPa, forces in mN.
 
 from pathlib import Path
 
+import numpy as np
 import Sofa.Core
 
 HERE = Path(__file__).resolve().parent
-PRESSURE_KPA = {pressure}
-RATE_KPA_PER_S = {rate}
-CAVITIES = {cavities}  # file, and pressure by the supply's
+TIMES_S = {times}
+SUPPLIES_KPA = {supplies}  # the pressure of each at these times
+CAVITIES = {cavities}  # file, supply, and pressure by the supply's
 CLAMPED = {clamped}
 PLUGINS = (
     "SoftRobots",
@@ -60,17 +61,17 @@ PLUGINS = (
 
 
 class Supply(Sofa.Core.Controller):
-    """Raises the pressure at a rate up to its end."""
+    """Follows the pressures of the experiment, and stays at the last ones."""
 
     def __init__(self, root, inlets):
         super().__init__()
-        self.root, self.inlets, self.now = root, inlets, 0.0
+        self.root, self.inlets, self.now_s = root, inlets, 0.0
 
     def onAnimateBeginEvent(self, event):
-        step = RATE_KPA_PER_S * self.root.dt.value
-        self.now += max(-step, min(step, PRESSURE_KPA - self.now))
-        for inlet, ratio in self.inlets:
-            inlet.value.value = [self.now * ratio]
+        self.now_s += self.root.dt.value
+        for inlet, supply, ratio in self.inlets:
+            pressure = np.interp(self.now_s, TIMES_S, SUPPLIES_KPA[supply])
+            inlet.value.value = [float(pressure) * ratio]
 
 
 def createScene(root):
@@ -100,7 +101,7 @@ def createScene(root):
     finger.addObject("GenericConstraintCorrection", linearSolver="@solver")
 
     inlets = []
-    for name, ratio in CAVITIES:
+    for name, supply, ratio in CAVITIES:
         cavity = finger.addChild(Path(name).stem)
         cavity.addObject("MeshSTLLoader", name="loader", filename=str(HERE / name))
         cavity.addObject("MeshTopology", name="topology", src="@loader")
@@ -113,7 +114,7 @@ def createScene(root):
             value=[0.0],
         )
         cavity.addObject("BarycentricMapping", mapForces=False, mapMasses=False)
-        inlets.append((inlet, ratio))
+        inlets.append((inlet, supply, ratio))
     root.addObject(Supply(root, inlets))
     return root
 '''
@@ -123,7 +124,7 @@ def write(config: Config, file: Path) -> str:
     """Write the scene, and beside it the mesh as legacy VTK and each cavity as STL.
 
     Args:
-        config: of the finger and of the experiment's largest pressure.
+        config: of the finger and of the experiment's pressures.
         file: target, ``….py``; the other files' names begin with its.
 
     Returns:
@@ -134,6 +135,7 @@ def write(config: Config, file: Path) -> str:
         WriteError: one line.
     """
     config = plain(config, file.suffix)
+    times_s, supplies = supplies_kPa(config, file.suffix)
     name, parameters = law(config.material)
     mesh = tetrahedra(config, file.suffix)
     solid = file.with_suffix(".vtk")
@@ -142,14 +144,14 @@ def write(config: Config, file: Path) -> str:
         inside = file.with_name(f"{file.stem}_{group}.stl")
         # seen from inside the solid: normals point out of the cavity
         write_stl(mesh.points, mesh.facets[group][:, ::-1], inside)
-        inlets.append((inside.name, config.cavity.ratio(group)))
+        inlets.append((inside.name, *supplied(config, group)))
     whole.write(solid, legacy_vtk(mesh))
     weight = 1e3 * config.gravity.acceleration_m_s2 * np.array(config.gravity.direction)
     content = SCENE.format(
         title=f"A pneumatic finger of {len(mesh.cells)} tetrahedra, written by dolfingrip.",
         name=file.name,
-        pressure=config.experiment.max_pressure_kPa,
-        rate=config.experiment.rate_kPa_per_s,
+        times=times_s,
+        supplies=supplies,
         cavities=inlets,
         clamped=np.unique(mesh.facets[CLAMP]).tolist(),
         gravity=(weight / np.linalg.norm(config.gravity.direction)).tolist(),
@@ -159,7 +161,7 @@ def write(config: Config, file: Path) -> str:
         parameters=" ".join(f"{each:.10g}" for each in parameters),
     )
     whole.write(file, content)
-    others = ", ".join([solid.name, *(each for each, _ in inlets)])
+    others = ", ".join([solid.name, *(each for each, *_ in inlets)])
     return f"{len(mesh.cells)} tetrahedra, with {others}"
 
 

@@ -155,8 +155,32 @@ def test_the_scene_for_sofa(of_file: bool, tmp_path: Path, scene: Any) -> None:
     supply = root.objects[-1][0]
     for _ in range(2000):
         supply.onAnimateBeginEvent(None)
-    ((inlet, _),) = supply.inlets
+    ((inlet, *_),) = supply.inlets
     assert inlet.value.value == pytest.approx([asked.experiment.max_pressure_kPa])
+
+
+@pytest.mark.parametrize(
+    ("cavity", "expected_kPa"),
+    [("pressure_kPa=[0.0, 4.0, -10.0]", [0.0, 4.0, -10.0]), ("pressure_ratio=0.5", [0, 10, 5])],
+)
+def test_sofa_follows_the_protocol(
+    cavity: str, expected_kPa: list[float], tmp_path: Path, scene: Any
+) -> None:
+    """Pressures of the cavity's own supply or a part of the experiment's, straight in between."""
+    times_s = [0.0, 1.0, 2.0]
+    asked = short(
+        f"protocol.time_s={times_s}", "protocol.pressure_kPa=[0.0, 20.0, 10.0]",
+        f"cavity.cavity.{cavity}",
+    )  # fmt: skip
+    sofa.write(asked, tmp_path / "finger.py")
+    root = scene(tmp_path / "finger.py")
+    root.dt.value = 0.5
+    supply = root.objects[-1][0]
+    for now_s in (0.5, 1.0, 1.5, 2.0, 2.5):
+        supply.onAnimateBeginEvent(None)
+        ((inlet, *_),) = supply.inlets
+        expected = np.interp(now_s, times_s, expected_kPa)
+        assert inlet.value.value == pytest.approx([expected])
 
 
 LAWS = {
