@@ -11,7 +11,6 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import DATA
@@ -35,7 +34,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     readings = measurement.readings.copy()
     for test in measurement.tests:
         rows = measurement.rows(test.number)
-        finger = test.control == PRESSURE.name
+        finger = test.of_finger
         for inside, why in _of_finger(test, rows) if finger else _of_coupon(test, rows, config):
             if inside.all() or (not finger and inside.sum() < DATA.fewest_of_coupon):
                 continue
@@ -76,11 +75,12 @@ def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndar
         ConfigError: no row is left.
     """
     highest = test.setup.max_pressure_kPa
-    least = float(rows["pressure_kPa"].min())
+    pressure_kPa = rows[list(test.controls)].max(axis=1).to_numpy()
+    least = float(pressure_kPa.min())
     if highest < least:
         raise ConfigError(
             f"max_pressure_kPa = {highest:g} of {test.file.name}: below all readings of "
             f"{test.specimen}; allowed: from {least:g} kPa on"
         )
     limit = f"{highest:g} kPa (max_pressure_kPa of {test.file.name})"
-    yield rows["pressure_kPa"].to_numpy() <= highest, f"readings above {limit} are left out"
+    yield pressure_kPa <= highest, f"readings above {limit} are left out"

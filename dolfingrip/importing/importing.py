@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import tomlkit
 
-from dolfingrip.channels import ANGLE, CHANNELS, TIME, WHO
+from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO, cavity_of_supply
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table as measured
 from dolfingrip.diagnosis.data.columns import CONTROL, IGNORED, MEASURED, READINGS, of_markers
@@ -103,7 +103,7 @@ def is_format(header: Sequence[str]) -> bool:
         header: names of columns.
     """
     own = {*MEASURED, *of_markers(header), *IGNORED, *coupons.STRETCHES, *coupons.STRESSES, "mode"}
-    return set(header) <= own
+    return all(name in own or name.startswith(OF_CAVITIES) for name in header)
 
 
 def understand(file: Path, told: Told) -> ImportedTable:
@@ -459,10 +459,11 @@ def _signs(found: ImportedTable) -> None:
 
 def _arrange(found: ImportedTable, experiment: str) -> None:
     """Columns of the format in its order, rows with a control alone."""
-    known = [*MEASURED, *of_markers(found.table), "mode", *coupons.STRETCHES, *coupons.STRESSES]
+    own = [*of_markers(found.table), *filter(cavity_of_supply, found.table)]
+    known = [*MEASURED, *own, "mode", *coupons.STRETCHES, *coupons.STRESSES]
     foreign = set()
     if experiment in READINGS:
-        others = {name for own in READINGS.values() for name in own}
+        others = {name for each in READINGS.values() for name in each}
         foreign = (others | set(CONTROL.values())) - {*READINGS[experiment], CONTROL[experiment]}
     columns = [name for name in dict.fromkeys(known) if name in found.table and name not in foreign]
     table = found.table[columns]

@@ -178,7 +178,7 @@ def _with(test: SpecimenTest, section: str, values: Mapping[str, Any]) -> Specim
 def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
     """Highest value of the control, as it was meant."""
     read = float(rows[test.control].max())
-    return nominal.end(read, read / ADDITIONS.stops, test.setup.noise.get(test.control, 0.0))
+    return nominal.end(read, read / ADDITIONS.stops, test.sigma)
 
 
 def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float:

@@ -16,7 +16,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import CHANNELS, CHORD_ANGLE, DISPLACEMENT, PRESSURE, of_line
+from dolfingrip.channels import (
+    CHANNELS,
+    CHORD_ANGLE,
+    PRESSURE,
+    cavity_of_supply,
+    of_line,
+)
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS, of_markers
@@ -34,6 +40,8 @@ class SpecimenTest:
         experiment: ``bending``, ``blocked_force`` or ``coupon``.
         specimen: name of the finger or coupon.
         setup: set-up of the laboratory.
+        supplies: columns of all pressures where cavities have supplies of their own, the one that
+            moves farthest first.
     """
 
     number: int
@@ -41,11 +49,27 @@ class SpecimenTest:
     experiment: str
     specimen: str
     setup: LabSetup
+    supplies: tuple[str, ...] = ()
+
+    @property
+    def of_finger(self) -> bool:
+        """Return whether pressures are prescribed."""
+        return CONTROL[self.experiment] == PRESSURE.name
+
+    @property
+    def controls(self) -> tuple[str, ...]:
+        """Columns of all that is prescribed."""
+        return self.supplies or (CONTROL[self.experiment],)
 
     @property
     def control(self) -> str:
-        """Column of the control: ``pressure_kPa`` or ``displacement_mm``."""
-        return CONTROL[self.experiment]
+        """Column of the control: ``displacement_mm``, or the pressure that moves farthest."""
+        return self.controls[0]
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the gauge of what is prescribed, in its unit; 0 where not told."""
+        return self.setup.noise.get(CONTROL[self.experiment], 0.0)
 
     def __str__(self) -> str:
         return f"{self.experiment} of {self.specimen} ({self.file.name})"
@@ -58,7 +82,8 @@ class Measurement:
     Attributes:
         readings: a row for each row of the files: ``test``, ``line`` in the file, ``experiment``,
             ``specimen``, ``cycle``, ``branch``, ``leg``, ``time_s``, ``pressure_kPa``,
-            ``displacement_mm`` and the columns of readings, NaN where absent. Rows of a test stand
+            ``displacement_mm``, the columns of readings and those of supplies of single cavities,
+            NaN where absent. Rows of a test stand
             in the order in which they were read; ``time_s`` is never absent. Branch, leg and cycle
             follow from control and time (:mod:`dolfingrip.diagnosis.data.motion`); cycles are as
             told where several are told.
@@ -77,8 +102,8 @@ class Measurement:
         for test in self.tests:
             legs, cycles = 0, self.rows(test.number).groupby("cycle", sort=False)
             for _, rows in cycles:
-                value, time_s = (rows[name].to_numpy() for name in (test.control, "time_s"))
-                found = motion(value, time_s, test.setup.noise.get(test.control, 0.0))
+                values = [rows[name].to_numpy() for name in test.controls]
+                found = motion(values, rows["time_s"].to_numpy(), test.sigma)
                 self.readings.loc[rows.index, "branch"] = found.branch
                 self.readings.loc[rows.index, "leg"] = legs + found.leg
                 legs += int(found.leg[-1]) + 1
@@ -111,7 +136,7 @@ class Measurement:
         found: dict[int, int] = {}
         seen: dict[tuple[str, bytes], int] = {}
         for test in self.tests:
-            rows = self.rows(test.number)[[test.control, *self.columns]].to_numpy()
+            rows = self.rows(test.number)[[*test.controls, *self.columns]].to_numpy()
             key = test.experiment, np.nan_to_num(rows, nan=np.inf).tobytes()
             if seen.setdefault(key, test.number) != test.number and np.nan_to_num(rows).any():
                 found[test.number] = seen[key]
@@ -145,14 +170,17 @@ class Measurement:
         wide = self.readings[self.columns].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
         told = self.readings.iloc[row].reset_index(drop=True)
-        by_pressure = told["experiment"].map(CONTROL) == PRESSURE.name
+        control = np.full(len(told), np.nan)
+        for test in self.tests:
+            mine = (told["test"] == test.number).to_numpy()
+            control[mine] = told.loc[mine, test.control]
         return pd.DataFrame({
             "row": row,
             "column": np.array(self.columns, dtype=object)[column],
             "value": wide[row, column],
             **{name: told[name] for name in
                ("test", "experiment", "specimen", "cycle", "branch", "leg", "time_s")},
-            "control": told[PRESSURE.name].where(by_pressure, told[DISPLACEMENT.name]),
+            "control": control,
         })  # fmt: skip
 
     def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
@@ -202,7 +230,9 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
         warnings += setup_file.warnings
         for (experiment, specimen), own in rows.groupby(["experiment", "specimen"], sort=False):
             setup = setup_file.of(str(experiment), str(specimen))
-            test = SpecimenTest(len(tests), file, str(experiment), str(specimen), setup)
+            test = SpecimenTest(
+                len(tests), file, str(experiment), str(specimen), setup, _supplies(own)
+            )
             try:
                 setup.applied(base)
             except ConfigError as error:
@@ -236,8 +266,17 @@ def _check_markers(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> None
             raise ConfigError(f"{test.file}: column {name}: allowed: {words}")
 
 
+def _supplies(rows: pd.DataFrame) -> tuple[str, ...]:
+    """Columns of the pressures of a test where cavities have supplies of their own."""
+    own = [name for name in rows if cavity_of_supply(name) and rows[name].notna().all()]
+    ranges = {name: float(np.ptp(rows[name])) for name in (PRESSURE.name, *own)}
+    return tuple(sorted(ranges, key=lambda name: -ranges[name])) if own else ()
+
+
 def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataFrame) -> list[str]:
     """Doubt rows whose control moves against the branch that they are named after."""
+    if test.supplies:  # a branch is that of one of them
+        return []
     rows = measurement.rows(test.number)
     named, moves = told.loc[rows.index, "branch"], rows["branch"]
     found = []
@@ -259,10 +298,10 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
     """Rows with times, which follow from the rate if there are no time stamps."""
     if rows["time_s"].notna().all():
         return rows, []
-    control = rows[test.control].to_numpy()
+    controls = rows[list(test.controls)].to_numpy()
     held = (rows["branch"] == "hold").to_numpy()
-    change = smallest_change(control, test.setup.noise.get(test.control, 0.0))
-    if (held[1:] & held[:-1] & (np.abs(np.diff(control)) <= change)).any():
+    change = max(smallest_change(each, test.sigma) for each in controls.T)
+    if (held[1:] & held[:-1] & (np.abs(np.diff(controls, axis=0)).max(axis=1) <= change)).any():
         raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are waits")
     rate, doubts = test.setup.rate, []
     if rate is None:
@@ -270,7 +309,8 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
         rate = base.coupon.rate_mm_per_s if coupon else base.experiment.rate_kPa_per_s
         unit = "mm/s" if coupon else "kPa/s"
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit} is assumed"]
-    steps = np.abs(np.diff(control, prepend=min(0.0, float(control[0]))))
+    start = np.minimum(0.0, controls[:1])
+    steps = np.abs(np.diff(controls, axis=0, prepend=start)).max(axis=1)
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts
 
 

@@ -7,6 +7,7 @@ these decide, and the same rows lead to the same simulations whatever they are c
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb, sqrt
 
@@ -61,18 +62,47 @@ def _noise(value: np.ndarray, sigma: float) -> float:
     return max(sigma, min(_NORMAL * float(np.median(steps)), ROUTES.noisiest * _size(value)))
 
 
-def motion(value: np.ndarray, time_s: np.ndarray, sigma: float) -> Motion:
+def motion(values: Sequence[np.ndarray], time_s: np.ndarray, sigma: float) -> Motion:
     """Find ramps and waits in the rows of one test, or of one cycle of it.
 
     A row rests where it and its neighbours stay within the smallest change for longer than a ramp
     takes to come back to where it turned by such a change. The others move in the direction between
-    two turns of the control.
+    two turns of the control. Of several controls a leg ends where that of any of them does, and has
+    the branch of the one that moves farthest along it.
 
     Args:
-        value: (n,) control of each row (kPa or mm), in the order in which they were read.
+        values: (n,) of each control (kPa or mm), in the order in which they were read.
         time_s: (n,) time of each row, rising.
-        sigma: standard deviation of the control's gauge; 0 where none is told.
+        sigma: standard deviation of the controls' gauge; 0 where none is told.
     """
+    each = [_legs(value, time_s, sigma) for value in values]
+    branches = np.array([branch for branch, _ in each])
+    leg = np.cumsum(np.any([new for _, new in each], axis=0))
+    starts = np.flatnonzero(np.diff(leg, prepend=-1))
+    branch = branches[farthest(np.array(values), leg)[leg], np.arange(len(leg))]
+    cycles, fell = [1], False
+    for name in branch[starts]:
+        cycles.append(cycles[-1] + (name == "loading" and fell))
+        fell = name == "unloading" or (fell and name == "hold")
+    return Motion(branch, np.array(cycles[1:])[leg], leg)
+
+
+def farthest(values: np.ndarray, leg: np.ndarray) -> np.ndarray:
+    """(legs,) Place of the control that moves farthest along each leg, from the row before it on.
+
+    Args:
+        values: (controls, n) at each row.
+        leg: (n,) number of each row's leg, from 0 on.
+    """
+    found = np.zeros(int(leg[-1]) + 1, dtype=int)
+    for number in range(len(found)):
+        rows = np.flatnonzero(leg == number)
+        found[number] = np.ptp(values[:, max(rows[0] - 1, 0) : rows[-1] + 1], axis=1).argmax()
+    return found
+
+
+def _legs(value: np.ndarray, time_s: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) Branch of each row by one control, and whether a leg begins there."""
     noise = _noise(value, sigma)
     change = _change(value, noise)
     within = max(ROUTES.closest * _size(value), ROUTES.rests * noise)
@@ -80,13 +110,7 @@ def motion(value: np.ndarray, time_s: np.ndarray, sigma: float) -> Motion:
     up = _rising(value, change)
     branch = np.where(rests, "hold", np.where(up, "loading", "unloading")).astype(object)
     jumped = np.concatenate([[False], np.abs(np.diff(value)) > change])
-    new = np.concatenate([[False], branch[1:] != branch[:-1]]) | (rests & jumped)
-    leg = np.cumsum(new)
-    cycles, fell = [1], False
-    for name in branch[np.flatnonzero(np.diff(leg, prepend=-1))]:
-        cycles.append(cycles[-1] + (name == "loading" and fell))
-        fell = name == "unloading" or (fell and name == "hold")
-    return Motion(branch, np.array(cycles[1:])[leg], leg)
+    return branch, np.concatenate([[False], branch[1:] != branch[:-1]]) | (rests & jumped)
 
 
 def _groups(value: np.ndarray, change: float) -> list[slice]:

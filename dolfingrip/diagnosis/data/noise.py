@@ -61,7 +61,7 @@ def noise(measurement: Measurement) -> InstrumentNoise:
         correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
         if test.setup.correlation_time_s is not None:
             correlation_time_s[at] = test.setup.correlation_time_s
-        control[at] = test.setup.noise.get(test.control, 0.0)
+        control[at] = test.sigma
     return InstrumentNoise(
         independent, correlated, correlation_time_s, control, tuple(dict.fromkeys(sentences))
     )

@@ -58,7 +58,7 @@ def planned_rows(
     """Rows of a protocol, as in ``Measurement.readings``; the first is at rest.
 
     Args:
-        test: test of the rows; its ``control`` column is prescribed.
+        test: test of the rows; its ``control`` column is prescribed, other supplies rest at 0.
         way: branches, each with the number of its cycle; a ``hold`` is at the highest value.
         ramp: (m,) rising values, above 0, at which loading is read.
         rate: rate of ramps, in the unit of ``ramp`` per second.
@@ -84,7 +84,8 @@ def planned_rows(
             {
                 "line": 0, "test": test.number, "experiment": test.experiment,
                 "specimen": test.specimen, "cycle": cycle, "branch": branch,
-                **dict.fromkeys(NUMBERS, np.nan), TIME.name: moment, test.control: value,
+                **dict.fromkeys(NUMBERS, np.nan), TIME.name: moment,
+                **dict.fromkeys(test.supplies, 0.0), test.control: value,
                 **dict.fromkeys(columns, 0.0),
             }
             for value, moment in steps

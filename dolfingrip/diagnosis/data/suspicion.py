@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
+from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE, PRESSURE
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import DATA
@@ -165,7 +165,9 @@ def _of_control(
         return []
     return [
         Suspicion(test, test.control, factor, meaning, left)
-        for meaning, factor in _OF_CONTROL[CHANNELS[test.control].unit].items()
+        for meaning, factor in _OF_CONTROL[
+            (PRESSURE if test.of_finger else DISPLACEMENT).unit
+        ].items()
         if all(_alike(ratio, factor) for ratio in ratios.values())
     ]
 

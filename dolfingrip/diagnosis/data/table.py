@@ -11,7 +11,7 @@ from typing import Any, get_args
 
 import pandas as pd
 
-from dolfingrip.channels import CHANNELS, OF_CAVITIES, TIME
+from dolfingrip.channels import CHANNELS, OF_CAVITIES, PRESSURE, TIME, cavity_of_supply
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.columns import (
     CONTROL,
@@ -51,9 +51,9 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
             column.
 
     Returns:
-        A row for each of the file: ``line`` in the file and the format's columns. An absent
-        specimen is called like the file, an absent cycle is 1, an absent branch is "". Absent
-        numbers are NaN.
+        A row for each of the file: ``line`` in the file, the format's columns and those of supplies
+        of single cavities. An absent specimen is called like the file, an absent cycle is 1, an
+        absent branch is "". Absent numbers are NaN.
 
     Raises:
         ConfigError: one line naming the file, the line, the column, its value and what is allowed.
@@ -61,10 +61,10 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
     rows = [_checked(line, cells, experiments) for line, cells in _cells(file)]
     if not rows:
         raise ConfigError(f"{file}: no rows; allowed: at least 2 readings")
-    seen = of_markers(sorted({name for row in rows for name in row}))
-    table = pd.DataFrame(rows, columns=["line", *MEASURED, *seen])
-    numbers = [*NUMBERS, *seen]
-    table[numbers] = table[numbers].astype(float)
+    names = dict.fromkeys(name for row in rows for name in row)
+    own = [*of_markers(sorted(names)), *filter(cavity_of_supply, names)]
+    table = pd.DataFrame(rows, columns=["line", *MEASURED, *own])
+    table[[*NUMBERS, *own]] = table[[*NUMBERS, *own]].astype(float)
     _check_together(file, table)
     return table
 
@@ -85,7 +85,7 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
         raise ConfigError(f"{file}: empty; allowed: a header line and rows")
     names = [name.strip() for name in lines[0][1]]
     _check_header(file, names)
-    known = {*MEASURED, *of_markers(names)}
+    known = {*MEASURED, *of_markers(names), *filter(cavity_of_supply, names)}
     found = []
     for number, cells in lines[1:]:
         line = _Line(file, number)
@@ -121,15 +121,17 @@ def _checked(line: _Line, cells: dict[str, str], experiments: Sequence[str]) -> 
     if row["branch"] not in ("", *BRANCHES):
         raise line.refuse(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
     markers = of_markers(cells)
-    numbers = {*NUMBERS, *markers}
+    own = [name for name in cells if cavity_of_supply(name)]
+    numbers = {*NUMBERS, *markers, *own}
     row |= {name: _number(line, name, text) for name, text in cells.items() if name in numbers}
     control, readings = CONTROL[row["experiment"]], read_by(row["experiment"], cells)
     if control not in row:
         raise line.refuse(
             f"{control}: missing; allowed: a number in each row of {row['experiment']}"
         )
-    every = (*READING_COLUMNS, *markers)
-    foreign = [name for name in every if name in row and name not in readings]
+    driven = own if control == PRESSURE.name else ()
+    every = (*READING_COLUMNS, *markers, *own)
+    foreign = [name for name in every if name in row and name not in (*readings, *driven)]
     if foreign:
         raise line.refuse(
             f"{foreign[0]} = {cells[foreign[0]]}: {row['experiment']} does not read it; are "
@@ -168,7 +170,7 @@ def _cycle(line: _Line, text: str) -> int:
 
 
 def _number(line: _Line, name: str, text: str) -> float:
-    channel = CHANNELS[name]
+    channel = PRESSURE if cavity_of_supply(name) else CHANNELS[name]
     assert channel.plausible is not None
     low, high = channel.plausible
     least = f" ({channel.least})" if channel.least else ""
@@ -189,6 +191,7 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
     for (experiment, specimen), rows in table.groupby(["experiment", "specimen"], sort=False):
         who = f"{experiment} of {specimen}"
         _check_time(file, rows, who)
+        _check_supplies(file, rows, who)
         _check_twice(file, rows, who)
         count = int(rows[[*READING_COLUMNS, *of_markers(rows)]].count().sum())
         if count < 2:
@@ -219,11 +222,21 @@ def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
         )
 
 
+def _check_supplies(file: Path, rows: pd.DataFrame, who: str) -> None:
+    for name in filter(cavity_of_supply, rows.columns):
+        absent = rows[name].isna()
+        if absent.any() and not absent.all():
+            line = _first(file, rows, absent)
+            raise line.refuse(
+                f"{name}: missing; allowed: a number in each row of {who}, or in none"
+            )
+
+
 def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
     if rows[TIME.name].isna().any():
         return
-    every = [*MEASURED, *of_markers(rows)]
-    first = rows.groupby(every, dropna=False, sort=False)["line"].transform("first")
+    told = [name for name in rows.columns if name != "line"]
+    first = rows.groupby(told, dropna=False, sort=False)["line"].transform("first")
     again = rows["line"] > first
     if again.any():
         raise _first(file, rows, again).refuse(

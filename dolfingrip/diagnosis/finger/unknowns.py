@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.core.polynomial import Coordinate
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
@@ -85,14 +84,13 @@ def _tests_of(name: str, measurement: Measurement) -> list[SpecimenTest]:
     return [
         test
         for test in measurement.tests
-        if test.control == PRESSURE.name
-        and (name != "plate_gap" or test.experiment == "blocked_force")
+        if test.of_finger and (name != "plate_gap" or test.experiment == "blocked_force")
     ]
 
 
 def _implausible(measurement: Measurement, config: Config) -> list[Cause]:
     on = {each.name() for each in config.extensions.active()}
-    fingers = [test for test in measurement.tests if test.control == PRESSURE.name]
+    fingers = [test for test in measurement.tests if test.of_finger]
     found = []
     for name, (key, told, middle) in IMPLAUSIBLE.items():
         if name in on or not _tests_of(name, measurement):

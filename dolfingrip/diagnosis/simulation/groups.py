@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.simulation import stops
 from dolfingrip.diagnosis.simulation.schedule import StopSchedule
@@ -23,7 +23,8 @@ class SimulationGroup:
         experiment: its name.
         config: the configuration with their set-up.
         tests: numbers of the tests.
-        curve: one elastic curve, shared by all tests of this set-up, however they went.
+        curve: one elastic curve, shared by all tests of this set-up, however they went; None where
+            cavities have supplies of their own, as no single pressure tells the state then.
         in_time: the way these tests went.
         settled: the same without cycles that go as the one before them, which is read again.
     """
@@ -31,13 +32,13 @@ class SimulationGroup:
     experiment: str
     config: Config
     tests: tuple[int, ...]
-    curve: StopSchedule
+    curve: StopSchedule | None
     in_time: StopSchedule
     settled: StopSchedule
 
     def schedule(self, config: Config) -> StopSchedule:
         """The stops that ``config``, this group's with other values, has to be simulated at."""
-        if path_independent(config):
+        if self.curve is not None and path_independent(config):
             return self.curve
         clock = any(effect.clock for effect in config.extensions.active())
         return self.in_time if clock else self.settled
@@ -75,14 +76,15 @@ def groups(
     """
     led = []
     for test in measurement.tests:
-        sigma = test.setup.noise.get(test.control, 0.0)
-        segments = stops.segments(measurement.rows(test.number), test.control, sigma)
+        segments = stops.segments(measurement.rows(test.number), test.controls, test.sigma)
         led.append(_Led(test, test.setup.applied(config), segments))
     found = []
     for of_setup in _together(led, _same_setup):
-        control = of_setup[0].test.control
-        more = headroom if control == PRESSURE.name else 1.0
-        curve = stops.elastic([each.segments for each in of_setup], control, more)
+        test = of_setup[0].test
+        control, more = CONTROL[test.experiment], headroom if test.of_finger else 1.0
+        curve = None
+        if not test.supplies:
+            curve = stops.elastic([each.segments for each in of_setup], control, more)
         for part in _together(of_setup, lambda a, b: stops.alike(a.segments, b.segments)):
             tests = tuple(each.test.number for each in part)
             led_by = [each.segments for each in part]
@@ -91,7 +93,7 @@ def groups(
                     part[0].test.experiment,
                     part[0].config,
                     tests,
-                    _of(curve, measurement, tests),
+                    curve and _of(curve, measurement, tests),
                     stops.in_time(led_by, control),
                     stops.in_time(led_by, control, settles=True),
                 )
@@ -100,7 +102,9 @@ def groups(
 
 
 def _same_setup(first: _Led, second: _Led) -> bool:
-    return first.test.experiment == second.test.experiment and first.config == second.config
+    one, other = first.test, second.test
+    alike = one.experiment == other.experiment and set(one.supplies) == set(other.supplies)
+    return alike and first.config == second.config
 
 
 def _together(tests: Sequence[_Led], alike: Callable[[_Led, _Led], bool]) -> list[list[_Led]]:

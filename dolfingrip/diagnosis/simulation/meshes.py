@@ -24,7 +24,6 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import MODEL
-from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 
 MAPPED: Final = frozenset(each.name for each in CHANNELS.values() if each.grows)
@@ -60,7 +59,7 @@ class MeshMap:
         """Prepare the curves; what has none keeps the difference that it has at its pressure."""
         self._curves = []
         for fine, rough in zip(self.graded.runs, self.plain.runs, strict=True):
-            if not path_independent(rough.config):
+            if rough.schedule is not rough.group.curve:
                 continue
             for name, places in self.measurement.places(rough.group.tests).items():
                 if name not in MAPPED:

@@ -9,7 +9,8 @@ Rows are read between the stops at the pressure that was read.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +19,19 @@ from dolfingrip.diagnosis.policy import ROUTES
 
 
 class NominalStop(NamedTuple):
-    """Where a test is simulated."""
+    """Where a test is simulated.
+
+    Attributes:
+        time_s, cycle, branch: of the stop.
+        value: of the control that leads its segment.
+        controls: values of all controls, by column.
+    """
 
     time_s: float
     value: float
     cycle: int
     branch: str
+    controls: Mapping[str, float] = MappingProxyType({})
 
 
 def unit_for(distance: float) -> float:

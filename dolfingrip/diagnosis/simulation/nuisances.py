@@ -15,7 +15,6 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import PRESSURE
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
@@ -77,7 +76,7 @@ def _refuse_unused(measurement: Measurement, applied: Sequence[Config]) -> None:
     """Refuse nuisances that the laboratory tells and none of its tests feels."""
     tests = measurement.tests
     coupons = any(each.experiment == "coupon" for each in tests)
-    fingers = any(each.control == PRESSURE.name for each in tests)
+    fingers = any(each.of_finger for each in tests)
     used = {
         WALL: fingers and any(map(wall_key, applied)),
         "pressure_gain": fingers,

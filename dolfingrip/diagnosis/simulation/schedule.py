@@ -11,8 +11,8 @@ interpolated, so changes and derivatives are interpolated as the readings themse
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -122,6 +122,7 @@ class StopSchedule:
         control: column of the control.
         time_s, value, cycle, branch: of each stop.
         legs: every measured row is on one of them.
+        others: values of further controls at each stop, by column.
     """
 
     control: str
@@ -130,10 +131,12 @@ class StopSchedule:
     cycle: tuple[int, ...]
     branch: tuple[str, ...]
     legs: tuple[StopInterpolant, ...]
+    others: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def protocol(self) -> dict[str, object]:
-        """The table ``[protocol]`` of the configuration."""
+        """The protocol's columns; :func:`protocol_file.key` tells where they belong."""
         return {
+            **{name: list(own) for name, own in self.others.items()},
             "time_s": list(self.time_s),
             self.control: list(self.value),
             "cycle": list(self.cycle),

@@ -24,6 +24,7 @@ from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.parameter import every
 from dolfingrip.sections.geometry.geometry import Geometry
+from dolfingrip.sections.protocol_file import key as key_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +171,8 @@ def _planned(
     # the gradients' keys of effects at their neutral values do not make the readings others
     asked = request(
         group.experiment,
-        config.changed(protocol=route.protocol()),
-        tuple(key for key in gradients if _feels(group.experiment, config, key)),
+        changed(config, {key_of(name): values for name, values in route.protocol().items()}),
+        tuple(each for each in gradients if _feels(group.experiment, config, each)),
         mesh_check=variant.mesh_check,
         seen=seen,
     )

@@ -12,15 +12,15 @@ back is led, too. A model with a memory but no clock settles: its third cycle is
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import PRESSURE
-from dolfingrip.diagnosis.data.motion import smallest_change
+from dolfingrip.channels import DISPLACEMENT
+from dolfingrip.diagnosis.data.motion import farthest, smallest_change
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation import nominal
 from dolfingrip.diagnosis.simulation.nominal import NominalStop
@@ -41,6 +41,8 @@ class ControlSegment:
         rounds_by: the same where stops are at round values: of pressures. Else 0.
         jump: a change of the control that is none of the gauge's noise.
         leads_to: value of the wait that follows; NaN where none does.
+        lead: column of the control whose values these are: of several the one that moves farthest.
+        others: values of the other controls at each row, by column; those that rest are constant.
     """
 
     cycle: int
@@ -53,6 +55,28 @@ class ControlSegment:
     rounds_by: float
     jump: float
     leads_to: float = math.nan
+    lead: str = ""
+    others: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def led(
+        self, stops: Sequence[NominalStop], before: NominalStop | None
+    ) -> Iterator[NominalStop]:
+        """Stops of it with the values of all controls, straight in time from one row to the next.
+
+        Args:
+            stops: with the values of the one that leads.
+            before: the stop before them; None at the start of a test.
+        """
+        start = [] if before is None else [before]
+        time_s = [*(each.time_s for each in start), *self.time_s]
+        for stop in stops:
+            others = {
+                name: float(
+                    np.interp(stop.time_s, time_s, [*(s.controls[name] for s in start), *own])
+                )
+                for name, own in self.others.items()
+            }
+            yield stop._replace(controls={self.lead: stop.value, **others})
 
     @property
     def end(self) -> float:
@@ -76,38 +100,52 @@ class ControlSegment:
         return min(ROUTES.most, max(ROUTES.fewest, told_apart))
 
 
-def segments(rows: pd.DataFrame, control: str, sigma: float) -> list[ControlSegment]:
-    """The segments of one test's rows, in order; ``sigma`` is the control's gauge's."""
-    value, time_s = rows[control].to_numpy(), rows["time_s"].to_numpy()
+def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[ControlSegment]:
+    """The segments of one test's rows, in order; ``sigma`` is the controls' gauge's."""
+    values = rows[list(controls)].to_numpy().T
+    time_s = rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
-    size = max(float(np.abs(value).max()), 1e-12)
-    jump = smallest_change(value, sigma)
-    rounds_by = sigma if control == PRESSURE.name else 0.0
-    if abs(value[0]) < jump:  # at rest, so that the clock's start means nothing
+    jumps = [smallest_change(value, sigma) for value in values]
+    rounds_by = 0.0 if controls[0] == DISPLACEMENT.name else sigma
+    if (np.abs(values[:, 0]) < jumps).all():  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
     leg = rows["leg"].to_numpy()
     new = (cycle[1:] != cycle[:-1]) | (leg[1:] != leg[:-1])
     cuts = np.flatnonzero(np.concatenate([[True], new]))
     ends = [*cuts[1:], len(rows)]
     places = rows.index.to_numpy()
+    leads = farthest(values, np.cumsum(np.concatenate([[0], new])))
     found: list[ControlSegment] = []
-    for a, b in zip(cuts, ends, strict=True):
-        own = value[a:b]
+    for a, b, lead in zip(cuts, ends, leads, strict=True):
+        value, jump = values[lead], jumps[lead]
+        own, size = value[a:b], max(float(np.abs(value).max()), 1e-12)
+        others = {
+            name: _settled_at(beside[a:b], rest)
+            for name, beside, rest in zip(controls, values, jumps, strict=True)
+            if name != controls[lead]
+        }
         if branch[a] == "hold":
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
             mean = float(np.concatenate([before, own]).mean())
             meant = nominal.end(mean, size / ROUTES.most, rounds_by / math.sqrt(b - a))
             own = np.full(b - a, meant)
-            if before.size and found[-1].branch != "hold":
+            if before.size and found[-1].branch != "hold" and found[-1].lead == controls[lead]:
                 found[-1] = replace(found[-1], leads_to=meant)
         found.append(
             ControlSegment(
                 int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma,
-                rounds_by, jump,
+                rounds_by, jump, lead=controls[lead], others=others,
             )
         )  # fmt: skip
     return found
+
+
+def _settled_at(value: np.ndarray, jump: float) -> np.ndarray:
+    """Values along a leg; their mean where both halves tell that they rest."""
+    half = (len(value) + 1) // 2
+    rests = abs(value[-half:].mean() - value[:half].mean()) < jump / 2
+    return np.full(len(value), value.mean()) if rests else value
 
 
 def alike(first: Sequence[ControlSegment], second: Sequence[ControlSegment]) -> bool:
@@ -160,12 +198,13 @@ def in_time(
 
     Args:
         tests: segments of each.
-        control: column of the control.
+        control: column of the experiment's control; others are supplies of single cavities.
         settles: whether a cycle that goes as far as those before it is like the one before: that of
             a model with a memory but no clock. It is read from that one then.
     """
     longest = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
-    again = _settled(longest) if settles else {}
+    beside = sorted({longest[0].lead, *longest[0].others} - {control})
+    again = _settled(longest) if settles and not longest[0].others else {}
     stops: list[NominalStop] = []
     legs: list[StopInterpolant] = []
     for i, segment in enumerate(longest):
@@ -174,10 +213,13 @@ def in_time(
         if i in again:
             places = legs[again[i]].stops
         else:
-            stops += _back(segment, stops)
-            before = stops[-1] if stops else None
-            first = len(stops)
-            stops += _wait(segment, before) if waits else _ramp(segment, before)
+            last = stops[-1] if stops else None
+            before = last and last._replace(value=last.controls[segment.lead])
+            back = _back(segment, before)
+            before = back[-1] if back else before
+            first = len(stops) + len(back)
+            own = _wait(segment, before) if waits else _ramp(segment, before)
+            stops += segment.led([*back, *own], last)
             if before is not None and (not waits or before.value == stops[-1].value):
                 first -= 1  # the leg begins where the one before it ends
             places = np.arange(first, len(stops))
@@ -189,11 +231,13 @@ def in_time(
             rows_at, at = _faded(np.concatenate(moments_s), stops_s), _faded(stops_s, stops_s)
         else:
             rows_at = np.concatenate([each.value for each in same])
-            at = np.array([stop.value for stop in own])
+            at = np.array([stop.controls[segment.lead] for stop in own])
         rows = np.concatenate([each.rows for each in same])
         legs.append(StopInterpolant(places, at, rows, rows_at))
-    time_s, value, cycle, branch = zip(*stops, strict=True)
-    return StopSchedule(control, time_s, value, cycle, branch, tuple(legs))
+    time_s, _, cycle, branch, every = zip(*stops, strict=True)
+    value, *others = (tuple(each[name] for each in every) for name in (control, *beside))
+    named = dict(zip(beside, others, strict=True))
+    return StopSchedule(control, time_s, value, cycle, branch, tuple(legs), named)
 
 
 def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
@@ -219,8 +263,11 @@ def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
 
 def _as_far(first: Sequence[ControlSegment], second: Sequence[ControlSegment], off: float) -> bool:
     """Tell whether the same branches lead to the same ends, but for ``off``."""
-    return [each.branch for each in first] == [each.branch for each in second] and all(
-        abs(a.end - b.end) <= off for a, b in zip(first, second, strict=True)
+    ways = ([(each.branch, each.lead) for each in part] for part in (first, second))
+    return next(ways) == next(ways) and all(
+        abs(a.end - b.end) <= off
+        and all(abs(own[-1] - b.others[name][-1]) <= off for name, own in a.others.items())
+        for a, b in zip(first, second, strict=True)
     )
 
 
@@ -230,13 +277,13 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
     return np.log1p(np.maximum(time_s - stops_s[0], 0.0) / first_s)
 
 
-def _back(segment: ControlSegment, stops: Sequence[NominalStop]) -> list[NominalStop]:
-    """The way back to where a ramp begins, if nothing was read along it."""
+def _back(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
+    """The way back from the stop before to where a ramp begins, if nothing was read along it."""
     way = {"loading": 1.0, "unloading": -1.0}.get(segment.branch, 0.0)
     start = nominal.end(float(segment.value[0]), segment.size / ROUTES.most, segment.rounds_by)
-    if not stops or way * (start - stops[-1].value) >= -segment.jump:
+    if before is None or way * (start - before.value) >= -segment.jump:
         return []
-    time_s = max(float(segment.time_s[0]), stops[-1].time_s + 1e-6)
+    time_s = max(float(segment.time_s[0]), before.time_s + 1e-6)
     return [NominalStop(time_s, start, segment.cycle, "unloading" if way > 0 else "loading")]
 
 

@@ -108,7 +108,7 @@ def _is_neutral(effect: object) -> bool:
 
 def scale_all(runs: Sequence[SimulatedGroup]) -> bool:
     """Return whether it is exact for all simulations of a measurement."""
-    return all(scales(run.config) for run in runs)
+    return all(run.group.curve is not None and scales(run.config) for run in runs)
 
 
 def overrides(config: Config, factor: float) -> Change:

@@ -27,6 +27,9 @@ def stops(config: Config) -> Sequence[Stop]:
     The value of a stop is a pressure (kPa). Under volume control it is the cavity's growth, as a
     part of its volume at rest.
 
+    Args:
+        config: of the experiment.
+
     Raises:
         ConfigError: one line, if the protocol is not one for a finger.
     """
@@ -99,7 +102,11 @@ def _growth_rate(config: Config) -> float:
 
 
 def by_pressure(config: Config) -> bool:
-    """Return whether the control at the start is the pressure, not the cavity's volume."""
+    """Return whether the control at the start is the pressure, not the cavity's volume.
+
+    Args:
+        config: of the experiment.
+    """
     return config.experiment.control != "volume"
 
 

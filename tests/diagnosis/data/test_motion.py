@@ -43,7 +43,7 @@ def test_ramps_and_waits(
     print("seed", SEED)
     time_s, value = led(*places, every_s=every_s)
     read = value + np.random.default_rng(SEED).normal(0, sigma, len(value))
-    found = motion(read, time_s, sigma)
+    found = motion([read], time_s, sigma)
     first = np.flatnonzero(np.diff(found.leg, prepend=-1))
     assert "".join(found.branch[i][0] for i in first) == legs
     assert found.cycle[-1] == cycles
@@ -54,13 +54,13 @@ def test_ramps_and_waits(
 
 
 def test_without_times_nothing_waits() -> None:
-    found = motion(np.array([0.0, 10, 10, 20]), np.full(4, np.nan), 0.0)
+    found = motion([np.array([0.0, 10, 10, 20])], np.full(4, np.nan), 0.0)
     assert list(found.branch) == 4 * ["loading"]
 
 
 def test_few_rows_of_a_restless_regulator_are_a_wait() -> None:
     time_s = np.array([0.0, 10, 60, 70, 130, 140, 200])
-    found = motion(np.array([0.0, 49.6, 50.3, 99.6, 100.3, 99.7, 100.2]), time_s, 0.0)
+    found = motion([np.array([0.0, 49.6, 50.3, 99.6, 100.3, 99.7, 100.2])], time_s, 0.0)
     assert list(found.branch[[1, 2, 3]]) == ["loading", "hold", "loading"]
     assert "unloading" not in found.branch
 
@@ -80,7 +80,7 @@ def test_dense_rows_show_a_noise_that_nobody_told(
     time_s, value = led(*places, every_s=0.1)
     sigma = 0.004 * value.max()
     read = value + np.random.default_rng(SEED).normal(0, sigma, len(value))
-    found = motion(read, time_s, 0.0)
+    found = motion([read], time_s, 0.0)
     first = np.flatnonzero(np.diff(found.leg, prepend=-1))
     assert "".join(found.branch[i][0] for i in first) == legs
     assert smallest_change(read, 0.0) == pytest.approx(smallest_change(read, sigma), rel=0.3)
