@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from support import trial
 
-from dolfingrip.experiments import run
+from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS
@@ -15,7 +17,7 @@ CYCLES = (
     "contact.self_contact=false",
     "experiment.max_pressure_kPa=20",
     "experiment.step_kPa=10",
-    "experiment.cycles=2",
+    "experiment.cycles=3",
 )
 TOUCHING = ("finger.gap_mm=0.15", "contact.self_contact=true", "experiment.step_kPa=5")
 """Bellows near enough to touch at these pressures, for what acts where they do."""
@@ -34,15 +36,26 @@ def felt(effect: type[Effect]) -> tuple[str, ...]:
     return TOUCHING if effect is BellowsFriction else ()
 
 
-def work(on: dict[type[Effect], dict[str, float]], *overrides: str) -> np.ndarray:
-    """∮ p dV of both cycles, by the product of the ranges of p and V.
+def cycled(on: dict[type[Effect], dict[str, float]], *overrides: str) -> Result:
+    result = run("blocked_force", trial.configured(on, *CYCLES, *overrides), comm=trial.SELF)
+    assert result.failure is None
+    return result
+
+
+@cache
+def dissipated(effect: type[Effect]) -> Result:
+    """Three cycles with an effect, which several tests look at."""
+    return cycled(given(effect), *felt(effect))
+
+
+def work(result: Result) -> np.ndarray:
+    """∮ p dV of the first two cycles, by the product of the ranges of p and V.
 
     By the trapezoidal rule: nothing for an elastic finger, which returns through the same points.
     """
-    result = run("blocked_force", trial.configured(on, *CYCLES, *overrides), comm=trial.SELF)
-    assert result.failure is None
-    pressure, volume = result.column("pressure_kPa"), result.column("cavity_volume_mm3")
     cycle = result.column("cycle")
+    two = cycle <= 2
+    pressure, volume = (result.column(name)[two] for name in ("pressure_kPa", "cavity_volume_mm3"))
     second = int(np.argmax(cycle == 2))
     parts = (slice(0, second), slice(second - 1, None))  # the second starts where the first ends
     found = [np.trapezoid(pressure[part], volume[part]) for part in parts]
@@ -51,12 +64,13 @@ def work(on: dict[type[Effect], dict[str, float]], *overrides: str) -> np.ndarra
 
 @pytest.mark.parametrize("overrides", [(), TOUCHING], ids=["free", "touching"])
 def test_an_elastic_cycle_takes_nothing(overrides: tuple[str, ...]) -> None:
-    assert np.abs(work({}, *overrides)).max() < 1e-7
+    result = cycled({}, *overrides, "experiment.cycles=2")
+    assert np.abs(work(result)).max() < 1e-7
 
 
 @pytest.mark.parametrize("effect", DISSIPATIVE, ids=[each.name() for each in DISSIPATIVE])
 def test_a_cycle_takes_work(effect: type[Effect]) -> None:
-    first, second = work(given(effect), *felt(effect))
+    first, second = work(dissipated(effect))
     print(f"{effect.name()}: {first:.2e} of p V in the first cycle, {second:.2e} in the second")
     assert first > 1e-5
     if effect.name() in ONCE:
@@ -68,9 +82,7 @@ def test_a_cycle_takes_work(effect: type[Effect]) -> None:
 @pytest.mark.parametrize("effect", DISSIPATIVE, ids=[each.name() for each in DISSIPATIVE])
 def test_without_a_clock_the_third_cycle_is_the_second(effect: type[Effect]) -> None:
     """Which lets a diagnosis read it there."""
-    config = trial.configured(given(effect), *CYCLES, *felt(effect), "experiment.cycles=3")
-    result = run("blocked_force", config, comm=trial.SELF)
-    assert result.failure is None
+    result = dissipated(effect)
     volume, cycle = result.column("cavity_volume_mm3"), result.column("cycle")
     off = np.abs(volume[cycle == 3] - volume[cycle == 2]).max() / np.ptp(volume)
     print(f"{effect.name()}: {off:.1e} of the volume's change")
