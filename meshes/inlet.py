@@ -9,7 +9,7 @@ from typing import Final
 import gmsh
 import numpy as np
 
-from dolfingrip.meshes.booleans import Solids, fused, less
+from dolfingrip.meshes.gmsh_model import Solids, fused, less
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, BoxSolid, CylinderSolid, Interval
 from dolfingrip.sections.making import Inlet

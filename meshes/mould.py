@@ -8,7 +8,7 @@ from typing import Final
 
 import gmsh
 
-from dolfingrip.meshes.booleans import Solids, brick, common, fused, less, tapered
+from dolfingrip.meshes.gmsh_model import Solids, brick, common, fused, less, tapered
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.geometry.boxes import Box, BoxSolid
 from dolfingrip.sections.making import Mould

@@ -12,7 +12,7 @@ from dolfingrip.cli.reference_commands import page
 from dolfingrip.experiments import recorder
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.experiments.protocol.grasping import stops
+from dolfingrip.experiments.protocol import grasp_stops
 from dolfingrip.sections.tables import assignments
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "columns.md"
@@ -46,7 +46,7 @@ def test_the_lift_of_a_grasp_is_called_so() -> None:
     asked = config.load(
         None, assignments(["experiment.max_pressure_kPa=100", "experiment.step_kPa=25"])
     )
-    found = [stop.branch for stop in stops(grasp.settings(asked))]
+    found = [stop.branch for stop in grasp_stops(grasp.settings(asked))]
     assert found == [*5 * ["loading"], "hold", *6 * ["lift"], "hold"]
 
 

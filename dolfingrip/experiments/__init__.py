@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.loop import run
-    from dolfingrip.experiments.protocol.pressurisation import pressures_kPa
+    from dolfingrip.experiments.protocol import pressures_kPa
     from dolfingrip.experiments.result import Result
 
 __all__ = ["Result", "pressures_kPa", "run"]
 
-_HOME = {"Result": "result", "pressures_kPa": "protocol.pressurisation", "run": "loop"}
+_HOME = {"Result": "result", "pressures_kPa": "protocol", "run": "loop"}
 
 
 def __getattr__(name: str) -> Any:

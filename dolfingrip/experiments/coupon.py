@@ -17,8 +17,7 @@ from dolfingrip.experiments.experiment import (
     Profile,
     Rig,
 )
-from dolfingrip.experiments.protocol import schedule
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop, cycles, given, steps
 from dolfingrip.sections.errors import ConfigError
 
 FIT: Final = "--fit FILE.csv"
@@ -54,10 +53,10 @@ class Coupon(Experiment):
         if protocol.time_s:
             if not protocol.displacement_mm:
                 raise ConfigError("protocol.displacement_mm = []: allowed: one for each time_s")
-            return schedule.given(protocol, protocol.displacement_mm)
-        strains = schedule.steps(coupon.max_strain, coupon.step_strain)
+            return given(protocol, protocol.displacement_mm)
+        strains = steps(coupon.max_strain, coupon.step_strain)
         travel = [strain * coupon.gauge_length_mm for strain in strains]
-        return schedule.cycles(travel, coupon.rate_mm_per_s, config.experiment)
+        return cycles(travel, coupon.rate_mm_per_s, config.experiment)
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         from dolfingrip.experiments.rigs.bar_rig import BarRig

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from dolfingrip.channels import PRESSURE, Channel, Part
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 
 if TYPE_CHECKING:  # what experiments receive: their modules import the solver
     from mpi4py import MPI

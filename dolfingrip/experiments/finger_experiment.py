@@ -16,8 +16,7 @@ from dolfingrip.experiments.experiment import (
     Profile,
     Readings,
 )
-from dolfingrip.experiments.protocol import pressurisation
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop, pressure_stops
 from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ class FingerExperiment(Experiment):
         self.made_for = made_for
 
     def schedule(self, config: Config) -> Sequence[Stop]:
-        return pressurisation.stops(config)
+        return pressure_stops(config)
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
         return self._rig(config, comm, profile)

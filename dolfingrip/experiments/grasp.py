@@ -23,8 +23,7 @@ from dolfingrip.experiments.experiment import (
     Rig,
 )
 from dolfingrip.experiments.finger_experiment import notes
-from dolfingrip.experiments.protocol import grasping
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop, grasp_stops
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +135,7 @@ class Grasp(Experiment):
         return config.changed(mesh=mesh, solver=solver, gravity={"acceleration_m_s2": 0.0})
 
     def schedule(self, config: Config) -> Sequence[Stop]:
-        return grasping.stops(config)
+        return grasp_stops(config)
 
     def efforts(self, config: Config) -> list[float]:
         """The steps to each reading, those of the lift and of waits by their cost."""

@@ -18,7 +18,7 @@ from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
 from dolfingrip.experiments.derivatives.sensitivities import Sensitivities
 from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.result import Result

@@ -31,7 +31,7 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.results.readings import Readings
 from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.experiments.rigs.finger import build, element_name

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE
 from dolfingrip.extensions.effect import Prior
-from dolfingrip.extensions.instrument import Instrument
+from dolfingrip.extensions.kinds import Instrument
 
 
 class AngleDefinition(Instrument):

@@ -10,8 +10,7 @@ from pydantic import Field
 
 from dolfingrip.channels import ANGLE, TIME
 from dolfingrip.extensions.effect import Prior
-from dolfingrip.extensions.first_order import lagging
-from dolfingrip.extensions.instrument import Instrument
+from dolfingrip.extensions.kinds import Instrument, lagging
 
 
 class AngleLag(Instrument):

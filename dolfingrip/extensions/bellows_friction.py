@@ -8,7 +8,8 @@ from typing import Annotated, ClassVar
 import ufl
 from pydantic import Field
 
-from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Site
+from dolfingrip.extensions.effect import Effect, Prior, Site
+from dolfingrip.sections.section import FINGERS
 
 SOURCE = "thermoplastic polyurethane, 0.3 to 1.0; printed layers: engineering guess"
 

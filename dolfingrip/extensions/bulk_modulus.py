@@ -9,7 +9,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Prior
-from dolfingrip.extensions.elastic import Elastic
+from dolfingrip.extensions.kinds import Elastic
 from dolfingrip.forms import bulk_modulus
 
 

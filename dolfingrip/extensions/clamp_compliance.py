@@ -10,7 +10,8 @@ import numpy as np
 import ufl
 from pydantic import Field
 
-from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Setup, Site
+from dolfingrip.extensions.effect import Effect, Prior, Setup, Site
+from dolfingrip.sections.section import FINGERS
 
 if TYPE_CHECKING:
     from dolfinx import fem

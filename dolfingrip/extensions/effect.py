@@ -15,7 +15,7 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
-from dolfingrip.sections.section import FINGERS, Entry, Role, Section
+from dolfingrip.sections.section import Entry, Role, Section
 
 if TYPE_CHECKING:  # what hooks receive: their modules import the solver
     from dolfingrip.extensions.site import Site
@@ -288,10 +288,3 @@ class Effect(Section):
             for prior in info.metadata
             if isinstance(prior, Prior)
         }
-
-
-class SupplyStage(Effect):
-    """The base class of effects between regulator and cavity, which are a :class:`Stage`."""
-
-    kind: ClassVar = "loading"
-    felt_by: ClassVar = FINGERS

@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Setup
+from dolfingrip.extensions.effect import Effect, Prior, Setup
+from dolfingrip.sections.section import FINGERS
 
 
 class GravityPitch(Effect):

@@ -20,9 +20,7 @@ from dolfingrip.sections.section import Role, Section
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
-SHARED = (
-    "dimension", "effect", "elastic", "first_order", "index", "instrument", "site", "supply"
-)  # fmt: skip
+SHARED = ("effect", "index", "kinds", "site", "supply")
 """Files that effects share. Each other file of this folder holds one effect."""
 
 

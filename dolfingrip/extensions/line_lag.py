@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Flow, Prior, SupplyStage
-from dolfingrip.extensions.first_order import lagging
+from dolfingrip.extensions.effect import Flow, Prior
+from dolfingrip.extensions.kinds import SupplyStage, lagging
 
 
 class LineLag(SupplyStage):

@@ -6,7 +6,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Flow, Prior, SupplyStage
+from dolfingrip.extensions.effect import Flow, Prior
+from dolfingrip.extensions.kinds import SupplyStage
 
 
 class PressureGain(SupplyStage):

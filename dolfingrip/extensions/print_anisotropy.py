@@ -10,7 +10,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Prior
-from dolfingrip.extensions.elastic import Elastic
+from dolfingrip.extensions.kinds import Elastic
 from dolfingrip.forms import transverse_isotropy
 
 

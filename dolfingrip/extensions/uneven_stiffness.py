@@ -11,7 +11,8 @@ import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Setup, Site
+from dolfingrip.extensions.effect import Effect, Prior, Setup, Site
+from dolfingrip.sections.section import FINGERS
 
 Mode = Annotated[float, Prior(0.0, 0.15, "engineering guess: a quarter, up to a half, in a place")]
 SHOWN = 0.5

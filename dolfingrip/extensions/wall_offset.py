@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.dimension import DimensionOffset
 from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.kinds import DimensionOffset
 
 
 class WallOffset(DimensionOffset):

@@ -14,7 +14,7 @@ from typing import Any
 
 from dolfingrip.jobs import connections, slurm
 from dolfingrip.jobs.interrupts import interrupts_answered_by
-from dolfingrip.jobs.policy import WorkerPolicy
+from dolfingrip.jobs.job import WorkerPolicy
 from dolfingrip.sections.errors import ConfigError
 
 _EVERYWHERE: dict[str, Any] = {

@@ -11,7 +11,7 @@ from typing import Any
 
 from distributed import Nanny, Status
 
-from dolfingrip.jobs.policy import WorkerPolicy
+from dolfingrip.jobs.job import WorkerPolicy
 
 
 class WorkerSupervisor(Nanny):

@@ -20,8 +20,7 @@ from typing import Any
 
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.interrupts import interrupt_behind
-from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Answer, Job, JobFailure
-from dolfingrip.jobs.policy import WorkerPolicy
+from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Answer, Job, JobFailure, WorkerPolicy
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.sections.errors import ConfigError, MachineError
 

@@ -1,8 +1,7 @@
 """The numbers of a configuration that can change."""
 
-from dolfingrip.parameter.moduli import moduli, scaled
 from dolfingrip.parameter.parameter import Parameter
-from dolfingrip.parameter.search import bounds_of, check, every, find, named
+from dolfingrip.parameter.search import bounds_of, check, every, find, moduli, named, scaled
 from dolfingrip.sections.section import Entry
 
 __all__ = [

@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from dolfingrip.config import Change, Config
-from dolfingrip.parameter.moduli import moduli
-from dolfingrip.parameter.search import find
+from dolfingrip.parameter.search import find, moduli
 from dolfingrip.sections.geometry.index import TABLES
 
 NUISANCES: Final[Mapping[str, tuple[float, str]]] = {

@@ -1,7 +1,13 @@
 """The parameters of a configuration: all of them, or one by its key.
 
 ``--set``, designs, derivatives and diagnoses all use these objects and find them by the same keys:
-``material.mu_MPa``, ``finger.wall_mm``, ``extensions.prony.g[0]``.
+``material.mu_MPa``, ``finger.wall_mm``, ``extensions.prony.g[0]``. Pressures at equal angles, and
+forces, are proportional to the moduli:
+
+>>> moduli(Config())
+{'material.mu_MPa': 2.93}
+>>> scaled(Config(), 2.0)
+{'material.mu_MPa': 5.86}
 """
 
 from __future__ import annotations
@@ -19,7 +25,7 @@ from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter.parameter import Parameter
 from dolfingrip.sections import errors
 from dolfingrip.sections.errors import bare
-from dolfingrip.sections.section import Entry, Section
+from dolfingrip.sections.section import Entry, Role, Section
 from dolfingrip.sections.units import unit
 
 PRINTED_MPa: Final = 2.93
@@ -216,3 +222,38 @@ def _bounds(metadata: Sequence[Any]) -> tuple[float, float]:
         return [float(limit) for limit in found if limit is not None]
 
     return max(limits("gt", "ge"), default=-math.inf), min(limits("lt", "le"), default=math.inf)
+
+
+Modulus = float | tuple[float, ...]
+
+
+def moduli(config: Config) -> dict[str, Modulus]:
+    """Return moduli by key (MPa; N/mm of films): of the material, of regions and of films.
+
+    A bulk modulus is among them if it is given. Moduli of effects and contacts are not.
+
+    Args:
+        config: of the finger, or of a coupon.
+    """
+    bodies = {name: each for name, each in config.tables.items() if each.role is Role.BODY}
+    inner = {f"{n}.{key}": t for n, each in bodies.items() for key, t in each.inner.items()}
+    return {
+        f"{path}.{key}": value
+        for path, table in (bodies | inner).items()
+        for key in type(table).model_fields
+        if table.is_modulus(key) and table.movable(key)
+        if (value := getattr(table, key)) not in (None, (), 0.0)
+    }
+
+
+def scaled(config: Config, factor: float) -> Change:
+    """Return the change that makes all moduli ``factor`` times as large.
+
+    Args:
+        config: whose moduli they are.
+        factor: above 0.
+    """
+    return {
+        key: [factor * each for each in value] if isinstance(value, tuple) else factor * value
+        for key, value in moduli(config).items()
+    }

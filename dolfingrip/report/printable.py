@@ -21,10 +21,9 @@ from dolfingrip.meshes.adoption.facets import outward, triangulated
 from dolfingrip.meshes.adoption.policy import SizePolicy
 from dolfingrip.meshes.adoption.sound import Thinnest, check_watertight, place, thinnest
 from dolfingrip.meshes.adoption.surface import Faces
-from dolfingrip.meshes.booleans import Solids, volume_mm3
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.dimensions import own
-from dolfingrip.meshes.gmsh_model import session
+from dolfingrip.meshes.gmsh_model import Solids, session, volume_mm3
 from dolfingrip.meshes.inlet import with_inlets
 from dolfingrip.meshes.mould import add_mould
 from dolfingrip.meshes.solid_model import add_finger, add_solid

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from dolfingrip.channels import DISPLACEMENT, NOMINAL_STRAIN, NOMINAL_STRESS
 from dolfingrip.config import Config
 from dolfingrip.experiments.experiment import Curve, Experiment, Option, Plot
-from dolfingrip.experiments.protocol import schedule
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop, cycles
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -39,7 +38,7 @@ class Stretch(Experiment):
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         travel = [0.0, 0.1 * config.coupon.gauge_length_mm]
-        return schedule.cycles(travel, config.coupon.rate_mm_per_s, config.experiment)
+        return cycles(travel, config.coupon.rate_mm_per_s, config.experiment)
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         from dolfingrip.experiments.rigs.bar_rig import BarRig

@@ -18,7 +18,7 @@ from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs.cluster import Where, connected
-from dolfingrip.jobs.policy import WorkerPolicy
+from dolfingrip.jobs.job import WorkerPolicy
 from dolfingrip.jobs.pool import SchedulerGone
 from dolfingrip.jobs.run import Standing
 from dolfingrip.jobs.spool import Spool

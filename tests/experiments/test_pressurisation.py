@@ -6,7 +6,7 @@ import pytest
 from support import small
 
 from dolfingrip.experiments import pressures_kPa, run
-from dolfingrip.experiments.protocol.pressurisation import advice, stops, stops_by_volume
+from dolfingrip.experiments.protocol import advice, pressure_stops, stops_by_volume
 
 
 def test_pressures() -> None:
@@ -15,7 +15,7 @@ def test_pressures() -> None:
         "experiment.max_pressure_kPa=50", "experiment.step_kPa=20", "experiment.unload=true"
     )
     assert pressures_kPa(config) == [0, 20, 40, 50, 40, 20, 0]
-    assert [stop.branch for stop in stops(config)] == 4 * ["loading"] + 3 * ["unloading"]
+    assert [stop.branch for stop in pressure_stops(config)] == 4 * ["loading"] + 3 * ["unloading"]
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from dolfingrip import config as configuration
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import pressures_kPa, run
 from dolfingrip.experiments.index import find
-from dolfingrip.experiments.protocol.pressurisation import stops
+from dolfingrip.experiments.protocol import pressure_stops
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.finger_rig import FingerRig
 from dolfingrip.mechanics.contact.barrier import BarrierContact
@@ -151,11 +151,11 @@ def test_stops_go_to_suction_first() -> None:
     config = small.short(*asked, "experiment.max_pressure_kPa=100", "experiment.cycles=2")
     once = [-50, -60, -50, 0, 50, 100, 50, 0]
     assert pressures_kPa(config) == [0, *once, *once]
-    branches = [stop.branch for stop in stops(config)]
+    branches = [stop.branch for stop in pressure_stops(config)]
     assert branches[1:9] == [
         *2 * ["unloading"], *4 * ["loading"], *2 * ["unloading"],
     ]  # fmt: skip
-    times = np.diff([stop.time_s for stop in stops(config)])
+    times = np.diff([stop.time_s for stop in pressure_stops(config)])
     rate = config.experiment.rate_kPa_per_s
     assert times == pytest.approx(np.abs(np.diff(pressures_kPa(config))) / rate)
     assert pressures_kPa(small.short("experiment.max_pressure_kPa=-40")) == [0, -25, -40]

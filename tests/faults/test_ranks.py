@@ -15,7 +15,7 @@ from support.this_process import ThisProcess
 
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import simulate
-from dolfingrip.jobs.policy import WorkerPolicy
+from dolfingrip.jobs.job import WorkerPolicy
 from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.jobs.store import Store
 

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from support import small, taylor
 
 from dolfingrip import config
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs import bar_rig
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.observation import Observation

@@ -19,7 +19,7 @@ from dolfingrip.channels import CAVITY_VOLUME, CURVE_PARTS, PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.finger_experiment import FingerExperiment
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.finger_rig import FingerRig
 from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, load

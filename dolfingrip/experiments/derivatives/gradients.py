@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, chosen
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.results.sensitivity_table import COLUMNS
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.perturbation import velocities

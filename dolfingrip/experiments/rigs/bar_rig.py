@@ -14,7 +14,7 @@ from petsc4py import PETSc
 
 from dolfingrip.channels import DISPLACEMENT, FORCE, NOMINAL_STRAIN, NOMINAL_STRESS, TIME
 from dolfingrip.config import Config, Solver
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, of_constants
@@ -29,9 +29,8 @@ from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.integrals import Reaction
-from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
-from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.reading import Reading, of_model
 from dolfingrip.parameter import Parameter
 
 CLAMPED_CELLS = 2

@@ -10,9 +10,8 @@ from mpi4py import MPI
 
 from dolfingrip.channels import AMBIENT_KPA, supply_of
 from dolfingrip.config import Config
-from dolfingrip.experiments import ballooning
-from dolfingrip.experiments.protocol import pressurisation
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments import ballooning, protocol
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
@@ -144,7 +143,7 @@ class FingerRig(Rig):
             return ()
         finger = self._finger
         growth = self._volume_mm3() / self._rest_mm3 - 1
-        found = pressurisation.stops_by_volume(self._config, growth, finger.model.time_s)
+        found = protocol.stops_by_volume(self._config, growth, finger.model.time_s)
         if found:
             finger.control_volume()
             self.newton = self.newton.of(finger.model)
@@ -162,7 +161,7 @@ class FingerRig(Rig):
         if not self._by_pressure or failure.kind in (FailureKind.TIME_LIMIT, FailureKind.CONTACT):
             return ""
         automatic = self._config.experiment.control == "auto"
-        said = pressurisation.advice(self._config, self._volume_mm3() / self._rest_mm3)
+        said = protocol.advice(self._config, self._volume_mm3() / self._rest_mm3)
         if automatic or failure.kind is FailureKind.LIMIT_POINT:
             return said
         found = ballooning.forecast(self._config)

@@ -9,12 +9,12 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.protocol.grasping import (
+from dolfingrip.experiments.protocol import (
+    Stop,
     closing_starts_s,
     lift_starts_s,
     table_z_mm,
 )
-from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.results.outcome import Ring, decided, judge
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
 from dolfingrip.experiments.rigs.gripper import GraspSolution, GripperModel, build_gripper

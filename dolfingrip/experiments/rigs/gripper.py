@@ -12,7 +12,7 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.protocol.grasping import table_z_mm
+from dolfingrip.experiments.protocol import table_z_mm
 from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.grasped import SIDEWAYS, GraspedBody, grasped, halved

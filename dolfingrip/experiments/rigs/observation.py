@@ -28,11 +28,10 @@ from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.line import of_line
 from dolfingrip.mechanics.readings.obstacle import on_obstacle
-from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.peak_stretch import LargestStretch
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGapReading
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
-from dolfingrip.mechanics.readings.reading import FromRest, Reading
+from dolfingrip.mechanics.readings.reading import FromRest, Reading, of_model
 from dolfingrip.mechanics.readings.rotation import TipRotation
 from dolfingrip.mechanics.readings.tip import ChordAngle, FaceAngle, TipDisplacement
 from dolfingrip.mechanics.readings.turning import Turning

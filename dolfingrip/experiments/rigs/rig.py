@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
 from dolfingrip.files.run import PlatePose

@@ -1,16 +1,21 @@
-"""Readings of a model at its present state."""
+"""Readings of a model at its present state, and those that are found by their channels.
+
+Some count from the state at rest.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, cast
 
 import numpy as np
 
+from dolfingrip.channels import Part, read_of
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
+from dolfingrip.sections.lookup import only_class
 
 
 class NotDifferentiable(Exception):
@@ -105,3 +110,22 @@ class FromRest(Reading):
 
     def add_shape_gradient(self, found: ShapeGradient) -> None:
         self.raw.add_shape_gradient(found)
+
+
+def of_model(model: Model, *parts: Part) -> list[Reading]:
+    """Readings that need the model alone.
+
+    Args:
+        model: model that is read.
+        parts: parts of a set-up whose channels are read.
+
+    Returns:
+        One reading for each of these channels that names a file of this package.
+    """
+    found = []
+    for channel in read_of(*parts):
+        if channel.reading:
+            kind = only_class(f"dolfingrip.mechanics.readings.{channel.reading}", Reading)
+            reading = cast(Callable[[Model], Reading], kind)(model)
+            found.append(FromRest(reading) if channel.from_rest else reading)
+    return found

@@ -1,1 +1,0 @@
-"""The stops of an experiment: at which times the control has which values."""

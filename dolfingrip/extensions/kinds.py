@@ -1,0 +1,119 @@
+"""The base classes of effects: elastic ones, dimensions, stages of the supply, instruments.
+
+Stages and instruments may lag behind by a first-order filter, which starts at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from ufl.core.expr import Expr
+
+from dolfingrip.channels import Channel
+from dolfingrip.extensions.effect import Effect, Setup, Site, StrainEnergy
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.section import FINGERS
+
+
+class Elastic(Effect):
+    """An effect whose energy is added to the base model's; it has no memory."""
+
+    kind: ClassVar = "elastic"
+
+    def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
+        """Return the energy per reference volume (mJ/mm³).
+
+        Args:
+            strain: Green–Lagrange strain, (3, 3).
+            mu: shear modulus of the base material (MPa).
+            c: the effect's parameters by key, as constants of the form.
+        """
+        raise NotImplementedError
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        c = {key: site.constant(self, key) for key in type(self).model_fields}
+        return lambda strain: base(strain) + self.added(strain, site.mu, c)
+
+
+class DimensionOffset(Effect):
+    """An effect that adds an offset to one dimension of the finger, which is then meshed anew.
+
+    Attributes:
+        dimension: key of the dimension in the table of the geometry.
+        offset_mm: length that is added to the dimension (mm).
+    """
+
+    kind: ClassVar = "geometry"
+    felt_by: ClassVar = FINGERS
+    either: ClassVar = "thicker or thinner"
+    dimension: ClassVar[str]
+    offset_mm: float
+
+    def adapt[S: Setup](self, config: S) -> S:
+        """``config`` with the printed dimension.
+
+        Raises:
+            ConfigError: one line, if the finger is a mesh file, which has no dimensions.
+        """
+        table, allowed = config.geometry_table, ""
+        if config.mesh.file is not None:
+            allowed = f"from dimensions only; mesh.file has its {self.dimension}"
+        elif not hasattr(config.geometry, self.dimension):
+            allowed = f"that has a {self.dimension}, which [{table}] has not"
+        if allowed:
+            key = f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}"
+            raise ConfigError(f"{key}: allowed: with a finger {allowed}")
+        return config.changed(**{table: config.geometry.offset(self.dimension, self.offset_mm)})
+
+
+class SupplyStage(Effect):
+    """The base class of effects between regulator and cavity, which are a :class:`Stage`."""
+
+    kind: ClassVar = "loading"
+    felt_by: ClassVar = FINGERS
+
+
+class Instrument(Effect):
+    """An effect that changes one channel and nothing else.
+
+    Attributes:
+        channel: what it displays.
+    """
+
+    kind: ClassVar = "measurement"
+    channel: ClassVar[Channel]
+
+    def displayed(self, true: Mapping[str, np.ndarray]) -> np.ndarray:
+        """The values that the instrument displays, (rows,), in the channel's unit.
+
+        Args:
+            true: readings of a run so far, by column, (rows,) each in the order of time.
+        """
+        raise NotImplementedError
+
+    def reading(self, true: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        # a free finger's row has no force, and a coupon's row has no angle
+        name = self.channel.name
+        return {name: self.displayed(true)} if name in true else {}
+
+
+def lagging(tau_s: float, step_s: float, before: float, now: float, behind: float) -> float:
+    """Return the outlet y of τ dy/dt = x − y as a step ends, exact for an x that is linear in it.
+
+    y = x − Δx (1 − exp(−t))/t + (y₀ − x₀) exp(−t), t = Δt/τ. As τ goes to 0, y goes to
+    x − τ dx/dt. In a step of no duration y stays, and with τ = 0 it is x.
+
+    Args:
+        tau_s: time constant τ.
+        step_s: length of the step, 0 at rest.
+        before: x₀, as the step starts.
+        now: x, as it ends.
+        behind: y₀, as the step starts.
+    """
+    t = step_s / tau_s if tau_s > 0 else math.inf
+    # expm1 keeps the digits in a step much shorter than τ; in a step of no duration it is 0/0
+    mean = -math.expm1(-t) / t if t > 0 else 1.0
+    return now - (now - before) * mean + (behind - before) * math.exp(-t)
