@@ -105,7 +105,7 @@ def _outcome_of(
         readings=len(found.analysis.problem.value),
         verdict=outcome.Verdict(
             answer=decision.answer, effects=decision.first, second=decision.second,
-            probability=float(np.clip(decision.probability, 0, 1)),
+            probability=found.probability, claimed=found.claimed,
             takes_part=float(np.clip(held(decision.subsets, decision.first), 0, 1)),
             unexplained=float(np.clip(decision.unexplained, 0, 1)), sentence=answer_sentence(found),
         ),

@@ -31,6 +31,7 @@ class Verdict(Part):
     )
     second: tuple[str, ...] = Field((), description="effects of a second cause")
     probability: float = Field(description="that the answer is right")
+    claimed: bool = Field(True, description="whether that is enough to claim it")
     takes_part: float = Field(
         description="that one of the class takes part, alone, with another cause or an unknown one"
     )
@@ -137,6 +138,12 @@ class NextExperiment(Part):
     gain_per_minute: float = Field(description="up to what decides, by the minute")
     chance: float = Field(ge=0, le=1, description="that the true one of them is left alone")
     excludes: tuple[str, ...] = Field((), description="what it refutes if the leading one is true")
+    shows: tuple[str, ...] = Field((), description="what refutes the leading one if it is true")
+
+    @property
+    def tells(self) -> tuple[str, ...]:
+        """Causes that it tells from the leading one, whichever of both is true."""
+        return tuple(dict.fromkeys(filter(None, (*self.excludes, *self.shows))))
 
     @computed_field(description="whether it is expected to leave the true one alone")  # type: ignore[prop-decorator]
     @property

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -34,6 +34,7 @@ from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import NextExperiment
 
 
@@ -46,6 +47,7 @@ class Rival:
         readings, slopes: of a measurement, shapes (n,) and (n, d).
         acting: its causes, whose numbers come last.
         own: number of the model's own numbers, which come first.
+        change: of the first readings by its causes, shape (m,); none where empty.
     """
 
     zeta: np.ndarray
@@ -53,6 +55,7 @@ class Rival:
     slopes: np.ndarray
     acting: frozenset[str] = frozenset()
     own: int = 0
+    change: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,8 @@ class Expected:
 def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
     """The largest change by a hypothesis' causes that readings leave open, standard deviations.
 
+    That of numbers which are known, such as gravity's, is left whatever is read.
+
     Args:
         rival: the hypothesis.
         factor: Cholesky factor of the readings' covariance, shape (n, n).
@@ -110,7 +115,12 @@ def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
     white = solve_triangular(factor, rival.slopes, lower=True)
     open_to = np.linalg.inv(white.T @ white + np.eye(white.shape[1]))[rival.own :, rival.own :]
     own = rival.slopes[: len(noise), rival.own :] / noise[:, None]
-    return float(np.sqrt(np.linalg.eigvals(open_to @ own.T @ own).real.max(initial=0.0)))
+    change = rival.change / noise[: len(rival.change)]
+    followed = own[: len(change)]
+    inner = followed.T @ followed + np.eye(followed.shape[1])
+    known = change - followed @ np.linalg.solve(inner, followed.T @ change)
+    most = float(np.linalg.eigvals(open_to @ own.T @ own).real.max(initial=0.0))
+    return float(np.sqrt(most + known @ known))
 
 
 def told_apart(
@@ -217,11 +227,12 @@ class Comparison:
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
             gain_per_minute=float((weights * useful).sum() / addition.minutes),
             chance=chance_alone(self.probability, apart),
-            excludes=tuple(
-                " with ".join(sorted(self.here[j].acting))
-                for j in np.flatnonzero(apart[0] & ~self.apart[0])
-            ),
+            excludes=self._names(apart[0] & ~self.apart[0]),
+            shows=self._names(apart[:, 0] & ~self.apart[:, 0]),
         )  # fmt: skip
+
+    def _names(self, which: np.ndarray) -> tuple[str, ...]:
+        return tuple(" with ".join(sorted(self.here[j].acting)) for j in np.flatnonzero(which))
 
 
 def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, MapFit]]:
@@ -276,3 +287,12 @@ def shows_memory(*measurements: Measurement) -> bool:
             if rate is not None:
                 rates[test.experiment].append(rate)
     return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())
+
+
+def remembers_state(name: str) -> bool:
+    """Tell whether a cause is an effect whose material remembers.
+
+    Args:
+        name: of the cause.
+    """
+    return name in NAMES and effect(name).kind == "dissipative"

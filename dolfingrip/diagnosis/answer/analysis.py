@@ -12,7 +12,8 @@ import scipy.linalg
 
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.answer.errors import Errors, Simulation
+from dolfingrip.diagnosis.additions.worth import remembers_state, shows_memory
+from dolfingrip.diagnosis.answer.errors import Errors, Simulation, smooth_curves
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import ModelPosterior
@@ -75,6 +76,16 @@ class Analysis[S: Simulation](ABC):
     def mesh_errors(self) -> dict[str, float]:
         """Root mean square of what the mesh gets wrong, by channel; empty where it is not known."""
         return {}
+
+    def judged_by_shape(self) -> Self:
+        """With curves that causes with memory have to do better than, where none shows itself."""
+        if shows_memory(self.measurement):
+            return self
+        problem = replace(
+            self.problem, remembering=frozenset(filter(remembers_state, self.causes)),
+            curves=smooth_curves(self.errors.along),
+        )  # fmt: skip
+        return replace(self, problem=problem)
 
     # -- a fit as a configuration -----------------------------------------------------------------
 

@@ -19,7 +19,12 @@ from dolfingrip.diagnosis.answer.hiding import (
     hidden_effects,
     in_words,
 )
-from dolfingrip.diagnosis.core.decision import Decision, Sensitivity, sensitivity
+from dolfingrip.diagnosis.core.decision import (
+    Decision,
+    Sensitivity,
+    nothing_visible,
+    sensitivity,
+)
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
@@ -203,9 +208,42 @@ class Diagnosis:
             return ()
         return alternatives(self.analysis, self.posterior)
 
+    @cached_property
+    def probability(self) -> float:
+        """Of the answer; that nothing acts is no more probable than what may hide leaves it."""
+        sure = self.decision.probability
+        if self.decision.answer == "none":
+            names = {name for each in self.alternatives for name in each.fit.subset}
+            sure -= sum(
+                p for p, fit in self.posterior.weighed
+                if nothing_visible(fit) and not names.isdisjoint(fit.subset)
+            )  # fmt: skip
+        return float(np.clip(sure, 0.0, 1.0))
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the answer is sure enough to be told as one."""
+        return self.probability >= POLICY.claimed
+
+    @property
+    def open_names(self) -> list[str]:
+        """Causes that may act where none is named, the likeliest first.
+
+        They are those that the readings do not exclude, and those that may be seen.
+        """
+        if self.decision.answer != "none":
+            return []
+        names = [each.fit.subset[0] for each in self.alternatives]
+        likely = sorted(self.decision.inclusion.items(), key=lambda each: -each[1])
+        own = self.posterior.problem.implausible
+        seen = [n for n, p in likely if p >= POLICY.verified and n not in own and n not in names]
+        return [*names, *seen]
+
     def hidden(self) -> str:
         """Effects that the readings do not show at their ordinary strength, in words."""
-        return in_words(hidden_effects(self.analysis, self.none))
+        told = {*self.decision.first, *self.decision.second}
+        hidden = hidden_effects(self.analysis, self.none)
+        return in_words([each for each in hidden if each.name not in told])
 
     @property
     def finer(self) -> str:
@@ -289,7 +327,7 @@ def diagnosed(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say("comparing all causes, alone and in pairs")
-    rng = np.random.default_rng(0)
+    rng, analysis = np.random.default_rng(0), analysis.judged_by_shape()
     posterior, left = search(analysis.problem, rng, sample=not analysis.closed_form), 0.0
     if not quick or analysis.closed_form:
         analysis, posterior, left = analysis.verified(posterior, say)

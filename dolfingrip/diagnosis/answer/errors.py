@@ -234,6 +234,16 @@ def _matern(t: np.ndarray) -> np.ndarray:
     return (1 + t) * np.exp(-t)
 
 
+def smooth_curves(along: Along) -> np.ndarray:
+    """Columns of any smooth curve of the load in each channel, as free as its size, (n, k)."""
+    columns = []
+    for block in np.unique(along.block):
+        own = along.block == block
+        shapes = np.polynomial.chebyshev.chebvander(2 * along.load - 1, POLICY.smooth - 1)
+        columns.append((own * along.load * along.size)[:, None] * shapes)
+    return np.hstack(columns)
+
+
 def path_of(load: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """s of one run's rows in the order of time, shape (rows,)."""
     moved = np.abs(np.diff(load, prepend=0.0))

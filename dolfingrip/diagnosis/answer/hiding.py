@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,11 +39,13 @@ class Alternative:
         fit: the hypothesis.
         factor: its evidence by that of none.
         behind: numbers that take its change over.
+        stronger: the same where its cause does one standard deviation more.
     """
 
     fit: MapFit
     factor: float
     behind: tuple[str, ...]
+    stronger: MapFit
 
 
 def hidden_effects(analysis: Analysis, none: MapFit) -> list[HiddenEffect]:
@@ -103,24 +105,29 @@ def alternatives(analysis: Analysis, posterior: ModelPosterior) -> list[Alternat
         own = problem.nuisance_count
         seen = Visibility(problem, fit.zeta[:own])
         change = problem.predicted(subset, fit.zeta) - problem.predicted(NONE, seen.at)
-        alone, behind = _taken(analysis, seen, change + _room(analysis, fit, change))
+        more = _room(analysis, fit, change)
+        more_of_readings = problem.slopes(subset, fit.zeta)[:, own:] @ more[own:]
+        alone, behind = _taken(analysis, seen, change + more_of_readings)
         if alone >= POLICY.implausible_sigma:
-            found.append(Alternative(fit, factor, behind))
+            box = np.vstack([problem.baseline_box, problem.box(subset)])
+            stronger = replace(fit, zeta=np.clip(fit.zeta + more, *box.T))
+            found.append(Alternative(fit, factor, behind, stronger))
     return sorted(found, key=lambda each: -each.factor)
 
 
 def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
-    """(n,) the largest further change by a fit's causes, one standard deviation of their numbers.
+    """(d,) the step of ζ that changes most by a fit's causes, one standard deviation of these.
 
-    Its sign is that of the change so far, (n,).
+    Its sign is that of the change so far, (n,); the model's own numbers follow.
     """
     own = analysis.problem.nuisance_count
     slopes = analysis.problem.slopes(fit.subset, fit.zeta)[:, own:]
-    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian)[own:, own:])
+    covariance = np.linalg.inv(fit.hessian)
+    lower = np.linalg.cholesky(covariance[own:, own:])
     white = slopes @ lower / analysis.errors.noise[:, None]
     way = np.linalg.svd(white, full_matrices=False)[2][0]
-    more = slopes @ lower @ way
-    return np.asarray(more if more @ change >= 0 else -more)
+    step = covariance[:, own:] @ np.linalg.solve(lower.T, way)
+    return np.asarray(step if (slopes @ lower @ way) @ change >= 0 else -step)
 
 
 def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:

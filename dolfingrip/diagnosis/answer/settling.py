@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.checks import GAP_OFFSET, INSTRUMENTS, NumberCheck, checks
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
-from dolfingrip.diagnosis.additions.worth import Comparison, Rival, chance_alone, shows_memory, tied
+from dolfingrip.diagnosis.additions.worth import (
+    Comparison,
+    Rival,
+    chance_alone,
+    remembers_state,
+    shows_memory,
+    tied,
+)
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.problem import Subset
+from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import wall
-from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import NextExperiment
 from dolfingrip.parameter.nuisances import GAIN, OFFSET, WALL
 
@@ -53,9 +60,7 @@ def settled_by(
     )  # fmt: skip
     weighed = [_checked(analysis, comparison, each, fits) for each in _checks(analysis)]
     now = chance_alone(comparison.probability, comparison.apart)
-    helpful = [
-        each for each in weighed if each is not None and (each.chance > now or each.excludes)
-    ]
+    helpful = [each for each in weighed if each is not None and (each.chance > now or each.tells)]
     failed: list[str] = []
     for proposal in proposals(analysis.measurement, found.config) if simulating else ():
         say(f"next experiment: {proposal.name}")
@@ -72,7 +77,7 @@ def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
     if decision.answer == "cause":
         return tied(posterior, decision)
     if decision.answer == "none":
-        rest = [(each.factor, each.fit) for each in found.alternatives]
+        rest = [(each.factor, each.stronger) for each in found.alternatives]
         return [(1.0, found.none), *rest]
     total: dict[Subset, float] = defaultdict(float)
     for p, fit in posterior.weighed:
@@ -84,8 +89,9 @@ def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
 
 def _rival(analysis: Analysis, fit: MapFit, readings: np.ndarray, slopes: np.ndarray) -> Rival:
     problem = analysis.problem
-    acting = frozenset(problem.causes(fit.subset))
-    return Rival(fit.zeta, readings, slopes, acting, problem.nuisance_count)
+    acting, own = frozenset(problem.causes(fit.subset)), problem.nuisance_count
+    change = problem.predicted(fit.subset, fit.zeta) - problem.predicted(NONE, fit.zeta[:own])
+    return Rival(fit.zeta, readings, slopes, acting, own, change)
 
 
 def _tested(
@@ -106,15 +112,6 @@ def _tested(
     unseen = (remembers[:, None] != remembers) & (not seen)
     own = comparison.errors(proposal, after[0].readings) + shared
     return comparison.worth(proposal, after, own, cross, unseen)
-
-
-def remembers_state(name: str) -> bool:
-    """Tell whether a cause is an effect whose material remembers.
-
-    Args:
-        name: of the cause.
-    """
-    return name in NAMES and effect(name).kind == "dissipative"
 
 
 def _checks(analysis: Analysis) -> Sequence[NumberCheck]:
@@ -167,11 +164,12 @@ def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival
     return _rival(analysis, fit, readings, slopes)
 
 
-def advice(found: Diagnosis) -> str:
+def advice(found: Diagnosis, told: Collection[str] = ()) -> str:
     """Advise what to do next where nothing that was weighed helps.
 
     Args:
         found: the diagnosis.
+        told: causes that something which was weighed tells.
     """
     decision, analysis = found.decision, found.analysis
     coupons = analysis.closed_form
@@ -180,13 +178,17 @@ def advice(found: Diagnosis) -> str:
             return "a coupon, up and down at two rates: it would tell memory from elasticity"
         return "another channel, unloading, or a coupon: they would tell what kind it is of"
     if decision.answer == "none":
+        if names := [each for each in found.open_names if each not in told]:
+            what = "the coupon up and down, or the finger" if coupons else "a coupon"
+            return f"{what}, or another channel: it may tell whether {' or '.join(names)} acts"
         if coupons:
             return "measure the finger: the coupons agree with the model"
-        if names := [each.fit.subset[0] for each in found.alternatives]:
-            return f"a coupon, or another channel: either may tell whether {', '.join(names)} acts"
         return "nothing: the readings agree with the model within their noise"
-    if len(decision.first) > 1 and not coupons:
-        tied_ = ", ".join(decision.first)
+    if decision.by_shape and not coupons:
+        return "unloading, a wait at the highest pressure, or a slow cycle: each shows memory alone"
+    others = [name for name, p in decision.inclusion.items() if p >= POLICY.verified]
+    if not coupons and (len(decision.first) > 1 or not found.claimed):
+        tied_ = ", ".join(dict.fromkeys([*decision.first, *decision.second, *others]))
         return f"measure one of these by itself: {tied_}; the readings do not tell them apart"
     if not coupons:
         return "nothing is needed: no other cause is nearly as probable as what is named"

@@ -144,7 +144,7 @@ def _setup_estimate(each: SetupEstimate) -> str:
 
 def _survives(found: Diagnosis) -> str:
     """Tell whether the answer stays under other priors."""
-    if found.decision.probability < POLICY.likelier:
+    if not found.claimed:
         return ""
     low, *_, high = sorted(POLICY.widths)
     if lost := found.sensitivity.lost:
@@ -159,19 +159,21 @@ def answer_sentence(found: Diagnosis) -> str:
         found: the diagnosis.
     """
     decision, problem = found.decision, found.analysis.problem
-    sure = chance(decision.probability)
-    if decision.answer == "none" and decision.probability >= POLICY.likelier:
-        return f"Nothing else is to be seen: probability {sure}.{_untold(found)}"
+    sure = chance(found.probability)
+    if decision.answer == "none":
+        if found.claimed:
+            return f"Nothing else is to be seen: probability {sure}.{_untold(found)}"
+        return (
+            "It cannot be told whether anything else is off: that nothing is has probability "
+            f"{sure}.{_untold(found)}"
+        )
     if decision.answer != "cause" and decision.probability < POLICY.likelier:
-        if decision.none >= 1 - POLICY.claimed:
-            return (
-                "No cause can be claimed: the readings hardly tell whether anything else is off. "
-                f"That nothing is has probability {chance(decision.none)}.{_untold(found)}"
-            )
-        near = sorted(decision.inclusion, key=lambda name: -decision.inclusion[name])
+        likely = [name for name, p in decision.inclusion.items() if p >= POLICY.joint]
+        near = sorted(likely, key=lambda name: -decision.inclusion[name])[: PAGE.in_words]
         return (
             "No cause can be claimed, though something is off with probability "
-            f"{chance(1 - decision.none)}: nearest come {_one_of(found, near[: PAGE.in_words])}."
+            f"{chance(1 - decision.none)}{': nearest come ' if near else ''}"
+            f"{_one_of(found, near) if near else ''}."
         )
     if decision.answer == "unknown":
         sentence = f"Something is off that no effect of the catalogue explains: probability {sure}."
@@ -190,6 +192,11 @@ def answer_sentence(found: Diagnosis) -> str:
     if decision.nuisance_only and own and decision.probability >= POLICY.likelier:
         return f"Nothing else is off: {_one_of(found, decision.first)}; probability {sure}."
     sentence = _one_of(found, decision.first)
+    if decision.by_shape:
+        sentence += (
+            ", or an elastic law that the catalogue lacks, as a smooth elastic curve follows "
+            "readings of one loading at one rate as well"
+        )
     told = {*decision.first, *decision.second}
     if decision.second:
         sentence += f", together with {_one_of(found, decision.second)}"
@@ -201,7 +208,8 @@ def answer_sentence(found: Diagnosis) -> str:
     least = found.sensitivity.least
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
     share = "all" if explained > 99.95 else f"{explained:.3g} %"
-    named = "The cause of the rest" if decision.probability >= POLICY.likelier else "Nearest comes"
+    likelier = decision.probability >= POLICY.likelier and not decision.by_shape
+    named = "The cause of the rest" if likelier else "Nearest comes"
     explains = f"It explains {share} of what the model misses.{_of_both(decision.first)}"
     return f"{named}: {sentence}; probability {sure}{doubt}. {explains}"
 
@@ -216,14 +224,14 @@ def _of_both(names: Sequence[str]) -> str:
 
 def _untold(found: Diagnosis) -> str:
     """Tell which causes are not excluded where none is named, and what they hide behind."""
-    if not found.alternatives:
+    names = found.open_names
+    if not names:
         return ""
-    names = [each.fit.subset[0] for each in found.alternatives]
     behind = dict.fromkeys(number for each in found.alternatives for number in each.behind)
     hiding = f", hidden behind {' and '.join(behind)}" if behind else ""
     more = len(names) - PAGE.in_a_cell
     told = ", ".join(names[: PAGE.in_a_cell]) + (f" or one of {more} more" if more > 0 else "")
-    return f" It cannot be told whether something acts{hiding}: {told}."
+    return f" One of these may act{hiding}: {told}."
 
 
 def _size(found: Diagnosis) -> str:
@@ -306,7 +314,11 @@ def _left(found: Diagnosis) -> str:
     problem, along = found.analysis.problem, found.analysis.errors.along
     rest = (problem.value - found.analysis.fitted(decision.best)) / found.analysis.errors.noise
     if decision.discrepancy < 0.5 or percent < 0.01:
-        return f"{share}; what is left is {_rms(rest):.2g} times the noise, root mean square"
+        left = f"what is left is {_rms(rest):.2g} times the noise, root mean square"
+        if decision.answer == "cause" or percent < 0.01:
+            return f"{share}; {left}"
+        beyond = chance(decision.discrepancy)
+        return f"{left}; something beside it has probability {beyond}"
     bands = np.minimum((along.load / PAGE.band).astype(int), int(1 / PAGE.band) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
     low, high = 100 * worst * PAGE.band, 100 * (worst + 1) * PAGE.band
@@ -320,9 +332,12 @@ def _also(found: Diagnosis) -> str:
     rest = [
         f"{name} ({chance(p)})"
         for name, p in sorted(decision.inclusion.items(), key=lambda each: -each[1])
-        if name not in named and p >= 0.01
+        if name not in named and p >= POLICY.joint
     ]
-    return ", ".join(rest) or "no other cause has a probability of 0.01 or more"
+    seen = ", ".join(rest)
+    if hiding := [n for n in found.open_names if decision.inclusion.get(n, 0.0) < POLICY.joint]:
+        seen += f"{'; ' if seen else ''}not excluded, likeliest first: {', '.join(hiding)}"
+    return seen or "no other cause has a probability of 0.01 or more"
 
 
 def _assumed(found: Diagnosis) -> str:
@@ -345,16 +360,23 @@ def _assumed(found: Diagnosis) -> str:
 
 
 def _next(found: Diagnosis) -> str:
-    if not found.next:
-        return advice(found)
-    return "; or ".join(map(_settling, found.next[: PAGE.in_words]))
+    told: set[str] = set()
+    shown = []
+    for each in found.next:
+        if len(shown) < PAGE.in_words or not told.issuperset(each.tells):
+            told |= {*each.tells}
+            shown.append(each)
+    parts = [*map(_settling, shown)]
+    if not parts or not told.issuperset(found.open_names):
+        parts.append(advice(found, told))
+    return "; or ".join(parts)
 
 
 def _settling(each: NextExperiment) -> str:
     """Tell what a test or a check would tell."""
     told = [f"leaves one answer with probability {chance(each.chance)}"] if each.chance else []
-    if each.excludes:
-        told.append(f"may refute {', '.join(each.excludes)}")
+    if each.tells:
+        told.append(f"may tell {', '.join(each.tells)}")
     return (
         f"{each.name}: {each.minutes:.0f} minutes, {', '.join(told) or 'may not tell them apart'}"
     )

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import scipy.linalg
 
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
 from dolfingrip.diagnosis.core.search import NONE, ModelPosterior
-from dolfingrip.diagnosis.policy import InferencePolicy
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY, InferencePolicy
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +132,8 @@ class Decision:
         discrepancy: probability that something stays beside the causes.
         subsets: probability of each set of visible causes.
         best: the most probable fit that the answer is about.
+        by_shape: whether a cause with memory is named that readings tell by the shape of a curve
+            alone, which a smooth elastic curve has, too.
         nuisance_only: whether nothing is named but a nuisance of the model, or causes that do as
             well.
     """
@@ -148,6 +151,7 @@ class Decision:
     subsets: dict[Subset, float]
     best: MapFit
     nuisance_only: bool
+    by_shape: bool = False
 
 
 def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
@@ -180,7 +184,7 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
         mass[visible] += p
         by_effects[(problem.effects(visible) or visible)[:2]] += p
         seen.append((p, visible, fit))
-        if not visible and fit.level == 0:
+        if nothing_visible(fit, policy):
             none += p
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
@@ -218,12 +222,48 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     if answer != "cause":
         first, second = (), ()
     best = _leading(seen, first, second, posterior)
+    by_shape = not all(_beyond_a_curve(posterior, best, names) for names in (first, second))
+    if by_shape:
+        probability = min(probability, policy.likelier)
     nuisance_only = not second and not problem.implausible.keys().isdisjoint(first)
     return Decision(
         answer, _all_names(problem, first), _all_names(problem, second), nearest,
         float(probability), inclusion, none, float(unknown), unexplained, discrepancy, dict(mass),
-        best, nuisance_only,
+        best, nuisance_only, by_shape,
     )  # fmt: skip
+
+
+def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, ...]) -> bool:
+    """Tell if a set of causes does more than any smooth elastic curve would.
+
+    A loading at one rate shows memory by its shape alone, and some elastic law has that shape. So
+    causes with memory are told there if no such curve in their place follows the readings as well.
+
+    Args:
+        posterior: of all hypotheses.
+        best: with one of the causes.
+        names: of the set.
+    """
+    problem = posterior.problem
+    if problem.curves is None or not names or not problem.remembering.issuperset(names):
+        return True
+    others = tuple(name for name in problem.causes(best.subset) if name not in names)
+    rest = posterior.best(others, level=best.level)
+    total = problem.covariance + best.level**2 * problem.kernel
+    total = total + problem.curves @ problem.curves.T
+    off = problem.value - problem.predicted(rest.subset, rest.zeta)
+    free = float(off @ scipy.linalg.solve(total, off, assume_a="pos"))
+    return 0.5 * (free - best.misfit) > ADDITIONS.tied
+
+
+def nothing_visible(fit: MapFit, policy: InferencePolicy = POLICY) -> bool:
+    """Tell if a hypothesis leaves nothing to be seen: no cause, and nothing beside them.
+
+    Args:
+        fit: of it.
+        policy: from which strength on a cause is seen.
+    """
+    return fit.level == 0 and all(each < policy.visible_sigma for each in fit.strengths)
 
 
 def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, ...]:

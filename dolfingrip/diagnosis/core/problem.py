@@ -42,6 +42,8 @@ class InferenceProblem:
         local: ranges of ζ, (d, 2), of effects in which that holds, and what each emulator misses,
             too. It holds for these alone.
         rig: which of the causes are numbers of the rig; they come last in every subset.
+        remembering: causes with memory, of which the readings tell a curve's shape alone.
+        curves: of any smooth elastic curve, shape (n, k); causes with memory have to do better.
         policy: numbers that hypotheses are searched, weighed and decided by.
         baseline: what the nuisances change: all moduli, and others that are fitted in every
             hypothesis.
@@ -58,6 +60,8 @@ class InferenceProblem:
     corrections: Mapping[Subset, Emulator] = field(default_factory=dict)
     local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
+    remembering: frozenset[str] = frozenset()
+    curves: np.ndarray | None = None
     policy: InferencePolicy = POLICY
 
     @property
@@ -85,6 +89,7 @@ class InferenceProblem:
             covariance=self.covariance[np.ix_(kept, kept)], kernel=self.kernel[np.ix_(kept, kept)],
             corrections={causes: each.rows(kept) for causes, each in self.corrections.items()},
             baseline=self.baseline.rows(kept),
+            curves=None if self.curves is None else self.curves[kept],
         )  # fmt: skip
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from dolfingrip.diagnosis.answer.errors import Along, kernel
+from dolfingrip.diagnosis.answer.errors import Along, kernel, smooth_curves
 from dolfingrip.diagnosis.core import evidence
 from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled
@@ -279,3 +279,22 @@ def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
     assert found == pytest.approx(own.policy.prior_by_size, rel=0.01)
     twos = [p for subset, p in posterior.subsets.items() if subset == ("bent", "wave")]
     assert twos == pytest.approx([own.policy.prior_by_size[2] / 3], rel=0.1)
+
+
+@pytest.mark.parametrize(("change", "by_shape"), [(0.8 * X**3, True), (0.8 * (X > 0.5), False)])
+def test_memory_that_one_rate_shows_has_to_beat_any_smooth_elastic_curve(
+    change: np.ndarray, by_shape: bool
+) -> None:
+    """A smooth change is followed by some elastic law as well, a step is not."""
+    along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
+    own = replace(
+        case(drawn(1.5 * change), {"remembers": change}),
+        remembering=frozenset({"remembers"}), curves=smooth_curves(along),
+    )  # fmt: skip
+    decision = decide(search(own, np.random.default_rng(SEED)))
+    assert (decision.answer, decision.first) == ("cause", ("remembers",))
+    assert decision.by_shape == by_shape
+    assert (decision.probability <= 0.5) == by_shape
+    elastic = decide(search(replace(own, curves=None), np.random.default_rng(SEED)))
+    assert not elastic.by_shape
+    assert elastic.probability > 0.9

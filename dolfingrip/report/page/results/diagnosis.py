@@ -44,6 +44,8 @@ class Diagnosed(Contribution):
             page.diagnoses.append(_part(content, DiagnosisFile.readings_in(each.folder)))
             page.sources.append(_source(each.folder, content))
             kind, words = VERDICTS[content.verdict.answer]
+            if content.verdict.answer == "none" and not content.verdict.claimed:
+                kind, words = "open", "cannot tell"
             value = words or " or ".join(content.verdict.effects).replace("_", " ")
             sure = f"probability {said(content.verdict.probability)}"
             page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))

@@ -1,0 +1,128 @@
+"""No page contradicts itself: answers to many draws of a coupon's readings, in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.measured_files import written
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
+from dolfingrip.diagnosis.answer.settling import settled_by
+from dolfingrip.diagnosis.answer.ten_lines import ten_lines
+from dolfingrip.diagnosis.core.strength import Visibility, at_strength
+from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
+from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.files.diagnosis import Brief
+
+SEED = 3
+EFFECTS = ("mooney_rivlin", "prony", "permanent_set", "force_gain")
+TRAVELS_mm = np.linspace(0.0, 16.5, 12)
+TOLD = """experiment = "coupon"
+gauge_length_mm = 33.0
+area_mm2 = 9.0
+[noise]
+force_N = 0.05
+"""
+STRENGTHS = (0.03, 0.1, 0.3, 1.0)
+
+
+@pytest.fixture(scope="module")
+def pulled(tmp_path_factory: pytest.TempPathFactory) -> Analysis[Any]:
+    """A coupon that is pulled once."""
+    rows = "\n".join(f"loading,{u / 0.5},{u},{u}" for u in map(float, TRAVELS_mm))
+    csv = f"branch,time_s,displacement_mm,force_N\n{rows}\n"
+    file = written(tmp_path_factory.mktemp("coupon"), csv, TOLD)
+    return analyse_coupons(read([file], Config()), Config(), EFFECTS)
+
+
+def answered(pulled: Analysis[Any], change: np.ndarray, rng: np.random.Generator) -> Diagnosis:
+    """The answer to readings that a change was made to, with noise."""
+    value = pulled.problem.base + change + pulled.errors.noise * rng.standard_normal(len(change))
+    own = replace(pulled, problem=replace(pulled.problem, value=value))
+    found = diagnosed(own, Config(), quick=True)
+    found.next, _ = settled_by(found, lambda text: None, simulating=False)
+    return found
+
+
+def contradictions(found: Diagnosis, page: Brief) -> list[str]:
+    """Pairs of lines of a page of which only one can be true."""
+    decision, said = found.decision, []
+    doubtful = any(
+        each in page.result
+        for each in ("It cannot be told", "No cause can be claimed", "Nearest comes")
+    )
+    sure = "Nothing else is" in page.result or "The cause of the rest" in page.result
+    if doubtful == sure and decision.answer != "unknown":
+        said.append("RESULT is sure and in doubt, or neither")
+    if doubtful and page.do_next.startswith("nothing"):
+        said.append("RESULT is in doubt, DO NEXT is content")
+    if doubtful and "It stays with priors" in page.result:
+        said.append("RESULT stays and is in doubt")
+    if page.do_next.startswith("nothing") and page.also_possible[:8] != "no other":
+        said.append("ALSO POSSIBLE names causes, DO NEXT is content")
+    if found.open_names and page.also_possible.startswith("no other"):
+        said.append("RESULT leaves causes open, ALSO POSSIBLE has none")
+    hidden = {name for part in page.cannot_be_seen.split(": ")[1:] for name in part.split(", ")}
+    if hidden & {*decision.first, *decision.second}:
+        said.append("RESULT names what CANNOT BE SEEN")
+    if (
+        decision.answer == "none"
+        and page.not_explained[0].isdigit()
+        and "noise" in (page.not_explained)
+    ):
+        said.append("NOT EXPLAINED has a share and is noise")
+    if decision.answer == "none" and found.probability > decision.none + 1e-9:
+        said.append("that nothing acts is surer than that nothing is seen")
+    named = {*decision.first, *decision.second, *decision.nearest}
+    likely = {name for name, p in decision.inclusion.items() if p > POLICY.claimed}
+    if decision.answer == "none" and likely - named - {*found.analysis.problem.implausible}:
+        said.append("none is the answer beside a probable cause")
+    return said
+
+
+def test_no_page_contradicts_itself(pulled: Analysis[Any]) -> None:
+    """Nothing hidden, each effect at four strengths, and a jump that no effect is."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    problem = pulled.problem
+    seen = Visibility(problem, np.zeros(problem.nuisance_count))
+    changes = {"none": np.zeros(len(problem.value))}
+    for name in (each for each in EFFECTS if each in pulled.effects):
+        for strength in STRENGTHS:
+            zeta = at_strength(pulled.causes[name], problem.boxes[name], strength)
+            changes[f"{name} {strength}"] = seen.change(name, zeta)
+    load = TRAVELS_mm[-len(problem.value) :]
+    changes |= {f"jump {by}": by * (load > 10.0) for by in (0.1, 0.5, 2.0)}
+    answers = set()
+    for name, change in changes.items():
+        found = answered(pulled, change, rng)
+        page = ten_lines(found, Path("out"))
+        print(name, found.decision.answer, round(found.probability, 3), page.result)
+        answers.add((found.decision.answer, found.claimed))
+        assert contradictions(found, page) == [], (name, page)
+    assert {("none", False), ("cause", True), ("cause", False)} <= answers
+
+
+def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any]) -> None:
+    """Viscosity that one pull shows strongly is named at no more than even odds; a coupon that is
+    pulled up and down names it alone (``plan/test_naming.py``)."""
+    problem = pulled.problem
+    seen = Visibility(problem, np.zeros(problem.nuisance_count))
+    zeta = at_strength(pulled.causes["prony"], problem.boxes["prony"])
+    alone = replace(pulled, problem=replace(
+        problem, emulators={"prony": problem.emulators["prony"]}, rig=frozenset(),
+    ))  # fmt: skip
+    found = answered(alone, 2 * seen.change("prony", zeta), np.random.default_rng(SEED))
+    assert found.decision.first == ("prony",)
+    assert found.decision.by_shape
+    assert found.probability <= 0.5
+    page = ten_lines(found, Path("out"))
+    assert "an elastic law that the catalogue lacks" in page.result
+    assert not contradictions(found, page)
