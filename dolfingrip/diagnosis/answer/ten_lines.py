@@ -361,7 +361,7 @@ def _assumed(found: Diagnosis) -> str:
 
 def _next(found: Diagnosis) -> str:
     told: set[str] = set()
-    shown = []
+    shown: list[NextExperiment] = []
     for each in found.next:
         if len(shown) < PAGE.in_words or not told.issuperset(each.tells):
             told |= {*each.tells}
