@@ -6,7 +6,7 @@ import numpy as np
 
 from dolfingrip.channels import PRESSURE, supply_of
 from dolfingrip.config import Config
-from dolfingrip.experiments.protocol.pressurisation import by_pressure, stops
+from dolfingrip.experiments.protocol import by_pressure, pressure_stops
 from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.extensions.effect import Adapting, Displaying
 from dolfingrip.meshes.cells import TETRAHEDRON
@@ -54,7 +54,7 @@ def supplies_kPa(config: Config, suffix: str) -> tuple[list[float], dict[str, li
     if not by_pressure(config):
         words = f'{suffix}: allowed: "pressure"'
         raise ConfigError(f'experiment.control = "{config.experiment.control}": {words}')
-    found = stops(config)
+    found = pressure_stops(config)
     own = (supply_of(name).name for name in config.cavity.own)
     pressures = {name: [each.others[name] for each in found] for name in own}
     return [s.time_s for s in found], {PRESSURE.name: [s.value for s in found], **pressures}
