@@ -9,11 +9,20 @@ from operator import mul
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, overload
 
+import numpy as np
 import ufl
 from pydantic import Field, create_model
 from ufl.core.expr import Expr
 
-from dolfingrip.extensions.effect import Effect, Energetic, Joining, Kind, StrainEnergy, Uneven
+from dolfingrip.extensions.effect import (
+    Displaying,
+    Effect,
+    Energetic,
+    Joining,
+    Kind,
+    StrainEnergy,
+    Uneven,
+)
 from dolfingrip.sections.lookup import only_class
 from dolfingrip.sections.section import Role, Section
 
@@ -90,6 +99,20 @@ class Switched(Section):
     def terms(self, site: Site) -> list[ufl.Form]:
         """Further energies of all effects."""
         return [term for effect in self.active(Joining) for term in effect.terms(site)]
+
+    def displayed(self, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Distort the readings of a run so far by the instruments, one after the other.
+
+        Args:
+            true: true readings by column, (rows,) each in the order of time, in the columns' units.
+
+        Returns:
+            What the instruments show by column, (rows,) each, in the same units.
+        """
+        shown = dict(true)
+        for effect in self.active(Displaying):
+            shown |= effect.reading(shown)
+        return shown
 
     def without(self, kind: type[Any]) -> Self:
         """Return these extensions without the effects of a kind."""

@@ -17,7 +17,7 @@ from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.results import doubts
 from dolfingrip.experiments.results.readings import Readings
-from dolfingrip.mechanics.readings.rotation import TipRotation
+from dolfingrip.mechanics.readings.rotation import Slices, TipRotation
 from dolfingrip.meshes import files
 
 
@@ -130,7 +130,7 @@ def test_a_rotation_in_space_has_whole_turns() -> None:
     model = finger.model
     space = model.u.function_space
     length = float(space.tabulate_dof_coordinates()[:, 2].max())
-    turned = TipRotation(model)
+    turned = TipRotation(model, Slices(model))
     lean = np.radians(180.0)  # towards −x, in the plane of symmetry
     for degrees in (30.0, 170.0, 250.0, 400.0):
 

@@ -9,7 +9,6 @@ from support.supply import cavity_pressures
 
 from dolfingrip import config
 from dolfingrip.experiments import run
-from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_offset import PressureOffset
 from dolfingrip.sections.tables import assignments
@@ -21,7 +20,7 @@ def shown(*overrides: str) -> dict[str, float]:
     """The row as the instruments display it."""
     settings = config.load(None, assignments([f"extensions.{override}" for override in overrides]))
     rows = {name: np.array([value]) for name, value in ROW.items()}
-    return {name: float(values[-1]) for name, values in displayed(settings, rows).items()}
+    return {name: float(values[-1]) for name, values in settings.extensions.displayed(rows).items()}
 
 
 def test_force() -> None:
@@ -46,7 +45,7 @@ def test_an_angle_that_lags() -> None:
     time_s = np.concatenate([[0.0], ramp, wait])
     true = {"time_s": time_s, "angle_deg": rate * np.minimum(time_s, 2.5)}
     settings = config.load(None, assignments([f"extensions.angle_lag.tau_s={tau}"]))
-    found = displayed(settings, true)["angle_deg"]
+    found = settings.extensions.displayed(true)["angle_deg"]
     behind = rate * tau * (1 - np.exp(-ramp / tau))
     np.testing.assert_allclose(found[1:4], rate * ramp - behind, rtol=1e-12)
     np.testing.assert_allclose(found[4:], 10 - behind[-1] * np.exp((2.5 - wait) / tau), rtol=1e-12)
@@ -54,7 +53,9 @@ def test_an_angle_that_lags() -> None:
     offset = config.load(
         None, assignments(["extensions.angle_lag.tau_s=0", "extensions.angle_offset.offset_deg=1"])
     )
-    np.testing.assert_array_equal(displayed(offset, true)["angle_deg"], true["angle_deg"] + 1)
+    np.testing.assert_array_equal(
+        offset.extensions.displayed(true)["angle_deg"], true["angle_deg"] + 1
+    )
 
 
 def test_the_rig_shows_an_angle_that_lags() -> None:
@@ -66,7 +67,7 @@ def test_the_rig_shows_an_angle_that_lags() -> None:
     settings = config.load(None, assignments(["extensions.angle_lag.tau_s=0.3"]))
     true = {name: base.column(name) for name in ("time_s", "angle_deg")}
     found, off = late.column("angle_deg"), base.column("angle_deg")
-    np.testing.assert_allclose(found, displayed(settings, true)["angle_deg"], rtol=1e-12)
+    np.testing.assert_allclose(found, settings.extensions.displayed(true)["angle_deg"], rtol=1e-12)
     assert np.abs(found - off).max() > 0.1 * np.abs(off).max()
     for name in ("force_N", "tip_x_mm"):
         np.testing.assert_array_equal(late.column(name), base.column(name))

@@ -13,7 +13,7 @@ from dolfingrip.mechanics.contact.distance import (
     RoundedBox,
     SignedDistance,
 )
-from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.pose import rotation
 
 SEED = 17
 SHAPES: list[SignedDistance] = [

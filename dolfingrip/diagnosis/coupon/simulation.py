@@ -13,7 +13,6 @@ from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.schedule import StopSchedule
-from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
@@ -178,7 +177,7 @@ class CouponSimulation:
             config = changed(group.config, overrides)
             route: StopSchedule = group.in_time
             time_s = np.array(route.time_s)
-            shown = displayed(config, {**values, TIME.name: time_s})
+            shown = config.extensions.displayed({**values, TIME.name: time_s})
             for name, at in self.measurement.places(group.tests).items():
                 for place, row in enumerate(np.atleast_2d(shown[name])):
                     told = route.at_rows(row, len(self.measurement.readings))

@@ -16,7 +16,6 @@ from dolfingrip.channels import DISPLACEMENT, FORCE, NOMINAL_STRAIN, NOMINAL_STR
 from dolfingrip.config import Config, Solver
 from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
-from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, of_constants
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.extensions.site import Site
@@ -193,7 +192,7 @@ class BarRig(Rig):
 
     def displayed(self, config: Config, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         sides = config.coupon
-        row = displayed(config, true)
+        row = config.extensions.displayed(true)
         row[NOMINAL_STRAIN.name] = row[DISPLACEMENT.name] / sides.gauge_length_mm
         row[NOMINAL_STRESS.name] = row[FORCE.name] / sides.area_mm2
         return row

@@ -15,7 +15,7 @@ from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.model import Control, Prescribed
-from dolfingrip.mechanics.model.moving_support import MovingSupport
+from dolfingrip.mechanics.model.supports import MovingSupport
 from dolfingrip.sections.fixture import PlateSettings
 
 SKIN = ("skin", "tip")

@@ -32,9 +32,8 @@ from dolfingrip.mechanics.readings.peak_stretch import LargestStretch
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGapReading
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import FromRest, Reading, of_model
-from dolfingrip.mechanics.readings.rotation import TipRotation
+from dolfingrip.mechanics.readings.rotation import Slices, TipRotation
 from dolfingrip.mechanics.readings.tip import ChordAngle, FaceAngle, TipDisplacement
-from dolfingrip.mechanics.readings.turning import Turning
 
 NEAR_WIDTHS = 10.0
 """Distance, by the barrier's width, from which on opposite walls are near."""
@@ -161,15 +160,15 @@ class Observation:
         self._finger = finger
         model, plate = finger.model, finger.plate
         self._gap = ContactGap(finger)
-        turning = Turning(model)
+        slices = Slices(model)
         counted = [
-            FromRest(FaceAngle(model), lambda: float(turning.deg()[-1])),
+            FromRest(FaceAngle(model), lambda: float(slices.deg()[-1])),
             FromRest(TipDisplacement(model, "x")),
             # in half a finger it is 0
             *(() if model.domain.half else (FromRest(TipDisplacement(model, "y")),)),
             FromRest(TipDisplacement(model, "z")),
             # a chord turns as the mean of the sections along it
-            FromRest(chord(finger), lambda: float(turning.deg().mean())),
+            FromRest(chord(finger), lambda: float(slices.deg().mean())),
         ]
         cavities = finger.site.domain.cavities
         cavity = finger.pressure_in(*cavities) if len(cavities) == 1 else finger.cavity
@@ -196,7 +195,7 @@ class Observation:
         self._from_rest = [reading for reading in found if isinstance(reading, FromRest)]
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
-        self._rotation = TipRotation(model)
+        self._rotation = TipRotation(model, slices)
         self._elongation = Elongation(finger)
         self._tare_undeformed()
 

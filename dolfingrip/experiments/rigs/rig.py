@@ -11,7 +11,6 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol import Stop
-from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.newton.newton import Newton
@@ -86,7 +85,7 @@ class Rig(ABC):
 
     def displayed(self, config: Config, true: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """A run's readings so far, (rows,) by column, with the errors of instruments."""
-        return displayed(config, true)
+        return config.extensions.displayed(true)
 
     def shown(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
         """The next row as the instruments show it, which may depend on the rows before."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dolfingrip.mechanics.contact.distance import Bounds, SignedDistance
-from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.pose import rotation
 
 
 class Path(NamedTuple):

@@ -11,8 +11,7 @@ import numpy as np
 from dolfingrip.mechanics.contact.advance import AdvancePolicy, MovingPoints, reach
 from dolfingrip.mechanics.contact.density import BarrierValues, Density
 from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
-from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.rotation import Rotation
+from dolfingrip.mechanics.model.pose import SIX, Pose, Rotation
 from dolfingrip.mechanics.model.term import Term
 
 

@@ -9,8 +9,7 @@ import scipy.sparse as sp
 from dolfinx import fem
 
 from dolfingrip.mechanics.contact.node_set import NodeSet
-from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.rotation import Rotation, rotation
+from dolfingrip.mechanics.model.pose import SIX, Pose, Rotation, rotation
 from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 

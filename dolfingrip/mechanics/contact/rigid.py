@@ -30,8 +30,7 @@ from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference, to_world
-from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient

@@ -22,8 +22,7 @@ from dolfingrip.mechanics.contact.pose_contact import (
 )
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.tangential import Tangential
-from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
 from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import Gradient
 

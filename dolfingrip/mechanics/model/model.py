@@ -14,9 +14,9 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.carried_stress import CarriedTogether, Regularised
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import Memory, State
+from dolfingrip.mechanics.model.supports import MovingSupport
 from dolfingrip.mechanics.model.term import Lagged, Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient, Unknowns
 

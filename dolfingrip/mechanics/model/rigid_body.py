@@ -13,8 +13,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.carried_stress import Regularised
-from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term

@@ -1,4 +1,4 @@
-"""Rotation of the tip face in space: how far and which way a finger bends, and its twist."""
+"""Rotations of slices of a finger and of its tip face, also beyond half a turn."""
 
 from __future__ import annotations
 
@@ -18,8 +18,86 @@ from dolfingrip.mechanics.model.model import Model
 SLICES = 24
 """Number of slices along the length: neighbours of a finger that curls twice differ by 30°."""
 
+FLAT = 1e-9
+"""Smallest moment of inertia of a slice, divided by its number of nodes and the length squared."""
+
 STRAIGHT_DEG = 1e-9
 """Bending below which there is no direction."""
+
+
+class Slices:
+    """Slices of a body along z, from its clamped end to its tip.
+
+    Args:
+        model: model that is read; its clamped end has the smallest z.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        space = model.u.function_space
+        self._at = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+        z = self._at[:, 2]
+        low = model.comm.allreduce(float(z.min(initial=np.inf)), MPI.MIN)
+        high = model.comm.allreduce(float(z.max(initial=-np.inf)), MPI.MAX)
+        place = (SLICES * (z - low) / (high - low)).astype(int)
+        self._slice = np.clip(place, 0, SLICES - 1)
+        count, rest = self._moments(np.zeros_like(self._at))
+        self._known = rest[:, 0, 0] + rest[:, 2, 2] > FLAT * count * (high - low) ** 2
+        self._first_deg = 0.0
+
+    def _moments(self, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of nodes (s,) and moments (s, 3, 3) of the slices, displaced by (n, 3)."""
+        return moments(self._model, self._at, moved, self._slice, SLICES)
+
+    def fits(self) -> np.ndarray:
+        """(s, 3, 3) :func:`moments` of the slices at the present state."""
+        moved = self._model.u.x.array.reshape(-1, 3)[: len(self._at)]
+        return self._moments(moved)[1]
+
+    def deg(self) -> np.ndarray:
+        """(m,) rotations (deg) about y, towards −x, of the slices that have nodes, without jumps.
+
+        The rotation of a slice is the rotation nearest to the motion of its displacement nodes by
+        least squares: θ = atan2(Σ (x z' − z x'), Σ (x x' + z z')), with coordinates from their
+        means. Whole turns are missing in it. From slice to slice it changes by less than half a
+        turn, so the present state tells the turns of all slices but the first. The first slice, at
+        the clamp, keeps the turn in which it was last.
+        """
+        fits = self.fits()[self._known]
+        cross, dot = fits[:, 2, 0] - fits[:, 0, 2], fits[:, 0, 0] + fits[:, 2, 2]
+        found = np.degrees(np.arctan2(cross, dot))
+        found[0] += 360.0 * round((self._first_deg - found[0]) / 360.0)
+        self._first_deg = float(found[0])
+        return np.asarray(np.unwrap(found, period=360.0))
+
+
+def moments(
+    model: Model, rest: np.ndarray, moved: np.ndarray, group: np.ndarray, groups: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sums over groups of nodes of all ranks.
+
+    Args:
+        model: that the nodes belong to.
+        rest, moved: (n, 3) places and displacements of this rank's nodes (mm).
+        group: (n,) group of each node.
+        groups: their number g.
+
+    Returns:
+        Numbers of nodes (g,), and (g, 3, 3) Σ x Xᵀ (mm²) about the means of the displaced and
+        undeformed nodes.
+    """
+    now = rest + moved
+    products = (now[:, :, None] * rest[:, None]).reshape(-1, 9)
+    each = np.column_stack([products, now, rest, np.ones(len(rest))])
+    local = np.array([np.bincount(group, values, groups) for values in each.T])
+    total = np.asarray(model.comm.allreduce(local, MPI.SUM)).T
+    found, count = total[:, :9].reshape(-1, 3, 3), total[:, -1]
+    means = total[:, 9:15].reshape(-1, 2, 3)
+    if model.domain.half:  # the image's parts along y have the other sign
+        means[:, :, 1] = 0.0
+        found[:, 1, [0, 2]] = found[:, [0, 2], 1] = 0.0
+    apart = means[:, 0, :, None] * means[:, 1, None] / np.maximum(count, 1)[:, None, None]
+    return count, found - apart
 
 
 class TipRotation:
@@ -31,20 +109,16 @@ class TipRotation:
     that add up along slices of the finger.
 
     Args:
-        model: model that is read; its clamped end has the smallest z.
+        model: model that is read.
+        slices: of it.
     """
 
-    def __init__(self, model: Model) -> None:
-        self._model = model
+    def __init__(self, model: Model, slices: Slices) -> None:
+        self._model, self._slices = model, slices
         space = model.u.function_space
-        own = space.dofmap.index_map.size_local
-        self._at = space.tabulate_dof_coordinates()[:own]
-        z = self._at[:, 2]
-        low = model.comm.allreduce(float(z.min(initial=np.inf)), MPI.MIN)
-        high = model.comm.allreduce(float(z.max(initial=-np.inf)), MPI.MAX)
-        slices = np.clip((SLICES * (z - low) / (high - low)).astype(int), 0, SLICES - 1)
         tip = fem.locate_dofs_topological(space, 2, model.domain.facets("tip"))
-        self._bodies = [*(np.flatnonzero(slices == i) for i in range(SLICES)), tip[tip < own]]
+        self._tip = tip[tip < space.dofmap.index_map.size_local]
+        self._at = space.tabulate_dof_coordinates()[self._tip]
         self._rest, self._turned_rad = np.eye(3), np.zeros(3)
 
     def tare(self) -> None:
@@ -99,7 +173,9 @@ class TipRotation:
         start = self._at_rest
         normal = self._normal()
         swing = _swing(start, normal).as_matrix()
-        spread = self._fit(self._bodies[-1]) @ swing.T
+        moved, one = self._model.u.x.array.reshape(-1, 3)[self._tip], np.zeros_like(self._tip)
+        _, (fit,) = moments(self._model, self._at, moved, one, 1)
+        spread = fit @ swing.T
         turn = np.trace(spread) - normal @ spread @ normal
         off = np.array([spread[2, 1] - spread[1, 2], spread[0, 2] - spread[2, 0],
                         spread[1, 0] - spread[0, 1]])  # fmt: skip
@@ -108,24 +184,11 @@ class TipRotation:
 
     def _along(self) -> np.ndarray:
         """(3,) sum of the slices' rotation vectors (rad), each from the one before it."""
-        turns = [_nearest(self._fit(nodes)) for nodes in self._bodies[:-1]]
+        turns = [_nearest(fit) for fit in self._slices.fits()]
         known = [turn for turn in turns if turn is not None]
         steps = [Rotation.from_matrix(b @ a.T) for a, b in pairwise(known)]
         first = Rotation.from_matrix(known[0]).as_rotvec()
         return np.asarray(first + sum((step.as_rotvec() for step in steps), np.zeros(3)))
-
-    def _fit(self, nodes: np.ndarray) -> np.ndarray:
-        """(3, 3) Σ x Xᵀ about the means of the displaced and undeformed nodes, of all ranks."""
-        rest, moved = self._at[nodes], self._model.u.x.array.reshape(-1, 3)[nodes]
-        now = rest + moved
-        local = np.concatenate([now.T @ rest, [now.sum(axis=0), rest.sum(axis=0)]])
-        total = np.asarray(self._model.comm.allreduce(local, MPI.SUM))
-        count = self._model.comm.allreduce(len(nodes), MPI.SUM)
-        found, means = total[:3], total[3:].copy()
-        if self._model.domain.half:  # the image's parts along y have the other sign
-            means[:, 1] = 0.0
-            found[1, [0, 2]] = found[[0, 2], 1] = 0.0
-        return np.asarray(found - np.outer(*means) / max(count, 1))
 
 
 def _swing(start: np.ndarray, end: np.ndarray) -> Rotation:
