@@ -26,6 +26,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from benchmarks import shipped_file
 from benchmarks.reference_measurement import reference_measurement
 from benchmarks.remembering import Remembering
 from dolfingrip.cli import progress
@@ -100,7 +101,7 @@ def main() -> None:
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(requests)} simulations of {seconds:.0f} s")
     if options.keep or set(parts) == set(PARTS):
-        shipped.write(shipped.FILE, requests, results, keep=options.keep)
+        shipped_file.write(shipped.FILE, requests, results, keep=options.keep)
         print(f"{shipped.FILE}: {shipped.FILE.stat().st_size / 1000:.0f} kB")
 
 

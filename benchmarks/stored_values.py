@@ -19,6 +19,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from benchmarks import shipped_file
 from dolfingrip import config, experiments
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.experiments import Result
@@ -180,7 +181,7 @@ def main() -> None:
     if lines:
         sys.exit(1)
     if asked.restamp:
-        shipped.restamp(shipped.FILE)
+        shipped_file.restamp(shipped.FILE)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from dolfingrip.diagnosis.answer.specimens import apart
 from dolfingrip.diagnosis.answer.ten_lines import answer_sentence
 from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
-from dolfingrip.diagnosis.coupon.simulation import in_closed_form
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
@@ -118,7 +118,7 @@ def diagnose_measurement(
     say, names, quick = settings.say, settings.effects, settings.quick
     analysis: Analysis[Any]
     if in_closed_form(measurement, config):
-        analysis = analyse_coupons(measurement, config, names, say=say)
+        analysis = analyse_coupons(CouponSimulation(measurement, config), names, say)
     else:
         analysis = analyse_fingers(measurement, config, workers, names, say)
     found = diagnosed(analysis, config, quick=quick, say=say)

@@ -123,7 +123,6 @@ class ModelPolicy:
             far off.
         beside: how far to either side the moduli are spread that causes are simulated at which do
             not scale.
-        digits: of a simulation that is kept with the package.
     """
 
     mesh_share: float = 0.3
@@ -134,7 +133,6 @@ class ModelPolicy:
     weighing: tuple[float, ...] = (0.75, 1.0, 1.4)
     closer: float = 0.9
     beside: float = 1.3
-    digits: int = 7
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,9 +17,12 @@ from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measuremen
 from dolfingrip.diagnosis.finger.model import baseline_problem, errors, wall_std
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.policy import MODEL
-from dolfingrip.diagnosis.simulation import variants
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
-from dolfingrip.diagnosis.simulation.variants import simulate_walls
+from dolfingrip.diagnosis.simulation.simulated import (
+    ModelVariant,
+    scaled_moduli,
+    simulate,
+    simulate_walls,
+)
 from dolfingrip.parameter.nuisances import WALL
 
 PRESSURES_kPa = (0, 15, 30, 45, 60)
@@ -73,7 +76,7 @@ def with_walls(measurement: Measurement, store: Path, walls: float, factor: floa
     config = finger()
     overrides = {
         "finger.wall_mm": config.finger.wall_mm * walls,
-        **variants.overrides(config, factor),
+        **scaled_moduli(config, factor),
     }
     return simulate(measurement, config, [ModelVariant(overrides)], Here(store))[0].readings
 

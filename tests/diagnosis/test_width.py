@@ -15,6 +15,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import ADDITIONS
@@ -123,7 +124,9 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
         assert (np.abs(change[~across]) > 0.05).all()
     scaled = simulation.at(base, 1.3)
     np.testing.assert_array_equal(scaled[across], base.readings[across])
-    case = analyse_coupons(measurement, Config(), ["force_gain", "mooney_rivlin"]).problem
+    case = analyse_coupons(
+        CouponSimulation(measurement, Config()), ["force_gain", "mooney_rivlin"]
+    ).problem
     change = {
         name: case.predicted((name,), np.array([0.0, 1.0])) - case.predicted((), np.zeros(1))
         for name in ("force_gain", "mooney_rivlin")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -25,8 +25,9 @@ from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
+from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon.analysis import CouponAnalysis, analyse_coupons
-from dolfingrip.diagnosis.coupon.simulation import Kept
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -43,6 +44,32 @@ SEEDS: Final = {"development": 101, "confirmation": 602214, "prior": 77}
 
 NUISANCES: Final = ("coupon_slack_mm", "coupon.gauge_length_mm", "modulus")
 SLACK_STD_mm: Final = coupon.SLACK_mm * 0.5**0.5
+
+
+Kept = dict[tuple[str, ...], tuple[np.ndarray, np.ndarray]]
+"""Places and changes of the readings there, by causes, of the first places that were asked for."""
+
+
+class Remembering(CouponSimulation):
+    """Coupons of one set-up on one way, of which each change is simulated once.
+
+    Args:
+        read: the measurement.
+        config: the model.
+        kept: what was simulated before; it grows.
+    """
+
+    def __init__(self, read: measurement.Measurement, config: Config, kept: Kept) -> None:
+        super().__init__(read, config)
+        self._kept = kept
+
+    def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
+        names = tuple(cause.name for cause in causes)
+        if names in self._kept and np.array_equal(self._kept[names][0], zeta):
+            return self._kept[names][1]
+        found = super().changed(causes, zeta)
+        self._kept.setdefault(names, (zeta, found))
+        return found
 
 
 class Bench:
@@ -62,7 +89,11 @@ class Bench:
 
     def analysed(self, file: Path) -> CouponAnalysis:
         """Analyse a measurement."""
-        return analyse_coupons(measurement.read([file], self.config), self.config, None, self.kept)
+        return analyse_coupons(self.simulated(measurement.read([file], self.config)))
+
+    def simulated(self, read: measurement.Measurement) -> CouponSimulation:
+        """Simulate a measurement with what is known of others."""
+        return Remembering(read, self.config, self.kept)
 
     def sigma(self, change: np.ndarray) -> float:
         """Length of a change of the readings after the modulus."""

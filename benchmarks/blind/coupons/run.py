@@ -33,7 +33,7 @@ def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> Diagnosis:
     forces = coupon.measured(bench.protocol, case.truth, rng)
     file = coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
     read = measurement.read([file], bench.config)
-    return diagnose(analyse_coupons(read, bench.config, kept=bench.kept), bench.config)
+    return diagnose(analyse_coupons(bench.simulated(read)), bench.config)
 
 
 def exact(bench: Bench, case: Case[Truth], found: Diagnosis) -> Decision:

@@ -15,7 +15,7 @@ from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import ADDITIONS
-from dolfingrip.diagnosis.simulation import nominal
+from dolfingrip.diagnosis.simulation import stops
 
 Way = Sequence[tuple[str, int]]
 """Branches, each with the number of its cycle."""
@@ -178,7 +178,7 @@ def _with(test: SpecimenTest, section: str, values: Mapping[str, Any]) -> Specim
 def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
     """Highest value of the control, as it was meant."""
     read = float(rows[test.control].max())
-    return nominal.end(read, read / ADDITIONS.stops, test.sigma)
+    return stops.meant_end(read, read / ADDITIONS.stops, test.sigma)
 
 
 def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float:

@@ -20,8 +20,8 @@ from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance, wall
+from dolfingrip.diagnosis.simulation.simulated import scaled_moduli
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.parameter import every
 from dolfingrip.parameter.nuisances import WALL
@@ -96,7 +96,7 @@ class Analysis[S: Simulation](ABC):
     def overrides(self, fit: MapFit) -> Change:
         """Return the change of the configuration to the numbers that every simulation is of."""
         c = self.factor(fit)
-        found = dict(variants.overrides(self.applied, c)) if c != 1.0 else {}
+        found = dict(scaled_moduli(self.applied, c)) if c != 1.0 else {}
         for number, zeta in zip(self.problem.always[1:], fit.zeta[1:], strict=False):
             found[number.key] = float(number.at(zeta))
         for name, places in self.problem.places(fit.subset).items():

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
@@ -27,8 +27,8 @@ from dolfingrip.diagnosis.core.unknown import (
     causes,
     factor_of_moduli,
 )
-from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
-from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.data.measurement import in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.experiments.index import EXPERIMENTS
@@ -164,27 +164,23 @@ def _inexact_fits(coupons: CouponAnalysis, posterior: ModelPosterior) -> list[Ma
 
 
 def analyse_coupons(
-    measurement: Measurement,
-    config: Config,
+    simulation: CouponSimulation,
     names: Sequence[str] | None = None,
-    kept: Kept | None = None,
     say: Callable[[str], None] = lambda text: None,
 ) -> CouponAnalysis:
     """Simulate what every cause changes about the coupons, and make emulators of it.
 
     Args:
-        measurement: of coupons that :func:`~dolfingrip.diagnosis.coupon.simulation.in_closed_form`.
-        config: the model that is diagnosed.
+        simulation: of coupons that are
+            :func:`~dolfingrip.diagnosis.coupon.simulation.in_closed_form`.
         names: of the causes that are tried; the whole catalogue where None.
-        kept: what was simulated before of coupons of this set-up on this way; it grows.
         say: told what is being done.
 
     Raises:
         ConfigError: one line, where the configured material has no equilibrium at some reading.
     """
     say("simulating what each effect changes about the coupons")
-    simulation = CouponSimulation(measurement, config, kept)
-    base = simulation.base()
+    measurement, base = simulation.measurement, simulation.base()
     if not np.isfinite(base).all():
         raise ConfigError(
             "coupons: the configured material has no equilibrium at some reading; allowed: a "
@@ -196,7 +192,7 @@ def analyse_coupons(
     felt: dict[str, Cause] = {}
     unseen: list[str] = []
     rig: set[str] = set()
-    for cause in causes(config, names):
+    for cause in causes(simulation.config, names):
         feels = effect(cause.name).felt_on(EXPERIMENTS["coupon"].parts)
         found = _emulated(simulation, cause, off) if feels else None
         if found is None:

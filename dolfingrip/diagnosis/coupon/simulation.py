@@ -12,7 +12,6 @@ from dolfingrip.config import NO_CHANGE, Change, Config, changed
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
-from dolfingrip.diagnosis.simulation.schedule import StopSchedule
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
@@ -39,21 +38,15 @@ def _sheared(config: Config) -> bool:
     return raster is not None and bool(raster.raster_deg)
 
 
-Kept = dict[tuple[str, ...], tuple[np.ndarray, np.ndarray]]
-"""Places and changes of the readings there, by causes, of the first places that were asked for."""
-
-
 class CouponSimulation:
     """Simulates the coupons of a measurement.
 
     Args:
         measurement: of coupons alone.
         config: the model that is diagnosed.
-        kept: what was simulated before of coupons of this set-up on this way; it grows.
     """
 
-    def __init__(self, measurement: Measurement, config: Config, kept: Kept | None = None) -> None:
-        self._kept = kept
+    def __init__(self, measurement: Measurement, config: Config) -> None:
         self.measurement = measurement
         self.config = config
         self.groups: Sequence[SimulationGroup] = groups(measurement, config)
@@ -74,12 +67,15 @@ class CouponSimulation:
     def slopes(self) -> np.ndarray:
         """(n,) derivative of the readings by the travel, for each mm."""
         solved = self._solved({}, {})
-        found = np.full(len(self.measurement.listed()), np.nan)
-        for group, values in solved:
-            for name, at in self.measurement.places(group.tests).items():
-                at_rows = group.in_time.slopes(values[name][0], len(self.measurement.readings))
-                found[at] = at_rows[self._rows()[at]]
-        return found
+        count = len(self.measurement.readings)
+        return self.measurement.collected(
+            {
+                group.tests: {
+                    name: group.in_time.slopes(own[0], count) for name, own in values.items()
+                }
+                for group, values in solved
+            }
+        )
 
     def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
         """(places, n) changes of the readings by causes that act together.
@@ -91,17 +87,6 @@ class CouponSimulation:
         Returns:
             NaN in places without an equilibrium.
         """
-        if self._kept is None:
-            return self._changed(causes, zeta)
-        names = tuple(cause.name for cause in causes)
-        at, changes = self._kept.get(names, (np.empty(0), np.empty(0)))
-        if at.shape == zeta.shape and (at == zeta).all():
-            return changes
-        found = self._changed(causes, zeta)
-        self._kept.setdefault(names, (zeta, found))
-        return found
-
-    def _changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
         numbers = [number for cause in causes for number in cause.numbers]
         told = {number.key: number.at(zeta[:, i]) for i, number in enumerate(numbers)}
         shaped = {
@@ -172,20 +157,22 @@ class CouponSimulation:
     ) -> np.ndarray:
         """(places, n) what the instruments show."""
         places = max(len(next(iter(values.values()))) for _, values in solved)
-        found = np.full((places, len(self.measurement.listed())), np.nan)
-        for group, values in solved:
-            config = changed(group.config, overrides)
-            route: StopSchedule = group.in_time
-            time_s = np.array(route.time_s)
-            shown = config.extensions.displayed({**values, TIME.name: time_s})
-            for name, at in self.measurement.places(group.tests).items():
-                for place, row in enumerate(np.atleast_2d(shown[name])):
-                    told = route.at_rows(row, len(self.measurement.readings))
-                    found[place, at] = told[self._rows()[at]]
-        return found
-
-    def _rows(self) -> np.ndarray:
-        return self.measurement.listed()["row"].to_numpy()
+        shown = [
+            (group, changed(group.config, overrides).extensions.displayed(
+                {**values, TIME.name: np.array(group.in_time.time_s)}))
+            for group, values in solved
+        ]  # fmt: skip
+        count = len(self.measurement.readings)
+        return np.array([
+            self.measurement.collected({
+                group.tests: {
+                    name: group.in_time.at_rows(columns[name][place], count)
+                    for name in (FORCE.name, TRANSVERSE_STRAIN.name)
+                }
+                for group, columns in shown
+            })
+            for place in range(places)
+        ])  # fmt: skip
 
 
 def _row(values: np.ndarray, place: int) -> np.ndarray:

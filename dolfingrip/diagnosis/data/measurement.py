@@ -9,7 +9,7 @@ measurement.listed()          # pandas: a row for each single reading; all array
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -183,6 +183,21 @@ class Measurement:
             "control": control,
         })  # fmt: skip
 
+    def collected(self, rows: Rows, missing: float = np.nan) -> np.ndarray:
+        """(n,) single readings by those at the rows.
+
+        Args:
+            rows: of some tests.
+            missing: value of single readings that are not among them.
+        """
+        row = self.listed()["row"].to_numpy()
+        found = np.full(len(row), missing)
+        for tests, columns in rows.items():
+            for name, at in self.places(tests).items():
+                if name in columns:
+                    found[at] = columns[name][row[at]]
+        return found
+
     def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
         """Where readings of these tests stand in the list, by column."""
         column, test = (self.listed()[name].to_numpy() for name in ("column", "test"))
@@ -191,6 +206,10 @@ class Measurement:
             str(name): np.flatnonzero(mine & (column == name))
             for name in dict.fromkeys(column[mine])
         }
+
+
+Rows = Mapping[tuple[int, ...], Mapping[str, np.ndarray]]
+"""Readings at all rows of a measurement, (rows,), by the tests that they are of and by column."""
 
 
 def in_proportion(measurement: Measurement) -> np.ndarray:

@@ -2,28 +2,51 @@
 
 An instrument's error follows from the readings themselves, a stage of the supply and a modulus that
 drifts from the elastic curve, and relaxation nearly does.
+
+A finger without memory, friction and clock turns and presses as the pressure in its cavity tells,
+however that came about. So does a coupon with its travel. With all moduli c times as large the
+readings are those at the pressure p/c, and c times those of a force
+(:mod:`dolfingrip.diagnosis.simulation.simulated`).
+
+Viscosity is another load, nearly: quasi-linear viscoelasticity.
+
+All stresses of a body follow from its elastic ones by the same linear law of relaxation
+(Fung, Biomechanics, Springer 1993, sect. 7.6), with branches of the parts gᵢ and times τᵢ
+
+    σ(t) = σ_el(t) + Σ rᵢ vᵢ(t),    vᵢ' = σ_el' − vᵢ/τᵢ,    rᵢ = gᵢ/(1 − Σ g).
+
+So do the loads that hold it in balance: the pressure p and the blocked force F are those of an
+elastic body, q and F_el(q), relaxed. A finger under the pressure p turns as an elastic one under q:
+
+    α(t) = α_el(q(t)),    F(t) = F_el(q(t)) + Σ rᵢ vᵢ(t),    p = q + Σ rᵢ wᵢ,  wᵢ' = q' − wᵢ/τᵢ.
+
+A coupon's travel is given, so its force is that of the elastic coupon, relaxed. Contact, large
+rotations and the network of :mod:`dolfingrip.forms.transient_network` are not linear. A blocked
+finger does not follow the elastic load, so that its contact opens otherwise in unloading: the law
+is near in free bending, and off in a blocked force. Simulations correct it
+(:func:`approximate`); nothing is judged by it alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from dolfingrip.channels import TIME
+from dolfingrip.channels import CHANNELS, PRESSURE, TIME
 from dolfingrip.config import changed
 from dolfingrip.diagnosis.core.emulator import Emulator
 from dolfingrip.diagnosis.core.polynomial import SimulatedChanges, places, trained
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
+from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation import elastic_curve
-from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup
-from dolfingrip.extensions.effect import Displaying, Drifting, Relaxing, Stage
+from dolfingrip.diagnosis.simulation.schedule import StopSchedule
+from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup, SimulatedReadings
+from dolfingrip.extensions.effect import Displaying, Drifting, Flow, Relaxing, Stage
 from dolfingrip.extensions.index import effect
 
 
@@ -52,7 +75,7 @@ def simulations(
     values = []
     for node in nodes:
         c = float(factor(node))
-        rows = simulation.base_rows(c) if issubclass(effect(cause.name), Displaying) else []
+        rows = simulation.base_rows(c) if issubclass(effect(cause.name), Displaying) else {}
         values.append([_changed(simulation, cause, z, c, rows) for z in zeta])
     told = np.array(values)
     slopes = np.full((*told.shape[:2], len(box), told.shape[2]), np.nan)
@@ -64,24 +87,22 @@ def _changed(
     cause: Cause,
     zeta: np.ndarray,
     c: float,
-    rows: Sequence[dict[str, np.ndarray]],
+    rows: Rows,
 ) -> np.ndarray:
     config = changed(simulation.applied, cause.overrides(zeta))
     on: Any = getattr(config.extensions, cause.name)
     if rows:
-        return simulation.listed([
-            _displayed(simulation, run, on, own)
-            for run, own in zip(simulation.base.runs, rows, strict=True)
-        ])  # fmt: skip
-    base, by = simulation.base, c / simulation.centre
-    if isinstance(on, Drifting):
-        return elastic_curve.drifted(simulation.measurement, base, on, by)
-    behind = partial(elastic_curve.behind, on)
-    return elastic_curve.change(simulation.measurement, base, behind, by)
+        return simulation.measurement.collected(
+            {
+                run.group.tests: _displayed(simulation, run, on, rows[run.group.tests])
+                for run in simulation.base.runs
+            }
+        )
+    return change(simulation.measurement, simulation.base, on, c / simulation.centre)
 
 
 def _displayed(
-    simulation: FingerSimulation, run: SimulatedGroup, on: Displaying, own: dict[str, np.ndarray]
+    simulation: FingerSimulation, run: SimulatedGroup, on: Displaying, own: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
     """Changes of a run's readings at the measured rows by an instrument, by column."""
     test, way = simulation.measurement.readings["test"].to_numpy(), run.group.in_time
@@ -123,9 +144,131 @@ def approximate(
         config = changed(simulation.applied, cause.overrides(z[1:]))
         viscous: Any = getattr(config.extensions, cause.name)
         c = float(factor(z[0]))
-        changes.append(
-            elastic_curve.viscous_change(
-                simulation.measurement, simulation.base, viscous, c / simulation.centre
-            )
-        )
+        by = c / simulation.centre
+        changes.append(change(simulation.measurement, simulation.base, viscous, by))
     return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))
+
+
+def change(
+    measurement: Measurement,
+    base: SimulatedReadings,
+    on: Stage | Drifting | Relaxing,
+    factor: float = 1.0,
+) -> np.ndarray:
+    """(n,) change of the readings by an effect that is another load on an elastic body.
+
+    Args:
+        measurement: that ``base`` was simulated for.
+        base: without memory and clock.
+        on: the effect; the travel of a coupon is what it is.
+        factor: of all moduli; other than 1 where these scale.
+    """
+    found: dict[tuple[int, ...], dict[str, np.ndarray]] = {}
+    for run in base.runs:
+        way = run.group.in_time
+        (curve,) = run.schedule.legs
+        here = there = np.array(way.value)
+        if way.control == PRESSURE.name:
+            here, there = here / factor, _elastic(on, way) / factor
+        own = found[run.group.tests] = {}
+        for name in measurement.places(run.group.tests):
+            values = run.result.columns.get(name, np.empty(0))
+            if not values.size:
+                continue
+            load = CHANNELS[name].in_proportion
+            size = factor if load else 1.0
+            elastic, readings = (size * curve.read(values, load_at) for load_at in (here, there))
+            if load:
+                readings = _real(on, way, readings)
+            own[name] = way.at_rows(readings - elastic, len(measurement.readings))
+    return measurement.collected(found, 0.0)
+
+
+def _elastic(on: Stage | Drifting | Relaxing, way: StopSchedule) -> np.ndarray:
+    """(stops,) pressure that an elastic body has to bear to be as the real one is, in kPa."""
+    time_s, value = np.array(way.time_s), np.array(way.value)
+    if isinstance(on, Drifting):
+        return value / on.moduli_at(time_s)
+    return elastic_load(on, time_s, value) if isinstance(on, Relaxing) else behind(on, way)
+
+
+def _real(on: Stage | Drifting | Relaxing, way: StopSchedule, elastic: np.ndarray) -> np.ndarray:
+    """(stops,) forces by those of the elastic body."""
+    time_s = np.array(way.time_s)
+    if isinstance(on, Drifting):
+        return on.moduli_at(time_s) * elastic
+    return relaxed(on, time_s, elastic) if isinstance(on, Relaxing) else elastic
+
+
+def behind(stage: Stage, way: StopSchedule) -> np.ndarray:
+    """(stops,) pressure behind a stage of the supply along a way that begins at rest, in kPa."""
+    found = []
+    time_s, inlet_kPa, outlet_kPa = 0.0, 0.0, 0.0
+    for moment_s, now_kPa in zip(way.time_s, way.value, strict=True):
+        flow = Flow(inlet_kPa, now_kPa, outlet_kPa, moment_s, moment_s - time_s)
+        outlet_kPa = stage.outlet_kPa(flow)
+        time_s, inlet_kPa = moment_s, now_kPa
+        found.append(outlet_kPa)
+    return np.array(found)
+
+
+def relaxed(viscous: Relaxing, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray:
+    """(stops,) a load from the elastic one, straight between stops, at rest before the first."""
+    found = []
+    branches = _Branches(viscous)
+    for moment_s, value in zip(time_s, elastic, strict=True):
+        branches.pass_time(moment_s)
+        branches.load(value)
+        found.append(value + branches.more)
+    return np.array(found)
+
+
+def elastic_load(viscous: Relaxing, time_s: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """(stops,) the elastic load that relaxes to ``load``: the inverse of :func:`relaxed`."""
+    found = []
+    branches = _Branches(viscous)
+    for moment_s, value in zip(time_s, load, strict=True):
+        branches.pass_time(moment_s)
+        found.append(branches.solve(value))
+        branches.load(found[-1])
+    return np.array(found)
+
+
+class _Branches:
+    """Maxwell branches under an elastic load that changes along straight lines.
+
+    Args:
+        viscous: their parts and times.
+    """
+
+    def __init__(self, viscous: Relaxing) -> None:
+        parts, times = viscous.branches()
+        g = np.array(parts)
+        self._tau_s: np.ndarray = np.array(times)
+        self._ratio: np.ndarray = g / (1 - g.sum())
+        self._stress: np.ndarray = np.zeros(len(g))
+        self._kept: np.ndarray = np.ones(len(g))
+        self._time_s = self._value = 0.0
+
+    def pass_time(self, moment_s: float) -> None:
+        """Relax until a moment; the load that is reached by then is told next."""
+        part = (moment_s - self._time_s) / self._tau_s
+        self._stress = self._stress * np.exp(-part)
+        # the mean of exp(-t/τ) over the step: what is left of a load that grows along it
+        self._kept = np.where(part > 0, -np.expm1(-part) / np.where(part > 0, part, 1.0), 1.0)
+        self._time_s = moment_s
+
+    def solve(self, load: float) -> float:
+        """The elastic load that makes ``load`` at this moment."""
+        rest = load - float(self._ratio @ (self._stress - self._kept * self._value))
+        return rest / (1 + float(self._ratio @ self._kept))
+
+    def load(self, value: float) -> None:
+        """Load elastically to ``value``."""
+        self._stress = self._stress + self._kept * (value - self._value)
+        self._value = value
+
+    @property
+    def more(self) -> float:
+        """Load that the branches add to the elastic one."""
+        return float(self._ratio @ self._stress)

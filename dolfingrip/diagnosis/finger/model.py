@@ -28,7 +28,7 @@ from dolfingrip.diagnosis.finger.simulation import (
     same_material,
 )
 from dolfingrip.diagnosis.finger.unknowns import WALLS
-from dolfingrip.diagnosis.policy import MODEL, POLICY
+from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.nuisances import wall
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -190,7 +190,7 @@ def first_pass(
             if centre == told.centre:
                 break
             say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-            told = rough_simulation(measurement, config, workers, mesh, centre)
+            told = told.again(centre=centre)
         told = truncate_before_failure(told)
         if found and _reached(told) <= _reached(found[-1]):
             break
@@ -219,9 +219,7 @@ def refine_until_consistent(
         if not finer or _off(found) < POLICY.coarse:
             return found
         mesh, *finer = finer
-        rough = rough_simulation(
-            rough.measurement, rough.config, rough.workers, mesh, rough.centre, rough.headroom
-        )
+        rough = rough.again(flat=mesh)
 
 
 def _moduli(rough: FingerSimulation) -> float:
@@ -247,14 +245,7 @@ def truncate_before_failure(simulation: FingerSimulation) -> FingerSimulation:
             headroom = min(headroom, max(MODEL.reached * float(values[reached - 1]) / rows, 1.0))
     if headroom == simulation.headroom:
         return simulation
-    return rough_simulation(
-        simulation.measurement,
-        simulation.config,
-        simulation.workers,
-        simulation.flat,
-        simulation.centre,
-        headroom,
-    )
+    return simulation.again(headroom=headroom)
 
 
 def _reached(rough: FingerSimulation) -> int:
@@ -291,9 +282,8 @@ def model(
         if centre == simulation.centre:
             break
         say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-        rough = truncate_before_failure(
-            rough_simulation(measurement, config, workers, simulation.flat, centre)
-        )
+        other = rough.again(flat=simulation.flat, centre=centre, headroom=ROUTES.headroom)
+        rough = truncate_before_failure(other)
     return simulation, off, plain
 
 

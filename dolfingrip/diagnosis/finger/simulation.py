@@ -1,7 +1,7 @@
 """Readings of fingers at any moduli from a few simulations, and simulations of causes.
 
 Without weight and memory a change of all moduli scales a simulation exactly
-(:mod:`dolfingrip.diagnosis.simulation.variants`). Where it does not, the model is simulated at
+(:mod:`dolfingrip.diagnosis.simulation.simulated`). Where it does not, the model is simulated at
 several moduli, and what lies between them follows from a polynomial of their logarithm.
 """
 
@@ -9,27 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, ConfigError
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.policy import MODEL, ROUTES
-from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
 from dolfingrip.diagnosis.simulation.meshes import MeshMap
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance, base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.schedule import StopInterpolant
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
     SimulatedReadings,
     SimulationFailure,
+    scale_all,
+    scaled_moduli,
     simulate,
+    simulate_walls,
 )
-from dolfingrip.diagnosis.simulation.variants import simulate_walls
 from dolfingrip.experiments.request import MESH
 from dolfingrip.parameter import moduli
 from dolfingrip.parameter.nuisances import neutral_stages
@@ -78,7 +79,7 @@ class FingerSimulation:
     tried_walls: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        self._weights: dict[tuple[int, int, float], np.ndarray] = {}
+        self._weights: dict[tuple[object, ...], np.ndarray] = {}
         self._map = MeshMap(self.measurement, self.base, self.plain)
 
     @property
@@ -89,7 +90,7 @@ class FingerSimulation:
     @property
     def scales(self) -> bool:
         """True if the moduli scale the base model exactly."""
-        return variants.scale_all(self.base.runs)
+        return scale_all(self.base.runs)
 
     @property
     def applied(self) -> Config:
@@ -104,7 +105,12 @@ class FingerSimulation:
 
     def moduli(self, factor: float) -> Change:
         """Return the change that makes all moduli ``factor`` times as large as configured."""
-        return {} if factor == 1.0 else variants.overrides(self.applied, factor)
+        return scaled_moduli(self.applied, factor)
+
+    def again(self, **other: Any) -> FingerSimulation:
+        """Simulate the model roughly with another mesh, centre or headroom."""
+        own = {"flat": self.flat, "centre": self.centre, "headroom": self.headroom, **other}
+        return rough_simulation(self.measurement, self.config, self.workers, **own)
 
     def with_walls(self, walls: float) -> FingerSimulation:
         """With the base simulation at other walls, too.
@@ -118,10 +124,8 @@ class FingerSimulation:
 
     # -- reading a simulation ---------------------------------------------------------------------
 
-    def rows(
-        self, simulated: SimulatedReadings, factor: float, slope: str | None = None
-    ) -> list[dict[str, np.ndarray]]:
-        """Readings of each run at the measured rows, by column, (rows,) each.
+    def rows(self, simulated: SimulatedReadings, factor: float, slope: str | None = None) -> Rows:
+        """Readings of each run at the measured rows, by its tests and column, (rows,) each.
 
         Args:
             simulated: with headroom, where it is read at other moduli.
@@ -129,13 +133,10 @@ class FingerSimulation:
             slope: key of a parameter that the readings are derived by.
         """
         count = len(self.measurement.readings)
-        found = []
-        for place, run in enumerate(simulated.runs):
-            columns = run.result.columns
-            if slope is not None:
-                columns = {n: v for (n, key), v in run.result.slopes.items() if key == slope}
+        found = {}
+        for run in simulated.runs:
             own = {}
-            for name, values in columns.items():
+            for name, values in run.columns(slope).items():
                 if name == "time_s" or not len(values):
                     continue
                 if run.schedule is not run.group.curve:
@@ -144,69 +145,55 @@ class FingerSimulation:
                 (leg,) = run.schedule.legs
                 by = 1.0 if run.group.experiment == "coupon" else 1 / factor
                 told = np.full(count, np.nan)
-                told[leg.rows] = self._leg(place, leg, len(values), by) @ np.pad(
+                # all simulations of a group are read alike
+                key = run.group.tests, len(leg.stops), len(values), by
+                if key not in self._weights:
+                    self._weights[key] = leg.weights(len(values), leg.rows_at * by, ROUTES.beyond)
+                told[leg.rows] = self._weights[key] @ np.pad(
                     values, (0, len(leg.stops) - len(values))
                 )
                 own[name] = told * (factor if CHANNELS[name].in_proportion else 1.0)
-            found.append(own)
-        return found
-
-    def _leg(self, place: int, leg: StopInterpolant, reached: int, by: float) -> np.ndarray:
-        """Weights of stops, kept, as all simulations of a group are read alike."""
-        key = place, 1000 * len(leg.stops) + reached, by
-        if key not in self._weights:
-            self._weights[key] = leg.weights(reached, leg.rows_at * by, ROUTES.beyond)
-        return self._weights[key]
-
-    def listed(self, runs: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
-        """(n,) of the rows of all runs; NaN where a run lacks a column."""
-        row = self.measurement.listed()["row"].to_numpy()
-        found = np.full(len(row), np.nan)
-        for run, own in zip(self.base.runs, runs, strict=True):
-            for name, at in self.measurement.places(run.group.tests).items():
-                if name in own:
-                    found[at] = own[name][row[at]]
+            found[run.group.tests] = own
         return found
 
     def at(
         self, simulated: SimulatedReadings, factor: float, slope: str | None = None
     ) -> np.ndarray:
         """(n,) readings; see :meth:`rows`. A slope that nothing feels is 0."""
-        found = self.listed(self.rows(simulated, factor, slope))
+        found = self.measurement.collected(self.rows(simulated, factor, slope))
         return found if slope is None else np.nan_to_num(found)
 
-    def base_rows(self, factor: float) -> list[dict[str, np.ndarray]]:
+    def base_rows(self, factor: float) -> Rows:
         """Rows of the base model with all moduli ``factor`` times as configured."""
         return self._between(self.fine, factor)
 
-    def _between(
-        self, known: dict[float, SimulatedReadings], factor: float
-    ) -> list[dict[str, np.ndarray]]:
+    def _between(self, known: dict[float, SimulatedReadings], factor: float) -> Rows:
         """Rows at other moduli than those of some simulations, or between these."""
         parts = _lagrange(np.log([*known]), float(np.log(factor)))
         every = [self.rows(s, factor / c) for c, s in known.items()]
-        return [
-            {
-                name: np.sum([p * rows[i][name] for p, rows in zip(parts, every, strict=True)], 0)
-                for name in own
+        return {
+            tests: {
+                name: np.sum([p * own[tests][name] for p, own in zip(parts, every, strict=True)], 0)
+                for name in columns
             }
-            for i, own in enumerate(every[0])
-        ]
+            for tests, columns in every[0].items()
+        }
 
     def base_at(self, factor: float) -> np.ndarray:
         """(n,) readings of the base model at other moduli."""
-        return self.listed(self.base_rows(factor))
+        return self.measurement.collected(self.base_rows(factor))
 
     def graded(
-        self, readings: np.ndarray, slopes: np.ndarray, factor: float
+        self, readings: np.ndarray, factor: float, slopes: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Readings, (n,), and derivatives, (n, d), as the graded mesh would have them."""
-        return self._map.to_graded(readings, slopes, factor / self.centre)
+        jacobian = np.zeros((len(readings), 0)) if slopes is None else slopes
+        return self._map.to_graded(readings, jacobian, factor / self.centre)
 
     def graded_at(self, factor: float) -> np.ndarray:
         """(n,) readings of the model at other moduli, mapped from the mesh of the causes."""
-        plain = self.listed(self._between(self.coarse, factor))
-        return self.graded(plain, np.zeros((len(plain), 0)), factor)[0]
+        plain = self.measurement.collected(self._between(self.coarse, factor))
+        return self.graded(plain, factor)[0]
 
 
 def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
@@ -246,17 +233,16 @@ def rough_simulation(
     Raises:
         ConfigError: one line: a set-up that cannot be built, no workers, or a store in use.
     """
-    moved = _moved(measurement, config, centre)
-    variant = ModelVariant({**flat, **moved}, headroom=headroom)
-    (plain,) = simulate(measurement, config, [variant], workers)
-    none = np.zeros((len(plain.readings), 0))
-    nodes = {centre: plain}
-    if not variants.scale_all(plain.runs):
-        weighed = ModelVariant(flat, headroom=headroom)
-        nodes = _nodes(measurement, config, workers, weighed, centre)
+    moved = scaled_moduli(measurement.tests[0].setup.applied(config), centre)
+    (plain,) = simulate(
+        measurement, config, [ModelVariant({**flat, **moved}, headroom=headroom)], workers
+    )
+    nodes = _nodes(
+        measurement, config, workers, ModelVariant(flat, headroom=headroom), centre, plain
+    )
     rough = FingerSimulation(
-        measurement, config, workers, flat, centre, plain, [], none, plain, nodes, nodes, {},
-        plain.readings, headroom=headroom,
+        measurement, config, workers, flat, centre, plain, [], np.zeros((len(plain.readings), 0)),
+        plain, nodes, nodes, {}, plain.readings, headroom=headroom,
     )  # fmt: skip
     return replace(rough, base=replace(plain, readings=rough.base_at(centre)))
 
@@ -274,7 +260,7 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     """
     measurement, config, workers = rough.measurement, rough.config, rough.workers
     flat, centre, headroom = rough.flat, rough.centre, rough.headroom
-    moved = _moved(measurement, config, centre)
+    moved = rough.moduli(centre)
     base = base_variant(measurement, config, moved, headroom)
     graded, plain = simulate(
         measurement, config,
@@ -291,41 +277,40 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
         return replace(finger_simulation(again, told), failures=graded.failures)
     off = MODEL.mesh_share * (graded.readings - plain.readings)
     error = np.nan_to_num(off if flat else graded.slopes.get(MESH, np.zeros(len(off))))[:, None]
-    fine, coarse = {centre: graded}, {centre: plain}
-    if not variants.scale_all(graded.runs):
-        stages = ModelVariant(neutral_stages(config), headroom=headroom)
-        fine = _nodes(measurement, config, workers, stages, centre)
-        coarse = _nodes(measurement, config, workers, ModelVariant(flat, headroom=headroom), centre)
-    walls = simulate_walls(measurement, config, graded, workers)
-    found = FingerSimulation(
-        measurement, config, workers, flat, centre, graded, nuisances(measurement, graded),
-        error if error.any() else error[:, :0], plain, fine, coarse, walls, graded.readings,
-        headroom=headroom,
+    stages = ModelVariant(neutral_stages(config), headroom=headroom)
+    unmoved = ModelVariant(flat, headroom=headroom)
+    found = replace(
+        rough, base=graded, nuisances=nuisances(measurement, graded),
+        mesh=error if error.any() else error[:, :0], plain=plain,
+        fine=_nodes(measurement, config, workers, stages, centre, graded),
+        coarse=_nodes(measurement, config, workers, unmoved, centre, plain),
+        walls=simulate_walls(measurement, config, graded, workers), configured=graded.readings,
     )  # fmt: skip
     if centre == 1.0:
         return found
     variant = ModelVariant(configured.flat, headroom=configured.headroom)
     (first,) = simulate(measurement, config, [variant], workers)
-    readings, _ = found.graded(first.readings, np.zeros((len(first.readings), 0)), 1.0)
-    return replace(found, configured=readings)
-
-
-def _moved(measurement: Measurement, config: Config, centre: float) -> Change:
-    """Return the change that makes all moduli ``centre`` times as large as configured."""
-    applied = measurement.tests[0].setup.applied(config)
-    return {} if centre == 1.0 else variants.overrides(applied, centre)
+    return replace(found, configured=found.graded(first.readings, 1.0)[0])
 
 
 def _nodes(
-    measurement: Measurement, config: Config, workers: Workers, variant: ModelVariant, centre: float
+    measurement: Measurement,
+    config: Config,
+    workers: Workers,
+    variant: ModelVariant,
+    centre: float,
+    there: SimulatedReadings,
 ) -> dict[float, SimulatedReadings]:
-    """Simulations about some moduli, by the factor of all moduli."""
+    """Simulations by the factor of all moduli: the one at the centre alone where these scale it."""
+    if scale_all(there.runs):
+        return {centre: there}
+    applied = measurement.tests[0].setup.applied(config)
     nodes = [centre * c for c in MODEL.weighing]
-    variants = [
-        replace(variant, overrides={**variant.overrides, **_moved(measurement, config, c)})
+    every = [
+        replace(variant, overrides={**variant.overrides, **scaled_moduli(applied, c)})
         for c in nodes
     ]
-    return dict(zip(nodes, simulate(measurement, config, variants, workers), strict=True))
+    return dict(zip(nodes, simulate(measurement, config, every, workers), strict=True))
 
 
 def not_reached(

@@ -196,11 +196,10 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
         if _turns(simulation, cause):
             overrides, experiments = {**flat, **simulation.moduli(c)}, FINGERS
             gradients, tilt_deg = gradients[1:], float(cause.numbers[0].at(own[0]))
-        elsewhere = {**flat, **simulation.moduli(simulation.centre)}
         variants.append(
             ModelVariant(
                 overrides, tuple(gradients), headroom=simulation.headroom, only_in=experiments,
-                elsewhere=elsewhere, tilt_deg=tilt_deg, derived_elsewhere=False,
+                tilt_deg=tilt_deg,
             )
         )  # fmt: skip
     return _Design(cause, zeta, scales, variants)
@@ -287,7 +286,7 @@ def _assembled(
                         value = float(number.at(zi)) * whole
                         by_log = by_log + simulation.at(run, 1.0, key) * value
                 first = [by_log, *first]
-            graded, jacobian = simulation.graded(y, np.nan_to_num(np.column_stack(first)), whole)
+            graded, jacobian = simulation.graded(y, whole, np.nan_to_num(np.column_stack(first)))
             base = simulation.graded_at(whole)
             jacobian[:, ~np.isfinite(np.column_stack(first)).all(axis=0)] = np.nan
             if not design.scales:

@@ -45,7 +45,7 @@ def analyse_plan(
     """
     if in_closed_form(measurement, config):
         told = _reading(measurement, CouponSimulation(measurement, config).base())
-        return analyse_coupons(told, config, names)
+        return analyse_coupons(CouponSimulation(told, config), names)
     wanted = base_variant(measurement, config)
     (base,) = simulate(measurement, config, [wanted], workers)
     if np.isnan(base.readings).any():

@@ -4,14 +4,13 @@ From the bottom up:
 
 - :mod:`schedule`: the stops of a simulation, and the weights by which its readings at the stops
   make the readings at the measured rows;
-- :mod:`stops`: which stops a measurement asks for: one elastic curve, or the protocol in time;
+- :mod:`stops`: which stops a measurement asks for, at round values: one elastic curve, or the
+  protocol in time;
 - :mod:`groups`: which specimens share a simulation;
 - :mod:`runner`: the requests of a diagnosis, on workers and kept in a store;
 - :mod:`simulated`: ``simulate(measurement, config, variants, workers)`` gives all readings of a
   measurement, and their derivatives, for each of several variants: this is what fits call, too;
-- :mod:`variants`: the base model at other moduli, by exact scaling, and at other walls;
-- :mod:`elastic_curve`: readings at another load than that of the protocol, and viscous effects,
-  which nearly follow from it;
+  and at other walls, and moduli by exact scaling;
 - :mod:`nuisances`: what else the readings change by.
 
 All arrays are aligned with ``Measurement.listed()``

@@ -4,7 +4,7 @@ Each is a change of all readings at one standard deviation. They come from the f
 sensitivities of one base simulation; the numbers are those of
 :data:`dolfingrip.parameter.nuisances.NUISANCES`, or the laboratory's own, in the table
 ``[nuisance]`` of its TOML. There it can give any parameter of the configuration one, too. A
-modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.variants`.
+modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.simulated`.
 """
 
 from __future__ import annotations

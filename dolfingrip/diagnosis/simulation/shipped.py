@@ -25,9 +25,7 @@ from pydantic import TypeAdapter
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
-from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.experiments.request import FORMAT, Answer, Request
-from dolfingrip.files import whole
 from dolfingrip.jobs.job import content_key
 
 CORE: Final = ("dolfingrip.forms", "dolfingrip.meshes", "dolfingrip.mechanics",
@@ -114,21 +112,6 @@ class Known:
     protocol: Protocol
     gradients: Sequence[str]
     answer: Answer
-
-    @classmethod
-    def of(cls, request: Request, answer: Answer) -> Known:
-        """Note an answer.
-
-        Args:
-            request: that was computed.
-            answer: what it gave.
-
-        Returns:
-            The entry of a file.
-        """
-        effects = sorted(effect.name() for effect in request.config.extensions.active())
-        protocol, gradients = protocol_of(request), request.gradients or ()
-        return cls(key_without_protocol(request), effects, protocol, gradients, answer)
 
     def serves(self, request: Request) -> bool:
         """Tell whether a request's protocol is the beginning of this, and its derivatives are here.
@@ -247,58 +230,8 @@ def protocol_of(request: Request) -> Protocol:
     return {name: values for name, values in told.items() if values}
 
 
-def write(
-    file: Path, requests: Iterable[Request], answers: Iterable[Answer], *, keep: bool = False
-) -> None:
-    """Write answers into a file.
-
-    Args:
-        file: where.
-        requests: that were computed.
-        answers: what each gave.
-        keep: what the file has beside them stays.
-    """
-    known = read(file) if keep else None
-    every = [] if known is None else [each for own in known.known.values() for each in own]
-    every += [
-        Known.of(request, answer)
-        for request, answer in zip(requests, answers, strict=True)
-        if known is None or known.entry(request) is None
-    ]
-    write_known(file, every)
-
-
-def write_known(file: Path, every: Sequence[Known]) -> None:
-    """Write entries into a file, with the digests of today's code.
-
-    Args:
-        file: where.
-        every: its entries.
-    """
-    names = sorted({name for each in every for name in each.effects})
-    effects = {name: effect_digest(name) for name in names}
-    rounded = [replace(each, answer=_rounded(each.answer)) for each in every]
-    content = _File(FORMAT, core_digest(), effects, rounded)
-    with whole.stream(file) as stream:
-        stream.write(gzip.compress(TypeAdapter(_File).dump_json(content), mtime=0))
-
-
-def _rounded(answer: Answer) -> Answer:
-    def digits(values: np.ndarray) -> np.ndarray:
-        return np.array([float(f"{x:.{MODEL.digits}g}") for x in values])
-
-    columns = {name: digits(values) for name, values in answer.columns.items()}
-    slopes = {names: digits(values) for names, values in answer.slopes.items()}
-    return replace(answer, columns=columns, slopes=slopes)
-
-
-def restamp(file: Path) -> None:
-    """Give a file the digests of today's code, which is known to compute what the file has."""
-    write_known(file, _loaded(file).known)
-
-
 @dataclass(frozen=True, slots=True)
-class _File:
+class Content:
     """The content of a file: version, digests of the code, entries."""
 
     format: int
@@ -307,13 +240,14 @@ class _File:
     known: Sequence[Known]
 
 
-def _loaded(file: Path) -> _File:
-    return TypeAdapter(_File).validate_json(gzip.decompress(file.read_bytes()))
+def loaded(file: Path) -> Content:
+    """Read the whole content of a file."""
+    return TypeAdapter(Content).validate_json(gzip.decompress(file.read_bytes()))
 
 
 @cache
 def read(file: Path = FILE) -> Shipped | None:
-    """Read what :func:`write` wrote.
+    """Read a file of answers.
 
     Args:
         file: where it is.
@@ -324,7 +258,7 @@ def read(file: Path = FILE) -> Shipped | None:
     """
     if not file.is_file():
         return None
-    found = _loaded(file)
+    found = loaded(file)
     if found.format != FORMAT:
         return None
     unchanged = {name for name, old in found.effects.items() if old == _now(name)}

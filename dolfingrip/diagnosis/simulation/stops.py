@@ -1,12 +1,19 @@
 """The stops that a test asks for: the protocol in time, or one curve where history does not matter.
 
 Branches of few rows are simulated at their rows, at round values where these were read with noise
-(:mod:`dolfingrip.diagnosis.simulation.nominal`). Of more rows some stops are made and the rows are
+(:class:`NominalStop`). Of more rows some stops are made and the rows are
 interpolated (:mod:`dolfingrip.diagnosis.simulation.schedule`). A wait has stops that grow sparser.
 How many there are, :class:`~dolfingrip.diagnosis.policy.RoutePolicy` says. The control is taken as
 one-directional within a ramp and constant within a wait, at the mean of what was read: the gauge's
 own noise is no motion of the finger. Where a ramp begins behind the end of the one before, the way
 back is led, too. A model with a memory but no clock settles: its third cycle is its second.
+
+Stops at round values on straight ramps: where the laboratory meant to stop, not where it read.
+
+A gauge's noise is no motion of the finger. Two measurements with like controls then ask for the
+same simulations, so that the second finds them in the store; and a ramp at one rate takes half the
+iterations of one that changes its rate at every stop, as the load path's prediction goes on.
+Rows are read between the stops at the pressure that was read.
 """
 
 from __future__ import annotations
@@ -15,6 +22,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -22,9 +31,23 @@ import pandas as pd
 from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.diagnosis.data.motion import farthest, smallest_change
 from dolfingrip.diagnosis.policy import ROUTES
-from dolfingrip.diagnosis.simulation import nominal
-from dolfingrip.diagnosis.simulation.nominal import NominalStop
 from dolfingrip.diagnosis.simulation.schedule import StopInterpolant, StopSchedule
+
+
+class NominalStop(NamedTuple):
+    """Where a test is simulated.
+
+    Attributes:
+        time_s, cycle, branch: of the stop.
+        value: of the control that leads its segment.
+        controls: values of all controls, by column.
+    """
+
+    time_s: float
+    value: float
+    cycle: int
+    branch: str
+    controls: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +151,7 @@ def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
             mean = float(np.concatenate([before, own]).mean())
-            meant = nominal.end(mean, size / ROUTES.most, rounds_by / math.sqrt(b - a))
+            meant = meant_end(mean, size / ROUTES.most, rounds_by / math.sqrt(b - a))
             own = np.full(b - a, meant)
             if before.size and found[-1].branch != "hold" and found[-1].lead == controls[lead]:
                 found[-1] = replace(found[-1], leads_to=meant)
@@ -171,9 +194,9 @@ def elastic(
     least = max(ROUTES.closest * (high - low), ROUTES.certain * longest.sigma)
     at = _rising([low, *np.sort(values), high], least)
     if len(at) <= ROUTES.most:
-        at = nominal.values(at, longest.rounds_by)
+        at = meant_values(at, longest.rounds_by)
     else:
-        last = nominal.end(high, (high - low) / ROUTES.most, longest.rounds_by)
+        last = meant_end(high, (high - low) / ROUTES.most, longest.rounds_by)
         at = np.linspace(low, last, ROUTES.most)
     core = len(at)
     if headroom > 1 and high > 0:
@@ -280,7 +303,7 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
 def _back(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
     """The way back from the stop before to where a ramp begins, if nothing was read along it."""
     way = {"loading": 1.0, "unloading": -1.0}.get(segment.branch, 0.0)
-    start = nominal.end(float(segment.value[0]), segment.size / ROUTES.most, segment.rounds_by)
+    start = meant_end(float(segment.value[0]), segment.size / ROUTES.most, segment.rounds_by)
     if before is None or way * (start - before.value) >= -segment.jump:
         return []
     time_s = max(float(segment.time_s[0]), before.time_s + 1e-6)
@@ -313,7 +336,7 @@ def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
     if not found:  # a ramp that does not move
         end_s = max(float(time_s[-1]), last_s)
         found.append(NominalStop(end_s, float(last), segment.cycle, segment.branch))
-    return nominal.ramp(found, before, segment.rounds_by, segment.leads_to)
+    return meant_ramp(found, before, segment.rounds_by, segment.leads_to)
 
 
 def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
@@ -347,3 +370,107 @@ def _rising(values: Sequence[float], least: float) -> np.ndarray:
     if values[-1] > found[-1]:
         found[-1] = values[-1]
     return np.array(found, dtype=float)
+
+
+def unit_for(distance: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten up to a part of a distance."""
+    most = distance / ROUTES.fineness
+    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
+    return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
+
+
+def common_unit(read: np.ndarray, sigma: float) -> float:
+    """Return the unit that the places of a laboratory's stops are multiples of.
+
+    It is the largest of 1, 2, 2.5, 5 times a power of ten that all readings of the gauge are within
+    its noise of, and that its noise does not reach half of. So like data have the same stops. Where
+    there is none, the stops' distance tells how fine the unit is; it is never finer than that.
+
+    Args:
+        read: (n,) stops as read, of which no two are the same.
+        sigma: standard deviation of the gauge, above 0.
+    """
+    distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
+    power = 10.0 ** math.floor(math.log10(distance) + 1e-9)
+    finest = unit_for(distance)
+    for unit in (step * power for step in (5.0, 2.5, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)):
+        within = min(ROUTES.certain * sigma, ROUTES.clear * unit)
+        plausible = max(finest, ROUTES.tells * sigma) <= unit <= distance * (1 + ROUTES.alike)
+        if plausible and np.abs(read - unit * np.round(read / unit)).max() <= within:
+            return unit
+    return finest
+
+
+def rounded(value: float, unit: float) -> float:
+    """The nearest multiple of a unit."""
+    return float(f"{round(value / unit) * unit:.9g}")
+
+
+def meant_end(value: float, distance: float, sigma: float) -> float:
+    """A turn, a wait: the round value if the gauge's noise allows, else as it was read."""
+    if not (sigma and distance > 0):
+        return value
+    meant = rounded(value, unit_for(distance))
+    return meant if abs(meant - value) <= ROUTES.certain * sigma else value
+
+
+def meant_values(read: np.ndarray, sigma: float) -> np.ndarray:
+    """Round rising values of a control, the last by :func:`meant_end`.
+
+    Args:
+        read: (n,) values as read, rising.
+        sigma: standard deviation of the gauge; nothing is rounded where it is 0.
+
+    Returns:
+        (m,) round values.
+    """
+    if len(read) < 2 or not sigma:
+        return read
+    distance = float(read[-1] - read[0]) / (len(read) - 1)
+    unit, last = common_unit(read, sigma), meant_end(float(read[-1]), distance, sigma)
+    inner = dict.fromkeys(rounded(float(value), unit) for value in read[:-1])
+    return np.array([*(value for value in inner if value < last), last])
+
+
+def meant_ramp(
+    found: Sequence[NominalStop], before: NominalStop | None, sigma: float, leads_to: float
+) -> list[NominalStop]:
+    """The stops of a ramp at round values, at one rate where its rows allow.
+
+    Args:
+        found: its stops as read, the values rise or fall.
+        before: the stop that it starts from; None at the start of a test.
+        sigma: standard deviation of the gauge; nothing is changed where it is 0.
+        leads_to: value of the wait that follows, where the ramp ends exactly; NaN without one.
+    """
+    known = [*([before] if before else []), *found]
+    if not sigma or len(known) < 3:
+        return list(found)
+    time_s = np.array([stop.time_s for stop in known])
+    read = np.array([stop.value for stop in known])
+    distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
+    if not distance:
+        return list(found)
+    unit = common_unit(read, sigma)
+    meant = np.array([rounded(float(value), unit) for value in read])
+    meant[-1] = (
+        leads_to if not math.isnan(leads_to) else meant_end(float(read[-1]), distance, sigma)
+    )
+    meant[0] = before.value if before else meant_end(float(read[0]), distance, sigma)
+    rises = meant[-1] > meant[0]
+    ends = [0, -1] if rises else [-1, 0]
+    line_s = np.interp(meant, meant[ends], time_s[ends])
+    whole_s = float(time_s[-1] - time_s[0])
+    if np.abs(line_s - time_s).max() <= ROUTES.straight * whole_s:
+        time_s = line_s
+    way = 1.0 if rises else -1.0
+    kept = [0]
+    for i in range(1, len(meant) - 1):
+        if way * (meant[i] - meant[kept[-1]]) > 0 and way * (meant[-1] - meant[i]) > 0:
+            kept.append(i)
+    kept.append(len(meant) - 1)
+    first = 1 if before else 0
+    return [
+        found[0]._replace(time_s=float(f"{time_s[i]:.9g}"), value=float(meant[i]))
+        for i in kept[first:]
+    ]

@@ -19,9 +19,13 @@ from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measuremen
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.selection import selected
-from dolfingrip.diagnosis.simulation import variants
 from dolfingrip.diagnosis.simulation.nuisances import keys
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
+from dolfingrip.diagnosis.simulation.simulated import (
+    ModelVariant,
+    SimulatedReadings,
+    scaled_moduli,
+    simulate,
+)
 from dolfingrip.sections.tables import assignments
 
 TOLD = """experiment = "bending"
@@ -105,7 +109,7 @@ def test_moduli_scale_exactly(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations with the moduli of all terms and of the film changed."""
-    changes = variants.overrides(simulation.base.runs[0].config, 1.25)
+    changes = scaled_moduli(simulation.base.runs[0].config, 1.25)
     assert changes["material.ogden_mu_MPa"] == [0.01875, 0.00625]
     assert changes[FILM] == 3.75
     there = with_all(measurement, store, changes).readings

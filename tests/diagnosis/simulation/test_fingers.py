@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,12 @@ from dolfingrip.diagnosis.core.unknown import Factor, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.simulation import elastic_curve, variants
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
+from dolfingrip.diagnosis.simulation.simulated import (
+    ModelVariant,
+    SimulatedReadings,
+    scaled_moduli,
+    simulate,
+)
 from dolfingrip.experiments import run
 from dolfingrip.parameter.nuisances import GAP
 
@@ -84,9 +87,7 @@ def test_modulus_scales_exactly(
     assert simulation.scales
     for factor in (0.8, 1.25):
         scaled = simulation.at(simulation.base, factor)
-        changed = one(
-            measurement, store, variants.overrides(simulation.base.runs[1].config, factor)
-        )
+        changed = one(measurement, store, scaled_moduli(simulation.base.runs[1].config, factor))
         for name, column, allowed in (
             ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
         ):  # fmt: skip
@@ -130,7 +131,7 @@ def test_a_line_that_lags_is_the_elastic_curve_behind_it(
         overrides = {"extensions.line_lag.tau_s": tau_s}
         line = changed(finger(), overrides).extensions.line_lag
         assert line is not None
-        shape = elastic_curve.change(measurement, base, partial(elastic_curve.behind, line))
+        shape = closed_forms.change(measurement, base, line)
         change = one(measurement, store, overrides).readings - base.readings
         for experiment, name, allowed in (
             ("bending", "angle_deg", 1e-5),

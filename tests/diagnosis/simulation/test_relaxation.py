@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.simulation.elastic_curve import elastic_load, relaxed
+from dolfingrip.diagnosis.finger.closed_forms import elastic_load, relaxed
 from dolfingrip.extensions.prony import Prony
 
 TIME_s = np.array([0.0, 0.5, 1.0, 4.0, 4.0, 9.0, 30.0])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.here import Here, simulated
 
+from benchmarks import shipped_file
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
@@ -43,7 +44,7 @@ PRONY = ("extensions.prony.g=[0.2]",)
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("shipped")
     jobs = [coupon(5, gradients=("material.mu_MPa",)), coupon(5, *PRONY)]
-    shipped.write(folder / "results.json.gz", jobs, Here(folder / "store").results(jobs))
+    shipped_file.write(folder / "results.json.gz", jobs, Here(folder / "store").results(jobs))
     return folder / "results.json.gz"
 
 
