@@ -97,7 +97,7 @@ def test_the_model_leads_through_what_was_simulated(
         size = np.abs(there - base.readings).max()
         np.testing.assert_allclose(told(walls), there, atol=1e-3 * size)
     there = with_walls(measurement, store, 0.95) - base.readings
-    by_derivative = -0.05 * finger().finger.wall_mm * base.slope("finger.wall_mm")
+    by_derivative = -0.05 * finger().finger.wall_mm * base.slopes["finger.wall_mm"]
     for name in ("angle_deg", "force_N"):
         at = (measurement.listed()["column"] == name).to_numpy()
         off = np.abs(told(0.95) - base.readings - there)[at].max()

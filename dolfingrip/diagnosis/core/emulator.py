@@ -10,7 +10,7 @@ all moduli.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -25,14 +25,10 @@ class Emulator(ABC):
     Attributes:
         columns: Φ, shape (n, k), in the units of the readings.
         errors: columns of the error, one standard deviation each, shape (n, l).
-        left: root mean square error of a simulation that was left out, by the noise.
-        takes: which of the model's own numbers come before those of the cause in ζ.
     """
 
     columns: np.ndarray
     errors: np.ndarray
-    left: float
-    takes: tuple[int, ...] = field(default=(), kw_only=True)
 
     @abstractmethod
     def at(self, zeta: np.ndarray) -> np.ndarray:
@@ -82,7 +78,7 @@ class Local(Emulator):
         inner = inner / np.outer(scale, scale) + 1e-10 * np.eye(len(inner))
         data = np.moveaxis(told, 1, 2).reshape(len(inner), -1) / scale[:, None]
         columns = np.linalg.solve(inner, data).T / scale
-        return cls(columns, np.zeros((len(columns), 0)), 0.0, places, exact, length)
+        return cls(columns, np.zeros((len(columns), 0)), places, exact, length)
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         return np.array([_related(each, self.places, self.length)[0] for each in zeta])
@@ -119,12 +115,9 @@ class Stacked(Emulator):
 
     @classmethod
     def of(cls, *parts: Emulator) -> Stacked:
-        """Stack emulators that take the same nuisances."""
-        return cls(
-            np.hstack([each.columns for each in parts]),
-            np.hstack([each.errors for each in parts]),
-            float(np.sqrt(sum(each.left**2 for each in parts))), parts, takes=parts[0].takes,
-        )  # fmt: skip
+        """Stack emulators."""
+        errors = np.hstack([each.errors for each in parts])
+        return cls(np.hstack([each.columns for each in parts]), errors, parts)
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         return np.hstack([each.at(zeta) for each in self.parts])
@@ -148,19 +141,18 @@ class Scaled(Emulator):
 
     inner: Emulator | None
     factor: Factor
-    takes: tuple[int, ...] = field(default=(0,), kw_only=True)
 
     @classmethod
     def of(cls, inner: Emulator, scaled: np.ndarray, factor: Factor) -> Scaled:
         """Scale an emulator of a cause, whose readings are ``scaled`` or not, (n,)."""
         on = scaled[:, None]
         columns = np.hstack([inner.columns * on, inner.columns * ~on])
-        return cls(columns, inner.errors, inner.left, inner, factor)
+        return cls(columns, inner.errors, inner, factor)
 
     @classmethod
     def alone(cls, base: np.ndarray, scaled: np.ndarray, factor: Factor) -> Scaled:
         """Make the emulator of what c changes about the model's readings (n,)."""
-        return cls((base * scaled)[:, None], np.zeros((len(base), 0)), 0.0, None, factor)
+        return cls((base * scaled)[:, None], np.zeros((len(base), 0)), None, factor)
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         c = self.factor(zeta[:, :1])

@@ -88,12 +88,14 @@ class PolynomialEmulator(Emulator):
     """A polynomial of coordinates of ζ.
 
     Attributes:
+        left: root mean square error of a simulation that was left out, by the noise.
         exponents: of the coordinates, shape (m, coordinates).
         weights: shape (m, k); those of the middle node where there is a ``table``.
         coordinates: of the entries of ζ, without the first where there is a ``table``.
         table: weights by the first entry of ζ, (m, k); None where these are constant.
     """
 
+    left: float
     exponents: np.ndarray
     weights: np.ndarray
     coordinates: tuple[Coordinate, ...]
@@ -183,7 +185,6 @@ def trained_on(
     simulations: SimulatedChanges,
     coordinates: Sequence[Coordinate],
     scale: np.ndarray,
-    takes: tuple[int, ...],
     *,
     degree: int = POLICY.curved_degree,
     share: float = POLICY.curved_share,
@@ -195,7 +196,6 @@ def trained_on(
         simulations: values and derivatives.
         coordinates: of ζ.
         scale: noise of the readings, shape (n,).
-        takes: which of the model's own numbers come first in ζ.
         degree: of the polynomial, at most.
         share: most monomials by the number of values and derivatives; 1: the polynomial may go
             through all, and keeps more components.
@@ -205,9 +205,7 @@ def trained_on(
     one_sided = any(each.amplitude and not each.signed for each in coordinates)
     folds = np.eye(len(simulations.zeta), dtype=bool) if left_out is None else left_out
     found = [
-        _trained(
-            simulations, [c.warped(w) for c in coordinates], scale, takes, degree, share, folds
-        )
+        _trained(simulations, [c.warped(w) for c in coordinates], scale, degree, share, folds)
         for w in (WARPS if one_sided else WARPS[:1])
     ]
     return min(found, key=lambda each: each.left)
@@ -217,7 +215,6 @@ def _trained(
     told: SimulatedChanges,
     coordinates: Sequence[Coordinate],
     scale: np.ndarray,
-    takes: tuple[int, ...],
     degree: int,
     share: float,
     folds: Sequence[np.ndarray] | np.ndarray,
@@ -268,7 +265,7 @@ def _trained(
         errors, left = error_of(np.vstack(rest), off, scale)
     return PolynomialEmulator(
         basis.T * scale[:, None], errors, left, exponents, weights[middle], tuple(coordinates),
-        table, takes=takes,
+        table,
     )  # fmt: skip
 
 
@@ -278,7 +275,7 @@ def trained(
     scale: np.ndarray,
     box: np.ndarray | None = None,
     stretches: Sequence[Warp | None] = (),
-) -> Emulator:
+) -> PolynomialEmulator:
     """An emulator from many simulated changes without derivatives.
 
     Args:
@@ -297,7 +294,7 @@ def trained(
     ]
     slopes = np.full((1, count, d, changes.shape[1]), np.nan)
     return trained_on(
-        SimulatedChanges(zeta, changes[None], slopes, None), own, scale, (),
+        SimulatedChanges(zeta, changes[None], slopes, None), own, scale,
         degree=POLICY.degrees[min(d, len(POLICY.degrees)) - 1],
         share=0.5,  # which half of the simulations can tell
         left_out=[np.arange(count) % POLICY.left_out == POLICY.left_out - 1],

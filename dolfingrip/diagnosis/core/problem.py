@@ -33,7 +33,7 @@ class InferenceProblem:
         base: y₀ as configured, shape (n,).
         always: the model's own numbers, which every hypothesis fits; the factor of all moduli
             first.
-        emulators: of the causes, by name.
+        emulators: of the causes, by name; functions of the moduli's ζ and of their own numbers.
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         boxes: ranges of ζ of each cause, (d, 2).
@@ -132,7 +132,7 @@ class InferenceProblem:
         places, effects = self.places(subset), self.effects(subset)
         for name, own in places.items():
             each = self.emulators[name]
-            found.append((name, each, np.r_[np.array(each.takes, int), own]))
+            found.append((name, each, np.r_[0, own]))
         for causes, each in self.corrections.items():
             if places.keys() >= {*causes} and (causes not in self.local or causes == effects):
                 every = [np.arange(self.nuisance_count), *(places[name] for name in causes)]

@@ -30,7 +30,6 @@ is near in free bending, and off in a blocked force. Simulations correct it
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -146,7 +145,7 @@ def approximate(
         c = float(factor(z[0]))
         by = c / simulation.centre
         changes.append(change(simulation.measurement, simulation.base, viscous, by))
-    return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))
+    return trained(zeta, np.nan_to_num(np.array(changes)), scale, box)
 
 
 def change(

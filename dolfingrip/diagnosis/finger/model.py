@@ -88,8 +88,7 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
         slopes[:] = np.nan
     own = [Coordinate(lambda zeta: zeta, amplitude=False)] if spread else []
     every = SimulatedChanges(zeta, told_values, slopes, nodes)
-    takes = tuple(range(1 + len(own)))
-    baseline = trained_on(every, own, off.noise, takes, share=1.0, left_out=())
+    baseline = trained_on(every, own, off.noise, share=1.0, left_out=())
     always = [factor_of_moduli(factor, (MODULUS,) if free else ())]
     if spread:
         key, wall_mm = wall(simulation.applied)

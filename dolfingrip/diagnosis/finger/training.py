@@ -145,7 +145,7 @@ def trained_causes(
         else:
             degree = POLICY.closed_form_places - 1 if cause.name in closed else POLICY.curved_degree
             degree = 1 if effect(cause.name).by_slopes else degree
-            emulator = trained_on(own, coordinates_of(cause), scale, (0,), degree=degree)
+            emulator = trained_on(own, coordinates_of(cause), scale, degree=degree)
         emulators[cause.name] = emulator
     return Trained(emulators, tuple(unseen), {name: why for name, why in failed.items() if why})
 
@@ -165,10 +165,8 @@ def _by_moduli(
     moduli = (float(low), float(high))
     approximation = closed_forms.approximate(simulation, cause, scale, factor, moduli)
     if approximation is None:
-        return trained_on(simulated, own, scale, (0,))
-    return Stacked.of(
-        approximation, trained_on(_without(simulated, approximation), own, scale, (0,))
-    )
+        return trained_on(simulated, own, scale)
+    return Stacked.of(approximation, trained_on(_without(simulated, approximation), own, scale))
 
 
 def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:

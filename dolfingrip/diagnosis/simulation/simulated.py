@@ -4,7 +4,7 @@ viscous = ModelVariant({"extensions.prony.g": [0.2]})
 variants = [ModelVariant(), viscous, ModelVariant(gradients=("material.mu_MPa",))]
 base, prony, slopes = simulate(measurement, config, variants, Workers(folder, Where(workers=2)))
 prony.readings - base.readings     # (n,), aligned with measurement.listed()
-slopes.slope("material.mu_MPa")    # (n,)
+slopes.slopes["material.mu_MPa"]   # (n,)
 
 The base model at other moduli follows exactly and without a new simulation.
 
@@ -135,19 +135,6 @@ class SimulatedReadings:
     slopes: Mapping[str, np.ndarray]
     failures: Sequence[SimulationFailure]
     runs: Sequence[SimulatedGroup]
-
-    def slope(self, key: str) -> np.ndarray:
-        """(n,) derivative by a parameter, for each unit of it; 0 where nothing feels it.
-
-        Raises:
-            KeyError: it was not asked for, or it is a list, whose entries are meant.
-        """
-        if key in self.slopes:
-            return self.slopes[key]
-        entries = [name for name in self.slopes if name.startswith(f"{key}[")]
-        if entries or key not in self.variant.gradients:
-            raise KeyError(f"{key}; there are {', '.join(entries or self.slopes)}")
-        return np.zeros_like(self.readings)
 
 
 def simulate(

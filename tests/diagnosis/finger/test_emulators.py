@@ -9,8 +9,12 @@ from benchmarks.reference_measurement import reference_measurement
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.emulator import Emulator
-from dolfingrip.diagnosis.core.polynomial import Coordinate, SimulatedChanges, trained_on
+from dolfingrip.diagnosis.core.polynomial import (
+    Coordinate,
+    PolynomialEmulator,
+    SimulatedChanges,
+    trained_on,
+)
 from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli
@@ -45,12 +49,12 @@ def slope(zeta: float, c: float) -> np.ndarray:
 AMPLITUDE = Coordinate(lambda zeta: np.exp(0.4 * zeta), amplitude=True, signed=False)
 
 
-def softening() -> Emulator:
+def softening() -> PolynomialEmulator:
     places, nodes = np.array([-2.0, 0.3, 2.3]), np.linspace(-2.5, 2.5, 33)
     values = np.array([[changed(z, factor(m)) for z in places] for m in nodes])
     slopes = np.array([[[slope(z, factor(m))] for z in places] for m in nodes])
     told = SimulatedChanges(places[:, None], values, slopes, nodes)
-    return trained_on(told, [AMPLITUDE], SCALE, (0,))
+    return trained_on(told, [AMPLITUDE], SCALE)
 
 
 def test_three_places_with_slopes_serve_a_whole_prior() -> None:
@@ -81,7 +85,7 @@ def case_of(readings: np.ndarray) -> InferenceProblem:
         readings, bend(1.0), (factor_of_moduli(Factor.of(STD, -2.5, 2.5)),),
         {"softening": softening()}, np.diag(SCALE**2),
         np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
-        trained_on(told, [], SCALE, (0,), share=1.0, left_out=()),
+        trained_on(told, [], SCALE, share=1.0, left_out=()),
     )  # fmt: skip
 
 

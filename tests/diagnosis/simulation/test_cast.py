@@ -101,7 +101,7 @@ def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store
     ends = [with_all(measurement, store, {FILM: 3 + way}).readings for way in (0.05, -0.05)]
     np.testing.assert_allclose(columns[FILM], 5 * (ends[0] - ends[1]), rtol=1e-3)
     walls = 0.05 * np.where(measurement.listed()["specimen"] == "A", 7.0, 6.0)
-    np.testing.assert_allclose(columns["wall"], walls * base.slope("cast.wall_mm"))
+    np.testing.assert_allclose(columns["wall"], walls * base.slopes["cast.wall_mm"])
     assert (columns["wall"] < 0).all()
 
 

@@ -109,7 +109,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     free = of(measurement, "bending")
     assert not columns["plate_gap_mm"][free].any()
     np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slope(GAP))
-    np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.slope("finger.wall_mm"))
+    np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.slopes["finger.wall_mm"])
     ends = [
         one(measurement, store, {"extensions.pressure_gain.gain": gain}) for gain in (1.005, 0.995)
     ]
