@@ -108,7 +108,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     columns = {each.name: each.change for each in simulation.nuisances}
     free = of(measurement, "bending")
     assert not columns["plate_gap_mm"][free].any()
-    np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slope(GAP))
+    np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slopes[GAP])
     np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.slopes["finger.wall_mm"])
     ends = [
         one(measurement, store, {"extensions.pressure_gain.gain": gain}) for gain in (1.005, 0.995)
