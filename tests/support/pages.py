@@ -1,4 +1,22 @@
-"""The shell blocks of documentation, as a reader copies them into an empty clone."""
+"""The code blocks of documentation, as a reader copies them into an empty clone.
+
+A comment before a block says what is special about it: parts that are separated by semicolons.
+
+| part | meaning |
+|---|---|
+| ``in tests: SIZES`` | the tests run it, with these options added to its last command |
+| ``dear: SIZES`` | it takes more than 20 minutes of processor, so ``benchmarks/documentation.py`` adds these |
+| ``not in tests: REASON`` | only ``benchmarks/documentation.py`` runs it |
+| ``not run: REASON`` | nothing here runs it |
+| ``file: NAME`` | its text is written to this file |
+| ``read by: COMMAND`` | what reads this file |
+| ``refused`` | its last command ends with an error |
+| ``not executed`` | the documentation's build leaves it out |
+| ``served`` | its last command serves a page until it is interrupted |
+
+SIZES may be one for each command, with ``|`` between them; ``-`` leaves a command out. ``small``
+stands for :data:`SMALL`. Pages that the documentation's build executes need no ``in tests``.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +30,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
+from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ("dolfingrip", "forms", "meshes")
@@ -19,24 +39,41 @@ COPIED = ("examples", "docs", "README.md", "pyproject.toml")
 """What else of a clone the blocks read."""
 
 DOLFINGRIP = "scripts/run dolfingrip "
-_BLOCK = re.compile(r"^(?:<!-- (?P<comment>[^\n]*?) ?-->\n)?```sh\n(?P<text>.*?)^```$", re.M | re.S)
+PYTHON: Final = "scripts/run python - <<'END'\n"
+SMALL: Final = "--set mesh.edge_size_mm=7 --set finger.bellows=2 --set finger.length_mm=38"
+_APART: Final = r"; (?=in tests|dear|not in tests|not run|not executed|file|read by|refused|served)"
+_BLOCK = re.compile(
+    r"^(?:<!-- (?P<comment>[^\n]*?) ?-->\n)?"
+    r"```(?P<language>sh|toml|python|yaml|\{code-cell\})\n(?P<text>.*?)^```$",
+    re.M | re.S,
+)
 
 
 @dataclass(frozen=True)
 class Block:
-    """A block of ``sh`` on a page.
+    """A block of code on a page.
 
     Attributes:
         page: that it stands on.
+        line: at which it begins.
         heading: above it.
-        comment: in the line before it, as :mod:`docs/_ext/tutorials.py` says.
+        comment: in the line before it.
+        language: of it.
         text: of the block.
     """
 
     page: Path
+    line: int
     heading: str
     comment: str
+    language: str
     text: str
+
+    @property
+    def marks(self) -> dict[str, str]:
+        """Parts of the comment."""
+        parts = (part.partition(":") for part in re.split(_APART, self.comment))
+        return {name: said.strip() for name, _, said in parts if name}
 
     @property
     def typed(self) -> list[str]:
@@ -46,6 +83,11 @@ class Block:
     @property
     def commands(self) -> list[str]:
         """Its commands: a here-document or a continued line is one."""
+        if self.language == "python":
+            return [f"{PYTHON}{self.text}END"]
+        if self.language != "sh":
+            written = f"cat > {self.marks['file']} <<'END'\n{self.text}END"
+            return [written, *filter(None, [self.marks.get("read by")])]
         found: list[str] = []
         lines = iter(self.typed)
         for line in lines:
@@ -63,25 +105,24 @@ class Block:
                 found.append(command)
         return found
 
-    @property
-    def sizes(self) -> str | None:
-        """What the tests add to its last command; None where they do not run it."""
-        _, marked, sizes = self.comment.partition("in tests:")
-        return sizes.strip() if marked else None
+    def reduced(self, mark: str = "in tests") -> list[str]:
+        """Its commands with the sizes that its comment names.
 
-    @property
-    def refused(self) -> bool:
-        """True where its last command ends with an error in one line."""
-        return self.comment.startswith("refused")
-
-    def reduced(self) -> list[str]:
-        """Its commands as the tests run them: the last one takes the sizes."""
-        *first, last = self.commands
-        return [*first, f"{last} {self.sizes or ''}".strip()]
+        Args:
+            mark: the part of the comment.
+        """
+        commands = self.commands
+        sizes = [size.strip().replace("small", SMALL) for size in self.marks[mark].split("|")]
+        sizes = [""] * (len(commands) - len(sizes)) + sizes
+        return [
+            f"{command if '<<' in command else re.sub(r' +# .*', '', command)} {size}".strip()
+            for command, size in zip(commands, sizes, strict=True)
+            if size != "-"
+        ]
 
 
 def blocks(page: Path) -> Iterator[Block]:
-    """The shell blocks of a page.
+    """The code blocks of a page that its reader sees.
 
     Args:
         page: of Markdown.
@@ -91,8 +132,14 @@ def blocks(page: Path) -> Iterator[Block]:
     """
     text = page.read_text(encoding="utf-8")
     for match in _BLOCK.finditer(text):
+        if ":tags: [remove-" in match["text"]:
+            continue
         headings = re.findall(r"^#+ (.*)$", text[: match.start()], re.M)
-        yield Block(page, (headings or [""])[-1], match["comment"] or "", match["text"])
+        language = match["language"].replace("{code-cell}", "python")
+        line = text.count("\n", 0, match.start("language")) + 1
+        yield Block(
+            page, line, (headings or [""])[-1], match["comment"] or "", language, match["text"]
+        )
 
 
 def clone(folder: Path) -> Path:
