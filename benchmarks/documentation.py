@@ -1,7 +1,7 @@
 """Every code block of README and documentation, copied into an empty clone and run whole.
 
-    scripts/run python -m benchmarks.documentation
-    scripts/run python -m benchmarks.documentation README films    # these pages alone
+    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation
+    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation README films    # these pages alone
 
 writes ``benchmarks/documentation.csv``: a row for each block. Pages are run one by one in a clone of
 the last commit, emptied before each, and the blocks of a page one after another. A comment before
