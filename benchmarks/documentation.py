@@ -1,14 +1,13 @@
 """Every code block of README and documentation, copied into an empty clone and run whole.
 
     scripts/run env PYTHONPATH=tests python -m benchmarks.documentation
-    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation README films    # these pages alone
+    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation README films  # these pages
 
-writes ``benchmarks/documentation.csv``: a row for each block. Pages are run one by one in a clone of
-the last commit, emptied before each, and the blocks of a page one after another. A comment before
-a block says what is special about it (``tests/support/pages.py``). Blocks that are marked as dear,
-more than 20 minutes of processor, take the sizes of their marks; blocks that need what a machine
-may lack are listed with the reason. Pages that have not changed are not run again, so a second call
-goes on.
+writes ``benchmarks/documentation.csv``: a row for each block. Pages are run one by one in a clone
+of the last commit, emptied before each, and the blocks of a page one after another. A comment
+before a block says what is special about it (``tests/support/pages.py``). Blocks that are marked
+as dear take the sizes of their marks, those that need what a machine may lack are listed with the
+reason. Pages that have not changed are not run again, so a second call goes on.
 """
 
 from __future__ import annotations

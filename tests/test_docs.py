@@ -79,12 +79,16 @@ def test_files_that_pages_name_are_there() -> None:
     assert missing == []
 
 
+DOCUMENTS: Final = [
+    *sorted(DOCS.glob("*.md")), *sorted((DOCS / "api").glob("*.md")), DOCS.parent / "README.md"
+]  # fmt: skip
+
+
 def _commands() -> list[tuple[str, str]]:
     """Page and command of all calls of dolfingrip in shell blocks."""
-    own = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
     return [
         (page.name, command)
-        for page in own
+        for page in DOCUMENTS
         for block in pages.blocks(page)
         for command in block.commands
         if command.startswith(pages.DOLFINGRIP)
@@ -119,11 +123,36 @@ def test_every_command_on_a_page_is_understood() -> None:
     assert wrong == []
 
 
+MARKS: Final = {"in tests", "not in tests", "not run"}
+
+
+def _executed(block: pages.Block) -> bool:
+    """True of what runs when the documentation is built."""
+    head = block.page.read_text(encoding="utf-8").partition("\n# ")[0]
+    return (
+        "file_format: mystnb" in head
+        and block.language in {"sh", "python"}
+        and "not executed" not in block.marks
+    )
+
+
+@needs_checkout
+def test_every_block_says_how_it_is_run() -> None:
+    """By a test, when the documentation is built, by a script alone, or not at all."""
+    silent = [
+        f"{page.name}:{block.line}"
+        for page in DOCUMENTS
+        for block in pages.blocks(page)
+        if not MARKS & set(block.marks) and not _executed(block)
+    ]
+    assert silent == []
+
+
 RUN: Final = {
     page: marked
-    for page in sorted(DOCS.glob("*.md"))
+    for page in DOCUMENTS
     if page.stem != "five_answers"  # those are tests/test_newcomer.py's
-    and (marked := [each for each in pages.blocks(page) if each.sizes is not None])
+    and (marked := [each for each in pages.blocks(page) if "in tests" in each.marks])
 }
 """Marked blocks by the page."""
 
@@ -142,7 +171,7 @@ def test_blocks_run_in_an_empty_clone(
     for block in RUN[page]:
         *first, last = block.reduced()
         pages.run(first, clone)
-        if block.refused:
+        if "refused" in block.marks:
             with pytest.raises(ConfigError):
                 pages.run([last], clone)
         else:

@@ -5,7 +5,7 @@ A comment before a block says what is special about it: parts that are separated
 | part | meaning |
 |---|---|
 | ``in tests: SIZES`` | the tests run it, with these options added to its last command |
-| ``dear: SIZES`` | it takes more than 20 minutes of processor, so ``benchmarks/documentation.py`` adds these |
+| ``dear: SIZES`` | ``benchmarks/documentation.py`` adds these, as the whole takes too long |
 | ``not in tests: REASON`` | only ``benchmarks/documentation.py`` runs it |
 | ``not run: REASON`` | nothing here runs it |
 | ``file: NAME`` | its text is written to this file |
@@ -30,7 +30,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -86,6 +86,8 @@ class Block:
         if self.language == "python":
             return [f"{PYTHON}{self.text}END"]
         if self.language != "sh":
+            if "file" not in self.marks:
+                return []
             written = f"cat > {self.marks['file']} <<'END'\n{self.text}END"
             return [written, *filter(None, [self.marks.get("read by")])]
         found: list[str] = []
@@ -191,11 +193,32 @@ def perform(commands: Sequence[str]) -> None:
     from dolfingrip.cli.app import app
 
     for command in commands:
+        failed = 0
         print("$", command, flush=True)
-        if command.startswith(DOLFINGRIP) and not set("|>&;") & set(command):
-            code = app(shlex.split(command)[2:], prog_name="dolfingrip", standalone_mode=False)
+        if command.startswith(PYTHON):
+            code, _, sizes = command.removeprefix(PYTHON).rpartition("END")
+            _python(code, sizes)
+        elif command.startswith("scripts/run python -c "):
+            _python(shlex.split(command)[3])
+        elif command.startswith(DOLFINGRIP) and not set("|>&;") & set(command):
+            failed = app(shlex.split(command)[2:], prog_name="dolfingrip", standalone_mode=False)
         else:
-            code = subprocess.run(
+            failed = subprocess.run(
                 ["bash", "-eo", "pipefail", "-c", command], check=False
             ).returncode
-        assert not code, command
+        assert not failed, command
+
+
+def _python(code: str, sizes: str = "") -> None:
+    """Run Python's code here, its configurations with further settings."""
+    from dolfingrip import config
+    from dolfingrip.sections.tables import assignments
+
+    smaller = assignments(shlex.split(sizes)[1::2])
+
+    def load(file: Any = None, overrides: Any = None) -> config.Config:
+        return whole(file, {**(overrides or {}), **smaller})
+
+    whole = config.load
+    with mock.patch.object(config, "load", load):
+        exec(compile(code, "a block of code", "exec"), {"__name__": "__main__"})
