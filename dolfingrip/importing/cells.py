@@ -127,7 +127,8 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
     if not found:
         raise ConfigError(
             f"{file}: no table in it; allowed: a header and rows with at least two numbers each, "
-            "separated by commas, semicolons, tabs, bars or spaces, or a sheet of an .xlsx file"
+            "their units in the header, separated by commas, semicolons, tabs, bars or spaces, or "
+            "a sheet of an .xlsx file"
         )
 
 

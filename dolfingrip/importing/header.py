@@ -1,4 +1,4 @@
-"""Quantity and unit of a column, from its name in six languages."""
+"""Quantity and unit of a column, from its name in nine languages."""
 
 from __future__ import annotations
 
@@ -276,8 +276,12 @@ def recognise(header: str) -> Recognised:
     if len(found) == 1 and found[0] in WITHOUT_UNIT:
         return Recognised(header, (ColumnReading(targets[0], unit),))
     if found and not unit:
-        offered = [column for each in found for column in _known()["columns"][each]]
-        return Recognised(header, (), "its unit is not told", tuple(("", c) for c in offered))
+        offered = [("", column) for each in found for column in _known()["columns"][each]]
+        why = "its unit is not told"
+        if (said := re.search(r"[(\[<]\s*([^()\[\]<>]+?)\s*[)\]>]", header)) is not None:
+            why = f"{said[1]} is no unit that is known"  # nobody shall take its numbers for others
+            offered = [("*FACTOR", column) for _, column in offered]
+        return Recognised(header, (), why, tuple(offered))
     readings = tuple(ColumnReading(t, unit, value) for t in targets for value in factor(unit, t))
     if len(readings) == 1:
         return Recognised(header, readings)

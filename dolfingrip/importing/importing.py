@@ -127,7 +127,9 @@ def understand(file: Path, told: Told) -> ImportedTable:
         found = [_with_clock(recognise(name), cells, i) for i, name in enumerate(cells.header)]
         named = sum(any(name in text for text in told.column) for name in cells.header)
         score = named + sum(bool(each.readings) or 0.5 * bool(each.why) for each in found)
-        known.setdefault((score, tuple(each.readings for each in found)), cells)
+        # a unit's accents may differ and mean the same
+        taken = tuple((r.target, r.factor, r.offset) for each in found for r in each.readings)
+        known.setdefault((score, taken), cells)
     best = max(score for score, _ in known)
     likely = [cells for (score, _), cells in known.items() if score == best]
     if len(likely) > 1 and best:
@@ -228,7 +230,8 @@ def _numbers(found: ImportedTable, header: str, texts: Sequence[str]) -> np.ndar
         except ValueError:
             raise ConfigError(
                 f"{found.file}: line {number}: {header} = {text}: not a number; allowed: numbers "
-                f"with a decimal {found.cells.how.rpartition(' ')[2]}, or nothing"
+                f"with a decimal {found.cells.how.rpartition(' ')[2]}, or nothing; or add "
+                f"{column_line(header, IGNORE)}"
             ) from None
     return np.array(values)
 
@@ -313,7 +316,7 @@ def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
         sign = 1.0 if -low >= high else -1.0  # of a pressure below that of the air
         if (own := found.taken[header]) is not None:
             found.taken[header] = replace(own, target="pressure_kPa", factor=sign * own.factor)
-        table = table.drop(columns=name).assign(pressure_kPa=sign * value)
+        table = table.drop(columns=name).assign(pressure_kPa=sign * value + 0.0)  # 0 and not -0
     found.table = table
     if experiment in CONTROL:
         _times(found, told, "rate_kPa_per_s")

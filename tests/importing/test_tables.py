@@ -99,6 +99,20 @@ TRELOAR = """# Treloar 1944, simple extension
 1.24  2.35
 1.39  3.20
 """
+TRELOAR_KG = """Extension ratio,Nominal stress (kg/cm²)
+1.00,0
+1.12,1.40
+1.24,2.35
+"""
+ITALIAN = """Prova n° 3 - dita soffice
+Tempo [s];Pressione [psi];Angolo [gradi]
+0;0,0;0
+1;2,9;4,9
+"""
+IMAGES = """Image n°\tPression (bar)\tAngle de flexion (degrés)
+1\t0\t0
+26\t0,2\t9,1
+"""
 RADIANS = """time_ms|p_kPa|theta_rad
 0|0|0
 500|12.5|0.1
@@ -163,6 +177,20 @@ TABLES = (
         "treloar.dat", TRELOAR.encode(),
         {"stretch": [1, 1.12, 1.24, 1.39], "stress_MPa": [0, 0.137293, 0.230456, 0.313813]},
         Told(column=("column 1=stretch", "column 2=stress [kgf/cm2]")), "coupon",
+    ),
+    LabTable(
+        "treloar.csv", TRELOAR_KG.encode("latin-1"),
+        {"stretch": [1, 1.12, 1.24], "stress_MPa": [0, 0.1372931, 0.2304563]},
+        experiment="coupon",
+    ),
+    LabTable(
+        "italian.csv", ITALIAN.encode("latin-1"),
+        {"time_s": [0, 1], "pressure_kPa": [0, 2.9 * PSI_KPA], "angle_deg": [0, 4.9]},
+    ),
+    LabTable(
+        "images.txt", IMAGES.encode("cp1252"),
+        {"time_s": [0, 1], "pressure_kPa": [0, 20], "angle_deg": [0, 9.1]},
+        Told(frame_rate=25.0),
     ),
     LabTable(
         "radians.psv", RADIANS.encode(),
@@ -231,6 +259,7 @@ def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_pat
         ("t [s],p [kPa],angle [°],force [N]\n0,0,0,0\n1,50,12,1\n", ["--experiment bending"]),
         ("Weg [mm];Kraft [N]\n0,5;0\n1,5;2\n", ["--gauge-length VALUE", "--area VALUE"]),
         ("t [s],x [kPa],angle [°]\n0,0,0\n1,50,12\n", ['--column "x [kPa]=pressure_kPa"']),
+        ("p [inWG],angle [°]\n0,0\n0.5,12\n", ['--column "p [inWG]*FACTOR=pressure_kPa"']),
     ],
 )  # fmt: skip
 def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
@@ -262,6 +291,7 @@ def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
         ("a,b\nhello,world\n", "no table in it; allowed: "),
         ("t [s],p [kPa],angle [°]\n0,0,0\n1,x,3\n2,5,6\n", "line 3: p [kPa] = x: not a number"),
         ("t [s],p [kPa],angle [°]\n0,0,0\n1,2\n2,5,6,9\n3,6,7\n", "line 4: 4 entries"),
+        ("Image,p [kPa],angle [°]\na,0,0\nb,2,3\n", 'or add --column "Image=ignore"'),
         ("t [s],p [kPa]\n0,0\n1,2\n", "allowed: pressure and an angle"),
         ("t [s],vacuum [kPa],angle [°]\n0,-40,0\n1,50,3\n", "suction and pressure in one table"),
         ("lambda,true stress [MPa]\n1,0\n2,3\n", "allowed: "),
