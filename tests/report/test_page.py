@@ -189,6 +189,26 @@ def test_the_slider_keeps_its_place_under_the_pointer(seen: Opened, width: int) 
     assert boxes == [boxes[0]] * len(boxes)
 
 
+def test_no_table_is_cut_on_a_phone(seen: Opened) -> None:
+    """A table fits into its box, or the box scrolls; the checks fit."""
+    page = seen.page
+    page.set_viewport_size({"width": 390, "height": 844})
+    cut = page.evaluate("""() => {
+      for (const each of document.querySelectorAll('details')) each.open = true;
+      return [...document.querySelectorAll('table')].filter((table) => {
+        const box = table.parentElement;
+        const scrolls = box.classList.contains('wide') && !table.classList.contains('trust')
+          && getComputedStyle(box).overflowX === 'auto';
+        return !scrolls && box.scrollWidth > box.clientWidth;
+      }).map((table) => table.innerText.slice(0, 60));
+    }""")
+    wide = page.evaluate("document.documentElement.scrollWidth")
+    page.evaluate("for (const each of document.querySelectorAll('details')) each.open = false")
+    page.set_viewport_size({"width": 1280, "height": 900})
+    assert cut == []
+    assert wide <= 390
+
+
 def test_a_picture_and_a_video_are_saved(seen: Opened, tmp_path: Path) -> None:
     """The picture has the title, the scale and the shape; the video shows the shape move."""
     page = seen.page
