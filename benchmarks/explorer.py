@@ -1,12 +1,17 @@
 """How long the explorer takes, in Chromium, after a slider moves and after it is let go.
 
     scripts/run python -m benchmarks.explorer [FOLDER]
+    scripts/run python -m benchmarks.explorer FOLDER --estimates
 
 The default finger to 100 kPa; each design is one that no run before has seen, and the last one is
 asked for while that before is solved on its own mesh. ``explorer.csv`` has seconds until the page
 shows the design's own geometry, its solution on the coarse mesh and that as configured, with the
 processor's seconds of server and worker, and the angles that both solutions tell. Solutions are
 kept in the folder; the default is a temporary one.
+
+With ``--estimates`` sixteen designs are solved on the coarse mesh, and ``explorer_estimates.csv``
+has estimates of a design between 4 to 12 others, drawn at random: the angle at 100 kPa by its
+solution and by the estimate, and the error that the explorer tells.
 """
 
 from __future__ import annotations
@@ -18,11 +23,18 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from mpi4py import MPI
 from playwright.sync_api import Page, sync_playwright
 
+from dolfingrip.experiments.loop import follow
+from dolfingrip.explore import space
+from dolfingrip.explore.library import Library
+from dolfingrip.explore.wanted import read
 from dolfingrip.report.page.pdf import chromium
 
 DESIGNS = (("n-2", 1.9), ("n-2", 1.75), ("n-0", 0.2), ("n-0", 0.3), ("n-0", 0.4))
@@ -30,6 +42,12 @@ DESIGNS = (("n-2", 1.9), ("n-2", 1.75), ("n-0", 0.2), ("n-0", 0.3), ("n-0", 0.4)
 
 BUSY_S = 2.0
 """How long the last but one is solved on its own mesh before the last one takes its place."""
+
+ESTIMATED = {"morph.xi1": (-0.2, 0.4), "morph.xi2": (-0.2, 0.3), "finger.wall_mm": (1.6, 2.2)}
+"""Ranges from which designs of estimates are drawn."""
+
+SOLVED, DRAWN = 16, 150
+"""Numbers of these designs, and of draws."""
 
 LONGEST_MS = 600_000
 TABLE = Path(__file__).with_suffix(".csv")
@@ -108,7 +126,42 @@ def main(folder: Path) -> None:
             browser.close()
     finally:
         server.kill()
-    with TABLE.open("w", encoding="utf-8", newline="") as stream:
+    written(TABLE, rows)
+
+
+def estimates(folder: Path) -> None:
+    """Solve designs, estimate each from others, and write the table."""
+    designed = space.of_results([], None, {"experiment.max_pressure_kPa": 100}, [])
+    random = np.random.default_rng(1)
+    every, asked = Library(designed), []
+    for number in range(SOLVED):
+        inputs = {key: round(random.uniform(*ends), 3) for key, ends in ESTIMATED.items()}
+        wanted = read(designed, {"view": "bending", "inputs": inputs})
+        coarse, fields = wanted.coarse, folder / f"{number:02d}"
+        assert coarse is not None
+        if not (fields / "run.json").exists():
+            follow(replace(coarse.request, fields=fields), MPI.COMM_SELF)
+        every.add(fields)
+        asked.append(wanted)
+    solved, rows = every.solved["bending"], []
+    for _ in range(DRAWN):
+        order, count = random.permutation(SOLVED), int(random.integers(4, 13))
+        library = Library(designed, {"bending": [solved[i] for i in order[:count]]})
+        found, own = library.blend(asked[order[count]]), solved[order[count]]
+        if found is None or (error := found.error("angle_deg")) is None:
+            continue
+        angles = {"solved": own.reading("angle_deg"), "estimate": found.reading("angle_deg")}
+        last = {f"{name}_deg": round(float(each[-1]), 3) for name, each in angles.items()}
+        rows.append({"of": len(found.of), **last, "told_deg": round(float(error[-1]), 3)})
+    ratios = np.array([abs(r["estimate_deg"] - r["solved_deg"]) / r["told_deg"] for r in rows])
+    within = ", ".join(f"{(ratios < n).mean():.0%} within {n}" for n in (1, 2))
+    print(f"{len(rows)} estimates of {DRAWN}: {within} of the told error")
+    written(TABLE.with_name("explorer_estimates.csv"), rows)
+
+
+def written(file: Path, rows: list[dict[str, Any]]) -> None:
+    """Write a table."""
+    with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
@@ -116,4 +169,6 @@ def main(folder: Path) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as made:
-        main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(made))
+        chosen = [each for each in sys.argv[1:] if each != "--estimates"]
+        run = estimates if "--estimates" in sys.argv else main
+        run(Path(chosen[0]) if chosen else Path(made))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.channels import ANGLE, CHANNELS, FORCE, MOVED, PRESSURE
+from dolfingrip.channels import ANGLE, CHANNELS, FORCE, MOVED, PRESSURE, Channel
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.gradients import COG, shape_number
@@ -18,7 +19,6 @@ from dolfingrip.experiments.index import find
 from dolfingrip.experiments.rigs.grasped import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.explore.library import Blend, Library
-from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
 from dolfingrip.explore.wanted import Wanted, pressurised
 from dolfingrip.files.run import RunFile
@@ -56,8 +56,9 @@ def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> d
     failed = _failed(wanted, solved)
     if failed is not None:
         (scene, where), badge = failed, "did not reach the end"
-    blends = {kind: library.blend(wanted, kind) for kind in EXPERIMENTS}
-    charts = [_chart(kind, found, kind == wanted.view) for kind, found in blends.items() if found]
+    found = ((kind, library.blend(wanted, kind)) for kind in EXPERIMENTS)
+    blends = {kind: each for kind, each in found if each is not None and each.checked}
+    charts = [_chart(kind, each, kind == wanted.view) for kind, each in blends.items()]
     return {
         "scenes": [replace(scene, title=find(wanted.view).title, kind=wanted.view).packed()],
         "charts": html.charts_data(charts),
@@ -74,13 +75,21 @@ def _shape(wanted: Wanted, blend: Blend | None) -> tuple[Scene, str, str]:
     with suppress(MeshError):  # of solved points that do not fit the design's dimensions
         if blend is not None:
             off = blend.shape_error_mm()
-            told = "" if off is None else f": the shape is right to {said(off, 'mm')}"
+            told = "" if off is None else f": the shape is right to {_rough(off, 'mm')}"
             badge = "coarse mesh" if blend.coarse else ""
-            if not blend.exact:
-                badge = "interpolated" if off is None else f"interpolated, ± {said(off, 'mm')}"
+            if off is not None:
+                channel = READINGS[blend.of[0].run.experiment.name]
+                error = _rough(_error(blend, channel) or 0.0, channel.symbol)
+                badge = f"estimate ± {error}, shape ± {_rough(off, 'mm')}"
+            elif not blend.exact:
+                badge = "interpolated" if blend.own else "estimate, error unknown"
             return blend.scene(), _where(blend) + told, badge
     scene = unloaded_shape((wanted.coarse or wanted).config)
     return scene, "not solved: the shape without load", "not solved, without load"
+
+
+def _rough(error: float, unit: str) -> str:
+    return said(float(f"{error:.2g}"), unit)
 
 
 def _where(blend: Blend) -> str:
@@ -90,8 +99,8 @@ def _where(blend: Blend) -> str:
     if blend.own:
         largest = said(blend.of[0].largest_kPa, "kPa")
         return f"solved{mesh} to {largest}, interpolated between its steps"
-    unknown = "" if len(blend.of) >= POLICY.checked else ", too few to tell the error"
-    return f"interpolated between {len(blend.of)} designs solved{mesh}{unknown}"
+    unknown = "" if blend.checked else ", too few to tell the error"
+    return f"estimate, interpolated between {len(blend.of)} designs solved{mesh}{unknown}"
 
 
 def _failed(wanted: Wanted, solved: Path) -> tuple[Scene, str] | None:
@@ -117,8 +126,11 @@ def _chart(kind: str, blend: Blend, shown: bool) -> Chart:
     return Chart(title, Axis(PRESSURE.label, PRESSURE.symbol), up, [series], note=note)
 
 
-def _numbers(space: Space, wanted: Wanted, blends: dict[str, Blend | None]) -> list[dict[str, str]]:
-    """Readings at the highest pressure: by finite elements, the surrogate and interpolation."""
+def _numbers(space: Space, wanted: Wanted, blends: Mapping[str, Blend]) -> list[dict[str, str]]:
+    """Readings at the highest pressure: by finite elements, the surrogate and interpolation.
+
+    An estimate without a known error is none of them.
+    """
     predicted = _predicted(space, wanted)
     largest = said(wanted.config.experiment.max_pressure_kPa, "kPa")
     found = [
@@ -132,16 +144,21 @@ def _numbers(space: Space, wanted: Wanted, blends: dict[str, Blend | None]) -> l
             found.append(
                 {"name": name, "value": _told(value, error, channel.symbol), "said": "surrogate"}
             )
-        blend = blends[kind]
+        blend = blends.get(kind)
         if blend is None:
             if channel.name not in predicted:
                 found.append({"name": name, "value": "–", "said": "not solved yet"})
             continue
         value = float(blend.reading(channel.name)[-1])
-        errors = blend.error(channel.name)
-        told = _told(value, None if errors is None else float(errors[-1]), channel.symbol)
+        told = _told(value, _error(blend, channel), channel.symbol)
         found.append({"name": name, "value": told, "said": _where(blend)})
     return found
+
+
+def _error(blend: Blend, channel: Channel) -> float | None:
+    """Error of a reading at the highest pressure; None where it is a solution's or not known."""
+    errors = blend.error(channel.name)
+    return None if errors is None else float(errors[-1])
 
 
 def _told(value: float, error: float | None, unit: str) -> str:

@@ -117,6 +117,11 @@ class Blend:
         """True where the mesh is coarser than configured."""
         return self.of[0].coarse
 
+    @property
+    def checked(self) -> bool:
+        """True where enough designs are solved to tell the error of what lies between them."""
+        return self.own or len(self.of) >= POLICY.checked
+
     def scene(self) -> Scene:
         """The steps in 3D: the design's own dimensions, moved as the solved ones are.
 
@@ -158,7 +163,7 @@ class Blend:
         return None if found is None else float(np.linalg.norm(found.reshape(-1, 3), axis=1).max())
 
     def _left_out(self, values: Callable[[], Floats]) -> Floats | None:
-        if self.own or len(self.of) < POLICY.checked:
+        if self.own or not self.checked:
             return None
         places, known = np.array([each.place for each in self.of]), values()
         off = []
@@ -247,12 +252,14 @@ class Library:
             best = min(own, key=lambda e: (e.coarse, not _same(e.largest_kPa, largest)))
             return Blend(config, [best], np.ones(1), _known(best.loads(largest)))
         near = sorted(there, key=lambda e: (away[id(e)], e.coarse))[: POLICY.looked_at]
+        found = []
         for mesh in dict.fromkeys(each.mesh for each in near):
             alike = _one_of_each([each for each in near if each.mesh == mesh])[: POLICY.neighbours]
             places = np.array([each.place for each in alike])
-            if len(alike) > 1 and beyond(places, at) <= POLICY.outside:
-                return Blend(config, alike, weights(places, at), _known(alike[0].loads(largest)))
-        return None
+            if tells(places, at):
+                loads = _known(alike[0].loads(largest))
+                found.append(Blend(config, alike, weights(places, at), loads))
+        return min(found, key=lambda e: (not e.checked, e.coarse), default=None)
 
     def _solved(self, run: runs.Run, kind: str) -> Solved | None:
         """A run of the space; None if it differs in more than parameters, pressure and mesh."""
@@ -326,6 +333,36 @@ def beyond(places: Floats, at: Floats) -> float:
     return float(np.linalg.norm(found @ places / found.sum() - at))
 
 
+def tells(places: Floats, at: Floats) -> bool:
+    """Tell whether solved designs say something of another one.
+
+    It lies among them. Or, in directions in which they differ, it lies no farther outside than one
+    of them does that is left out in turn, so that the error contains such a distance.
+
+    Args:
+        places: of solved designs, shape (n, parameters).
+        at: of the other one, shape (parameters,).
+
+    >>> line = np.array([[0.0, 0.0], [0.3, 0.0], [0.6, 0.0], [0.8, 0.0]])
+    >>> [tells(line, np.array(at)) for at in ([0.5, 0.0], [1.0, 0.0], [1.2, 0.0], [0.5, 0.1])]
+    [True, True, False, False]
+    """
+    if len(places) < POLICY.checked:
+        return len(places) > 1 and beyond(places, at) <= POLICY.outside
+    mean, axes = _span(places)
+    aside = (at - mean) - (at - mean) @ axes.T @ axes
+    tried = [beyond(np.delete(places, i, axis=0), place) for i, place in enumerate(places)]
+    reach = max(POLICY.outside, *tried)
+    return bool(np.linalg.norm(aside) <= POLICY.outside and beyond(places, at) <= reach)
+
+
+def _span(places: Floats) -> tuple[Floats, Floats]:
+    """Mean of places, and the directions in which they differ, shape (directions, parameters)."""
+    mean = places.mean(axis=0)
+    _, spread, axes = np.linalg.svd(places - mean, full_matrices=False)
+    return mean, axes[spread > POLICY.same]
+
+
 def weights(places: Floats, at: Floats) -> Floats:
     """Weights of values at some places in the value at another one.
 
@@ -343,9 +380,7 @@ def weights(places: Floats, at: Floats) -> Floats:
     >>> weights(np.array([[0.0], [1.0]]), np.array([0.25])).round(3)
     array([0.75, 0.25])
     """
-    count, mean = len(places), places.mean(axis=0)
-    _, spread, axes = np.linalg.svd(places - mean, full_matrices=False)
-    axes = axes[spread > POLICY.same]  # directions in which the places differ
+    count, (mean, axes) = len(places), _span(places)
     if not len(axes):
         return np.full(count, 1 / count)
     linear = count > len(axes) + 1

@@ -20,8 +20,8 @@ class ExplorePolicy:
         looked_at: solved designs, the nearest, among which those of one mesh are looked for.
         checked: solved designs from which on the interpolation's error is estimated.
         same: distance of two designs, in shares of the sliders' ranges, up to which they are one.
-        outside: distance from the solved designs' hull, in the same shares, up to which a design is
-            interpolated.
+        outside: distance from the solved designs' hull, in the same shares, up to which a design
+            counts as lying among them.
         grasp_kPa: highest pressure of a grasp where none is asked for.
         grasp_step_kPa: between readings of a grasp.
         largest_message: bytes that a tab may send at once.

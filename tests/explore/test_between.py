@@ -88,11 +88,13 @@ def test_answers_that_are_not_allowed(answers: dict[str, object], said: str) -> 
 def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> None:
     """The middle one of three is left out; a straight line in the thickness is 3 % off there.
 
-    A fourth has a chamber with a wall of its own. Reference: the middle design's own simulation.
+    From four designs on there is a number, with its error. Another one has a chamber with a wall of
+    its own. Reference: the middle design's own simulation.
     """
     base = short("experiment.max_pressure_kPa=50", "experiment.step_kPa=25")
     keys = "finger.wall_mm", "finger.override.2.wall_mm"
-    walls = ((1.5, 1.5), (1.7, 1.7), (1.9, 1.9), (1.5, 1.9))
+    shares = (1.5, 1.7, 1.9, 1.6, 1.8)
+    walls = (*((wall, wall) for wall in shares), (1.5, 1.9))
     points = tuple(dict(zip(keys, pair, strict=True)) for pair in walls)
     asked = plan.Plan(base, keys, points, ("angle_deg",), fields=tmp_path / "fields")
     campaign.run(asked, tmp_path, Where())
@@ -102,7 +104,7 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
     library = Library(designed)
     folders = (tmp_path / "fields" / design.key / "bending" for design in asked.designs())
     *shared, single = folders
-    kept = dict(zip((1.5, 1.7, 1.9), shared, strict=True))
+    kept = dict(zip(shares, shared, strict=True))
     assert library.add(kept[1.5])
     assert library.add(kept[1.9])
     middle = {"finger.wall_mm": 1.7}
@@ -111,6 +113,17 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
     assert blend is not None
     assert not blend.exact
     shape = blend.scene().parts[0].frames
+    said = describe.described(designed, library, wanted, tmp_path / "none")
+    assert said["badge"] == "estimate, error unknown"
+    assert (said["charts"], said["numbers"][1]["value"]) == ([], "–")
+    assert library.add(kept[1.6])
+    assert library.add(kept[1.8])
+    said = describe.described(designed, library, wanted, tmp_path / "none")
+    angle = re.fullmatch(r"([\d.]+) ± ([\d.]+)°", said["numbers"][1]["value"])
+    assert angle
+    badge = re.fullmatch(r"estimate ± ([\d.]+)°, shape ± [\d.]+ mm", said["badge"])
+    assert badge
+    assert float(badge[1]) == pytest.approx(float(angle[2]), rel=0.01)
     assert library.add(kept[1.7])
     exact = library.blend(wanted)
     assert exact is not None
@@ -119,7 +132,9 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
     moved = np.abs(solved[-1] - solved[0]).max()
     assert np.abs(shape[-1] - solved[-1]).max() < 0.1 * moved
     np.testing.assert_allclose(shape[0], solved[0], atol=1e-6)  # its dimensions are its own
-    outside = designed.base.changed(finger={"wall_mm": 2.0})
+    off = abs(float(angle[1]) - exact.reading("angle_deg")[-1])
+    assert off < 2 * float(angle[2])
+    outside = designed.base.changed(finger={"wall_mm": 2.2})
     assert library.blend(Wanted("bending", {}, outside)) is None
     own = read(designed, {"view": "bending", "inputs": dict(zip(keys, walls[-1], strict=True))})
     assert library.blend(own) is None  # chambers alike do not tell what a single one does
@@ -128,9 +143,10 @@ def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> Non
     assert alone is not None
     assert alone.exact
     # a wall of the whole range is as far in one chamber alone as its share of all walls
-    places = np.array([library.places[folder.resolve()].place for folder in (*shared, single)])
-    assert np.linalg.norm(places[2] - places[0]) == pytest.approx(1.0)
-    assert np.linalg.norm(places[3] - places[0]) == pytest.approx(1 / np.sqrt(3))
+    first, _, last, *_ = (library.places[folder.resolve()].place for folder in shared)
+    place = library.places[single.resolve()].place
+    assert np.linalg.norm(last - first) == pytest.approx(1.0)
+    assert np.linalg.norm(place - first) == pytest.approx(1 / np.sqrt(3))
 
 
 def test_the_experiment_that_is_solved_is_shown_first() -> None:

@@ -149,9 +149,10 @@ def test_two_tabs_have_a_design_each(context: BrowserContext, page: Page, server
     slider.evaluate("node => { node.value = 0.2; node.dispatchEvent(new Event('input')); }")
     page.wait_for_selector(f"html[data-shown='{last + 1}']")
     assert page.inner_text("#where") == (
-        "interpolated between 2 designs solved, too few to tell the error"
+        "estimate, interpolated between 2 designs solved, too few to tell the error"
     )
-    assert page.inner_text("#badge") == "interpolated"
+    assert page.inner_text("#badge") == "estimate, error unknown"
+    assert re.search(r"at 60 kPa\s+–", page.inner_text("#numbers"))
     other.close()
 
 
