@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.answer.ten_lines import ten_lines
 from dolfingrip.diagnosis.core.strength import Visibility, at_strength
 from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis import Brief
@@ -39,7 +40,7 @@ def pulled(tmp_path_factory: pytest.TempPathFactory) -> Analysis[Any]:
     rows = "\n".join(f"loading,{u / 0.5},{u},{u}" for u in map(float, TRAVELS_mm))
     csv = f"branch,time_s,displacement_mm,force_N\n{rows}\n"
     file = written(tmp_path_factory.mktemp("coupon"), csv, TOLD)
-    return analyse_coupons(read([file], Config()), Config(), EFFECTS)
+    return analyse_coupons(CouponSimulation(read([file], Config()), Config()), EFFECTS)
 
 
 def answered(pulled: Analysis[Any], change: np.ndarray, rng: np.random.Generator) -> Diagnosis:
