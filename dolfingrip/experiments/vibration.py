@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-from dolfingrip.channels import ANGLE, PRESSURE
+from dolfingrip.channels import ANGLE, PRESSURE, Channel
 from dolfingrip.experiments.experiment import (
     MPI,
     PRESSURE_OPTION,
@@ -15,10 +16,36 @@ from dolfingrip.experiments.experiment import (
     Profile,
 )
 from dolfingrip.experiments.finger_experiment import WholeFingerExperiment
-from dolfingrip.experiments.rigs.natural_frequencies import FREQUENCIES, frequencies
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.finger_rig import FingerRig
+
+FREQUENCIES = tuple(
+    Channel(
+        name=f"frequency_{i}_Hz",
+        unit="Hz",
+        title=f"Frequency {i}",
+        about=f"natural frequency {i} of small vibrations at constant pressure",
+        form=".2f",
+    )
+    for i in (1, 2, 3, 4)
+)
+
+
+def _frequencies(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
+    """A function that returns the lowest natural frequencies at the present state, by column."""
+    from dolfingrip.experiments.rigs.base_material import densities
+    from dolfingrip.mechanics.model.inertia import Inertia
+    from dolfingrip.mechanics.newton.vibration import natural_frequencies_Hz
+
+    newton, site = rig.newton, rig.specimen.site  # not the rig, which holds this function
+    mass = Inertia(site.u, site.domain, densities(site)).mass
+
+    def found() -> Mapping[str, float]:
+        values = natural_frequencies_Hz(newton, mass, len(FREQUENCIES))
+        return {each.name: float(x) for each, x in zip(FREQUENCIES, values, strict=True)}
+
+    return found
 
 
 class Vibration(WholeFingerExperiment):
@@ -45,5 +72,5 @@ class Vibration(WholeFingerExperiment):
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
         rig = self._rig(config, comm, profile)
-        rig.further = frequencies(rig)
+        rig.further = _frequencies(rig)
         return rig
