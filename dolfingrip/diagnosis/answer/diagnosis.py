@@ -210,7 +210,10 @@ class Diagnosis:
 
     @cached_property
     def probability(self) -> float:
-        """Of the answer; that nothing acts is no more probable than what may hide leaves it."""
+        """Probability of the answer.
+
+        That nothing acts is no more probable than what may hide leaves it.
+        """
         sure = self.decision.probability
         if self.decision.answer == "none":
             names = {name for each in self.alternatives for name in each.fit.subset}
@@ -222,7 +225,7 @@ class Diagnosis:
 
     @property
     def claimed(self) -> bool:
-        """Whether the answer is sure enough to be told as one."""
+        """Tell whether the answer is sure enough to be told as one."""
         return self.probability >= POLICY.claimed
 
     @property
