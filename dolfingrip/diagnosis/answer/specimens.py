@@ -12,6 +12,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import Individual
@@ -24,7 +25,7 @@ class Apart:
 
     Attributes:
         names: of them.
-        log_odds: ln of the odds that they do.
+        log_odds: ln of the odds that they do, and no others.
     """
 
     names: tuple[str, ...]
@@ -44,7 +45,7 @@ def apart(analysis: Analysis[Any]) -> Apart | None:
     """Find the specimens whose readings are far likelier apart from those of the others.
 
     Args:
-        analysis: readings of specimens, of which two may stand apart where there are five.
+        analysis: readings of specimens, of which two may stand apart where there are four.
 
     Returns:
         None where none does, or where too few specimens could tell.
@@ -54,14 +55,13 @@ def apart(analysis: Analysis[Any]) -> Apart | None:
     some = np.arange(0, len(analysis.problem.value), -(-len(analysis.problem.value) // POLICY.some))
     own = Individual.of(analysis.measurement, analysis.errors, some)
     names = sorted(set(own.specimen))
-    together = own.evidence(())
-    found = [
-        Apart(
-            each,
-            own.evidence(each) - together + len(each) * float(np.log(POLICY.implausible_odds)),
-        )
-        for count in range(1, (len(names) - 1) // 2 + 1)[: POLICY.apart]
+    # two at least share a curve; which two, four specimens tell where the others differ
+    log = {
+        each: own.evidence(each) + len(each) * float(np.log(POLICY.implausible_odds))
+        for count in range(min(POLICY.apart, len(names) - 2) + 1)
         for each in combinations(names, count)
-    ]
-    best = max(found, key=lambda each: each.log_odds, default=None)
-    return best if best is not None and best.log_odds > ADDITIONS.tied else None
+    }
+    best = max(log, key=log.__getitem__)
+    rest = [value for each, value in log.items() if each != best]
+    found = Apart(best, log[best] - float(logsumexp(rest)) if rest else 0.0)
+    return found if best and found.log_odds > ADDITIONS.tied else None
