@@ -228,7 +228,9 @@ class Comparison:
             gain_per_minute=float((weights * useful).sum() / addition.minutes),
             chance=chance_alone(self.probability, apart),
             excludes=self._names(apart[0] & ~self.apart[0]),
-            shows=self._names(apart[:, 0] & ~self.apart[:, 0]),
+            shows=self._names(
+                (apart & ~self.apart | (then.misfit - self.now.misfit > ADDITIONS.tied))[:, 0]
+            ),
         )  # fmt: skip
 
     def _names(self, which: np.ndarray) -> tuple[str, ...]:

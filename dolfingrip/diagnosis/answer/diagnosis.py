@@ -115,7 +115,27 @@ class Diagnosis:
         }
 
     def numbers(self, fit: MapFit) -> list[FittedNumber]:
-        """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
+        """Fitted numbers by key of the configuration; moduli at the fitted modulus.
+
+        Intervals of what is fitted in every hypothesis hold whichever of those acts that the answer
+        leaves open.
+        """
+        found = self._numbers(fit)
+        if fit.subset != self.decision.best.subset:
+            return found
+        ends = {each.key: [each] for each in found}
+        for other in (*(each.fit for each in self.alternatives), *self.members.values()):
+            for each in self._numbers(other):
+                ends.get(each.key, []).append(each)
+        return [
+            each.model_copy(update={
+                "low": min(other.low for other in ends[each.key]),
+                "high": max(other.high for other in ends[each.key]),
+            })
+            for each in found
+        ]  # fmt: skip
+
+    def _numbers(self, fit: MapFit) -> list[FittedNumber]:
         told, problem = self.analysis, self.analysis.problem
         draws, weights = fit.draws or _by_hessian(fit)
         every = np.vstack([fit.zeta, draws])

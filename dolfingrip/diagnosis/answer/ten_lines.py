@@ -163,6 +163,11 @@ def answer_sentence(found: Diagnosis) -> str:
     if decision.answer == "none":
         if found.claimed:
             return f"Nothing else is to be seen: probability {sure}.{_untold(found)}"
+        if decision.none < 1 - POLICY.claimed:
+            return (
+                "No cause can be claimed, though something is off with probability "
+                f"{chance(1 - decision.none)}.{_untold(found)}"
+            )
         return (
             "It cannot be told whether anything else is off: that nothing is has probability "
             f"{sure}.{_untold(found)}"
@@ -240,13 +245,7 @@ def _size(found: Diagnosis) -> str:
     numbers = ", ".join(each.words() for each in own)
     causes = found.analysis.problem.causes(fit.subset)
     if not causes:
-        beside = [found.numbers(each.fit)[: len(own)] for each in found.alternatives]
-        wider = [
-            f"{each.key} {min(e.low for e in alike):.3g} to {max(e.high for e in alike):.3g}"
-            for each, *others in zip(own, *beside, strict=True)
-            if (alike := [each, *others])
-        ]
-        return numbers + (f"; whatever hides: {', '.join(wider)}" if beside else "")
+        return f"{numbers}{'; whatever hides' if found.alternatives else ''}"
     for name, member in [*found.members.items()][: PAGE.in_words]:
         other = found.numbers(member)
         told = [each.words() for each in other if name in each.key.split(".")]
