@@ -20,7 +20,8 @@ from ufl.core.expr import Expr
 
 from dolfingrip import config
 from dolfingrip.experiments import run
-from dolfingrip.extensions.effect import FINGERS, Effect, Prior, Site
+from dolfingrip.extensions.effect import Effect, Prior, Site
+from dolfingrip.sections.section import FINGERS
 from dolfingrip.sections.tables import assignments
 
 ALONG: Final = (0.45, 0.8)
