@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from support.small import short
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign import campaign, plan
+from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.diagnosis.data import rig as rigs
 from dolfingrip.explore import describe, rig, server, space
 from dolfingrip.explore.library import Library, weights
@@ -173,3 +177,23 @@ def test_triangles_of_mirrored_fingers_are_wound_outwards(
         ]
         assert volumes[0] > 100  # mm³
         assert volumes[1] == pytest.approx(volumes[0], rel=1e-6)
+
+
+def test_a_surrogate_says_nothing_of_what_it_did_not_learn(tmp_path: Path) -> None:
+    ends = SimpleNamespace(low=np.array([-0.2, -0.5]), high=np.array([1.0, 0.5]))
+    of_form = SimpleNamespace(
+        input_names=["morph.xi1", "morph.xi2"], output_names=["angle_deg"], inputs=ends,
+        predict=lambda inputs: np.full((len(inputs), 1), 33.0),
+    )  # fmt: skip
+    designed = space.of_results([], None, {}, ())
+    learnt = replace(designed, surrogate=cast("Surrogate", of_form), errors={"angle_deg": 0.5})
+
+    def told(**message: object) -> list[str]:
+        wanted = read(learnt, {"view": "bending", **message})
+        numbers = describe.described(learnt, Library(learnt), wanted, tmp_path)["numbers"]
+        return [each["value"] for each in numbers if each["said"] == "surrogate"]
+
+    assert told() == told(inputs={"morph.xi1": 0.2}) == ["33.00 ± 0.50°"]
+    assert told(inputs={"finger.wall_mm": 1.8}) == []
+    assert told(inputs={"finger.override.3.wall_mm": 1.8}) == []
+    assert told(pressure_kPa=100) == []
