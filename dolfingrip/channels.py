@@ -360,6 +360,9 @@ OBSTACLE: Final = tuple(
          "obstacle", ".1f"),
         ("pressure_kPa", "kPa", "Pressure on the obstacle", "mean contact pressure on that area",
          ".2f"),
+        ("lift_N", "N", "Lift of the obstacle", "largest force towards the clamp that these "
+         "pressures and friction (`obstacle.friction`) bear; three fingers around food lift three "
+         "times as much", ".3f"),
         ("spread", "", "Spread of the pressure", "standard deviation of the contact pressure on "
          "that area by its mean", ".3f"),
     )

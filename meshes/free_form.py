@@ -45,8 +45,11 @@ class FreeForm:
         self.offsets_mm = np.array(() if form is None else form.offsets_mm, dtype=float)
         self._planes = []
         for axis, (low, high) in enumerate(solid.body):
-            ends = [0.0 if axis == 1 else low], [high] if axis == 2 else []
-            self._planes.append(np.concatenate([ends[0], solid.bent(axis), ends[1]]))
+            bent = solid.bent(axis) if form is None else form.planes(solid, axis)
+            still = 0.0 if axis == 1 else low
+            if axis == 0 and form is not None and form.contact_face:
+                still -= high - low  # below all points, so that no plane of theirs stays
+            self._planes.append(np.array([still, *bent, *([high] if axis == 2 else [])]))
 
     # -- motions ---------------------------------------------------------------------------------
 

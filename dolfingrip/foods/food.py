@@ -87,6 +87,7 @@ class Obstacle(FoodShape):
     """A rigid body that stands beside a finger's back, without friction; round food lies across."""
 
     felt_by: ClassVar = ("finger",)
+    later: ClassVar = {"friction": 0.38}
     entry: ClassVar = dict.fromkeys(("gap_mm", "z_mm"), Entry.CONSTANT)
 
     gap_mm: float = Field(
@@ -94,6 +95,9 @@ class Obstacle(FoodShape):
     )
     z_mm: float = Field(
         60.0, ge=-500, le=1500, description="of its centre of gravity, from the clamp"
+    )
+    friction: float = Field(
+        0.38, ge=0, le=10, description="that obstacle_lift_N counts with; the contact has none"
     )
     barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which it is felt")
     stiffness_MPa: float = Field(0.05, gt=0, description="of that barrier")

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
+import numpy as np
 from pydantic import Field
 
 from dolfingrip.sections.section import FINGERS, Entry, Role, Section
@@ -41,13 +42,18 @@ class Offset:
 class Form(Section):
     """Free form: every plane of the finger's faces is bent by a spline over it.
 
-    The planes x = 0 (contact face), z = 0 (clamp), the tip's face and the symmetry plane stay.
+    The planes z = 0 (clamp), the tip's face and the symmetry plane stay, and x = 0 (contact face)
+    unless it is asked for.
     """
 
     role: ClassVar = Role.BODY
     felt_by: ClassVar = FINGERS
     entry: ClassVar = Entry.SHAPE
+    later: ClassVar = {"contact_face": False}
 
+    contact_face: bool = Field(
+        False, description="whether x = 0, which touches food and plate, is bent, too"
+    )
     along: int = Field(5, ge=3, le=40, description="numbers of a field along z")
     offsets_mm: Annotated[
         tuple[Annotated[float, Field(ge=-50, le=50)], ...],
@@ -60,7 +66,12 @@ class Form(Section):
 
     def count(self, solid: BoxSolid) -> int:
         """Number of offsets that a solid's planes take."""
-        return sum(len(solid.bent(axis)) * self.of_plane(axis) for axis in range(3))
+        return sum(len(self.planes(solid, axis)) * self.of_plane(axis) for axis in range(3))
+
+    def planes(self, solid: BoxSolid, axis: int) -> np.ndarray:
+        """Coordinates of a solid's planes across an axis that are bent (mm), ascending."""
+        face = [solid.body[0][0]] if axis == 0 and self.contact_face else []
+        return np.array([*face, *solid.bent(axis)])
 
     def of_plane(self, axis: int) -> int:
         """Number of offsets of one plane across an axis."""
@@ -69,7 +80,7 @@ class Form(Section):
     def each(self, solid: BoxSolid) -> Iterator[Offset]:
         """Yield the places that the offsets of a solid's planes move, in order."""
         for axis in range(3):
-            for plane in solid.bent(axis):
+            for plane in self.planes(solid, axis):
                 for function in range(ACROSS):
                     count = ACROSS if axis == 2 else self.along
                     for i in range(count):

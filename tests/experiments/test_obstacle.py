@@ -17,7 +17,7 @@ from dolfingrip.experiments.simulate import compute
 from dolfingrip.mechanics.readings.obstacle import FUNCTIONS
 from dolfingrip.parameter import find
 
-FORCE, AREA, MEAN, SPREAD = (each.name for each in OBSTACLE)
+FORCE, AREA, MEAN, LIFT, SPREAD = (each.name for each in OBSTACLE)
 PRESSED = changed(
     Config(),
     {
@@ -41,16 +41,16 @@ def read(config: Config, *places: Place, keys: tuple[str, ...] = ()) -> object:
 
 def test_functions_of_a_few_pressures() -> None:
     """Pressures of 1 and 3 kPa on 2 and 2 mm²: mean 2 kPa, standard deviation 1 kPa."""
-    sums = (4.0, 8e-3, 20e-6)
-    expected = (8e-3, 4.0, 2.0, 0.5)
+    sums = (4.0, 8e-3, 20e-6, 3e-3)
+    expected = (8e-3, 4.0, 2.0, 3e-3, 0.5)
     for function, value in zip(FUNCTIONS, expected, strict=True):
         found, slopes = function(*sums)
         assert found == pytest.approx(value)
         for i, slope in enumerate(slopes):
-            step = 1e-6 * np.eye(3)[i] * sums
+            step = 1e-6 * np.eye(4)[i] * sums
             ends = [function(*(np.array(sums) + by * step))[0] for by in (1, -1)]
             assert slope == pytest.approx((ends[0] - ends[1]) / 2 / step[i], rel=1e-6, abs=1e-12)
-        assert function(0.0, 0.0, 0.0)[0] == 0.0
+        assert function(0.0, 0.0, 0.0, 0.0)[0] == 0.0
 
 
 def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
@@ -59,6 +59,8 @@ def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
     found = read(PRESSED, at_pressure, keys=KEYS)
     force = found.columns[FORCE][0]  # type: ignore[attr-defined]
     assert force > 0.1
+    # it presses below the sausage's middle, too; no direction bears more than the cone of friction
+    assert 0.38 < found.columns[LIFT][0] / force < np.hypot(1, 0.38)  # type: ignore[attr-defined]
     assert found.columns[MEAN][0] == pytest.approx(1e3 * force / found.columns[AREA][0])  # type: ignore[attr-defined]
     step = 1e-3
     for place in (at_pressure, Place(FORCE, 0.8 * force)):
@@ -67,7 +69,7 @@ def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
             value = each.value(PRESSED)
             up, down = (read(each.at(PRESSED, value + by), place).columns for by in (step, -step))  # type: ignore[attr-defined]
             held = "pressure_kPa" if place is at_pressure else FORCE
-            for name in {MEAN, SPREAD, FORCE, "pressure_kPa"} - {held}:
+            for name in {MEAN, SPREAD, LIFT, FORCE, "pressure_kPa"} - {held}:
                 expected = (up[name][0] - down[name][0]) / 2 / step
                 slope = found.slopes[name, each.key][0]  # type: ignore[attr-defined]
                 assert slope == pytest.approx(expected, rel=1e-5, abs=1e-6)

@@ -19,19 +19,38 @@ from dolfingrip.sections.tables import assignments
 SEED = 12
 
 
-def bent(most_mm: float, *overrides: str) -> Config:
+def bent(most_mm: float, *overrides: str, contact_face: bool = False) -> Config:
     """A short finger with random offsets."""
     config = short("morph.xi1=0.1", "morph.xi2=-0.1", *overrides)
-    count = Form(along=4, offsets_mm=()).count(config.geometry.solid())
+    form = Form(along=4, contact_face=contact_face, offsets_mm=())
+    count = form.count(config.geometry.solid())
     print("seed", SEED)
     offsets = np.random.default_rng(SEED).uniform(-most_mm, most_mm, count)
-    return config.changed(form={"along": 4, "offsets_mm": offsets.tolist()})
+    return config.changed(form=form.model_dump() | {"offsets_mm": offsets.tolist()})
 
 
-def test_points_come_back() -> None:
-    config = bent(0.4, "mesh.half=false")
+@pytest.mark.parametrize("contact_face", [False, True])
+def test_points_come_back(contact_face: bool) -> None:
+    config = bent(0.4, "mesh.half=false", contact_face=contact_face)
     points = straight(config).points
     np.testing.assert_allclose(unplaced(placed(points, config), config), points, atol=1e-12)
+
+
+def test_the_contact_face_is_bent_where_it_is_asked_for() -> None:
+    """By the first offsets: at its middle the first half of them, at its edges the second."""
+    config = short("mesh.half=false")
+    form = Form(along=4, contact_face=True, offsets_mm=())
+    count = form.count(config.geometry.solid())
+    offsets = [0.3] * 4 + [-0.2] * 4 + [0.0] * (count - 8)
+    bent = config.changed(form=form.model_dump() | {"offsets_mm": offsets})
+    before = straight(bent).points
+    after = placed(before, bent)
+    face = np.abs(before[:, 0]) < 1e-9
+    half_mm = config.geometry.solid().body[1][1]
+    share = (before[face, 1] / half_mm) ** 2
+    np.testing.assert_allclose(after[face, 0], 0.3 * (1 - share) - 0.2 * share, atol=1e-12)
+    roof = before[:, 0] > before[:, 0].max() - 1e-9
+    np.testing.assert_array_equal(after[roof], before[roof])
 
 
 def test_what_stays_and_what_is_mirrored() -> None:

@@ -101,6 +101,9 @@ class FreeFormTable(Section):
     ends: bool = Field(
         True, description="whether outlines of clamp and tip face change, and planes across z"
     )
+    faces: Literal["walls", "contact face", "all"] = Field(
+        "walls", description="that are bent; the contact face is that which touches food and plate"
+    )
     ripple_mm: float = Field(
         0.0, ge=0, le=20, description="amplitude of a ripple of the start, less at the contact face"
     )

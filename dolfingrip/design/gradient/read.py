@@ -285,9 +285,9 @@ def _free_form_base(base: Config, asked: FreeFormTable) -> Config:
     boxes = base.geometry.boxes()
     if boxes is None:
         raise ConfigError("free_form: allowed: with a finger that is made of boxes")
-    form = Form(along=asked.along, offsets_mm=())
+    form = Form(along=asked.along, contact_face=asked.faces != "walls", offsets_mm=())
     offsets = tuple(_ripple(each, boxes, asked) for each in form.each(boxes))
-    return base.changed(form={"along": asked.along, "offsets_mm": offsets})
+    return base.changed(form=form.model_copy(update={"offsets_mm": offsets}).model_dump())
 
 
 def _free_form_variables(base: Config, asked: FreeFormTable) -> list[Variable]:
@@ -303,6 +303,9 @@ def _free_form_variables(base: Config, asked: FreeFormTable) -> list[Variable]:
     parameters = find(base, ["form.offsets_mm"])
     for parameter, each in zip(parameters, base.form.each(boxes), strict=True):
         if not asked.ends and _at_end(each):
+            continue
+        inside = each.axis != 0 or each.plane_mm > boxes.body[0][0]
+        if inside and asked.faces == "contact face":
             continue
         high = asked.most_mm
         if asked.outwards_mm is not None and _is_outer(each, boxes):

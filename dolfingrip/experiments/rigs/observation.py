@@ -184,8 +184,8 @@ class Observation:
             *of_model(model, "finger"),
             *of_line(model, finger.config.camera.markers, finger.config.curve),
         ]
-        if finger.site.obstacle is not None:
-            found += on_obstacle(model, finger.site.obstacle)
+        if finger.config.obstacle is not None and finger.site.obstacle is not None:
+            found += on_obstacle(model, finger.site.obstacle, finger.config.obstacle.friction)
         if plate is not None:
             found += [
                 PlateForce(model, plate),
