@@ -99,11 +99,11 @@ def solve(
         f"[method]\nsimulations = {most}\n[parameters]\n{ranges}{FREE_FORM if free_form else ''}"
     )
     problem = read(folder / "design.toml")
-    every, design_s = _timed(folder, lambda answers: starts.solve(problem, answers, say_nothing))
+    every, design_s = timed(folder, lambda answers: starts.solve(problem, answers, say_nothing))
     found = every.best(problem)
     finer, finer_s = None, 0.0
     if refined:
-        finer, finer_s = _timed(folder, lambda answers: run.refine(problem, found, answers))
+        finer, finer_s = timed(folder, lambda answers: run.refine(problem, found, answers))
     result = run.facts(problem, found, finer, design_s)
     run.write(result, found, folder)
     assert result.matched is not None
@@ -125,8 +125,16 @@ def solve(
     }
 
 
-def _timed[T](folder: Path, task: Callable[[Compute], T]) -> tuple[T, float]:
-    """Run a task with the answers in a folder; its result, and the processor's time of it (s)."""
+def timed[T](folder: Path, task: Callable[[Compute], T]) -> tuple[T, float]:
+    """Run a task with the answers in a folder.
+
+    Args:
+        folder: of a design, with its simulations.
+        task: that asks for answers.
+
+    Returns:
+        Its result, and the time (s) that it took of the processor, workers included.
+    """
     before = _processor_s()
     with Pool(Where(workers=1)) as pool:
         found = task(computed_in(folder / run.FOLDER, pool))

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import ezdxf
 import numpy as np
 import pytest
+from support.example import EXAMPLES
 
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import curve
@@ -273,9 +274,18 @@ def test_what_the_curve_does_not_determine_is_told(tmp_path: Path) -> None:
     assert told.tied[keys[1]] == {keys[0]: pytest.approx(-0.25, rel=1e-3)}
 
 
-def test_the_example_is_a_problem() -> None:
-    problem = read(Path(__file__).parents[2] / "examples" / "curve_design.toml")
-    assert len(problem.variables) == 16
+@pytest.mark.parametrize(
+    ("name", "variables", "objective"),
+    [
+        ("curve_design", 16, "curve_mean_square_mm2 at 150 kPa"),
+        ("path_design", 3, "curve_mean_square_mm2 at 40, 80, 120, 160 kPa"),
+        ("wrap_design", 1 + 2 * 10, "obstacle_spread at 2 N"),
+    ],
+)
+def test_the_examples_are_problems(name: str, variables: int, objective: str) -> None:
+    problem = read(EXAMPLES / f"{name}.toml")
+    assert len(problem.variables) == variables
+    assert str(problem.objective) == objective
     assert curve.backwards(problem) == ""
 
 
