@@ -51,6 +51,7 @@ DIMENSIONLESS = {
     "coupon.step_strain",
     "food.seed",
     "food.friction",
+    "obstacle.friction",
     "food.table_friction",
     "cast.chambers",
     "pneunet.chambers",
