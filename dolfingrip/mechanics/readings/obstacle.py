@@ -116,7 +116,7 @@ class OnObstacle(Reading):
     def _sums(self, each: np.ndarray) -> list[float]:
         """Sums of rows over the points of all ranks, of the whole finger."""
         found = self.model.comm.allreduce(each.sum(axis=1), MPI.SUM)
-        return (self.model.domain.copies * found).tolist()  # type: ignore[no-any-return]
+        return (self.model.domain.copies * found).tolist()
 
     def value(self) -> float:
         return self._here()[1]
