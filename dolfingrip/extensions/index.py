@@ -78,7 +78,8 @@ class Switched(Section):
             kind: protocol of a hook that they have; all effects where none is given.
         """
         found = (getattr(self, each.name()) for each in self.effects)
-        return [on for on in found if isinstance(on, kind)]
+        # nearly all are off, and a look at a protocol takes long
+        return [on for on in found if on is not None and isinstance(on, kind)]
 
     @property
     def inner(self) -> Mapping[str, Section]:

@@ -124,8 +124,8 @@ class GradientProcess:
         ):
             if not times:
                 continue
-            cross = self._covariance(inputs, self._x, member.lengths)[: len(inputs)]
-            prior = self._covariance(inputs, inputs, member.lengths)[: len(inputs), : len(inputs)]
+            cross = self._covariance(inputs, self._x, member.lengths, at_a=False)
+            prior = self._covariance(inputs, inputs, member.lengths, at_a=False, at_b=False)
             left = prior - cross @ cho_solve(member.factor, cross.T)
             sizes, directions = np.linalg.eigh((left + left.T) / 2)
             root = directions * np.sqrt(member.variance * np.clip(sizes, 0.0, None))
@@ -191,7 +191,7 @@ class GradientProcess:
 
     def _of(self, member: _Member, inputs: Floats) -> tuple[Floats, Floats]:
         """Mean, from the observed mean, and variance."""
-        cross = self._covariance(inputs, self._x, member.lengths)[: len(inputs)]
+        cross = self._covariance(inputs, self._x, member.lengths, at_a=False)
         explained = np.einsum("ij,ji->i", cross, cho_solve(member.factor, cross.T))
         return cross @ member.weights, member.variance * np.clip(1 - explained, 0.0, None)
 
@@ -205,22 +205,24 @@ class GradientProcess:
             found.append(off / np.sqrt(member.variance * spread[0, 0]))
         return np.array(found)
 
-    def _covariance(self, a: Floats, b: Floats, lengths: Floats) -> Floats:
-        """Covariance of values, then slopes, at a and at b, for a variance of 1."""
+    def _covariance(
+        self, a: Floats, b: Floats, lengths: Floats, *, at_a: bool = True, at_b: bool = True
+    ) -> Floats:
+        """Covariance of values, then slopes where they count, at a and b, for a variance of 1."""
         apart = (a[:, None] - b[None]) / lengths
         reach = np.sqrt(5 * np.einsum("ijk,ijk->ij", apart, apart))
         fall = np.exp(-reach)
         value = (1 + reach + reach**2 / 3) * fall
-        if not self._with_slopes:
+        if not self._with_slopes or not (at_a or at_b):
             return np.asarray(value)
         # with s = |apart|², first = −2 dk/ds and second = 4 d²k/ds²
         first, second = 5 / 3 * (1 + reach) * fall, 25 / 3 * fall
         scaled = apart / lengths
-        d = len(lengths)
-        blocks = [[value, *(first * scaled[:, :, j] for j in range(d))]]
-        for i in range(d):
+        rows, columns = range(len(lengths) * at_a), range(len(lengths) * at_b)
+        blocks = [[value, *(first * scaled[:, :, j] for j in columns)]]
+        for i in rows:
             row = [-first * scaled[:, :, i]]
-            for j in range(d):
+            for j in columns:
                 own = first / lengths[i] ** 2 if i == j else 0.0
                 row.append(own - second * scaled[:, :, i] * scaled[:, :, j])
             blocks.append(row)
