@@ -123,7 +123,12 @@ class CouponAnalysis(Analysis[CouponSimulation]):
         likely = pairs_above(posterior, POLICY.joint)
         if likely:
             say(f"simulating {len(likely)} pairs of causes together")
-            coupons = with_pairs(coupons, likely)
+            corrections = {
+                pair: _beyond(coupons, pair, self.problem.box(pair))
+                for pair in likely
+                if len(self.problem.effects(pair)) > 1
+            }
+            coupons = replace(self, problem=replace(self.problem, corrections=corrections))
         posterior = searched_again(coupons.problem, posterior, rng)
         inexact = _inexact_fits(coupons, posterior)
         if inexact:
@@ -221,19 +226,6 @@ def analyse_coupons(
     return CouponAnalysis(problem, felt, off, simulation, tuple(unseen))
 
 
-def with_pairs(coupons: CouponAnalysis, pairs: Sequence[Subset]) -> CouponAnalysis:
-    """The problem with what pairs of causes change beyond the sum of what each changes alone.
-
-    The sum is not exact: a coupon that is pulled harder changes its volume more.
-    """
-    corrections: dict[Subset, Emulator] = {}
-    for pair in pairs:
-        if len(coupons.problem.effects(pair)) > 1:
-            box = np.vstack([coupons.causes[name].box() for name in pair])
-            corrections[pair] = _beyond(coupons, pair, box)
-    return replace(coupons, problem=replace(coupons.problem, corrections=corrections))
-
-
 def refined(coupons: CouponAnalysis, fits: Sequence[MapFit]) -> CouponAnalysis:
     """The problem with emulators that are exact about some fits, where all of these are likely.
 
@@ -247,7 +239,7 @@ def refined(coupons: CouponAnalysis, fits: Sequence[MapFit]) -> CouponAnalysis:
         if not effects:
             continue
         ends = []
-        wide = np.vstack([coupons.causes[name].box() for name in effects])
+        wide = problem.box(effects)
         for fit in fits:
             if problem.effects(fit.subset) == effects:
                 own = slice(1, 1 + len(wide))
@@ -264,7 +256,10 @@ def refined(coupons: CouponAnalysis, fits: Sequence[MapFit]) -> CouponAnalysis:
 def _beyond(
     coupons: CouponAnalysis, effects: Subset, box: np.ndarray, part: float = 1.0
 ) -> Emulator:
-    """Emulate what causes change together beyond the sum of their emulators, within a box of ζ."""
+    """Emulate what causes change together beyond the sum of their emulators, within a box of ζ.
+
+    The sum is not exact: a coupon that is pulled harder changes its volume more.
+    """
     problem = coupons.problem
     count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
     zeta = places(box, int(part * count))

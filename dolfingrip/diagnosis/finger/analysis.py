@@ -27,10 +27,6 @@ from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
 from dolfingrip.parameter.nuisances import WALL, modulus_keys
 
 
-def _of_rig(key: str) -> bool:
-    return any(key.startswith(f"extensions.{name}.") for name in IMPLAUSIBLE)
-
-
 @dataclass(frozen=True, eq=False)
 class FingerAnalysis(Analysis[FingerSimulation]):
     """Fingers, coupons beside them, and what could explain their readings."""
@@ -65,7 +61,11 @@ class FingerAnalysis(Analysis[FingerSimulation]):
             for number, place in zip(self.causes[name].numbers, places, strict=True)
             if rig or name not in IMPLAUSIBLE
         ]
-        overrides = {k: v for k, v in self.overrides(fit).items() if rig or not _of_rig(k)}
+        overrides = {
+            key: value
+            for key, value in self.overrides(fit).items()
+            if rig or key.split(".")[1] not in IMPLAUSIBLE
+        }
         gradients = [number.gradient for number, _ in numbers]
         others = problem.always[1:]
         every = [*gradients, *modulus_keys(self.applied), *(each.key for each in others)]
@@ -203,21 +203,18 @@ def analyse_fingers(
         ConfigError: one line, where nothing can be simulated.
     """
     simulation, off, plain = model(measurement, config, workers, say)
-    centre = simulation.centre
     causes = unknowns(simulation.measurement, simulation.lab, names, walls=bool(simulation.walls))
     say(f"simulating what {len(causes)} causes change")
-    middle = float(np.clip(np.log(centre) / plain.factor.std, *plain.baseline_box[0]))
-    trained = trained_causes(
-        simulation, causes, off.noise, plain.factor, middle, plain, say, fully=fully
+    emulators, unseen, failed = trained_causes(
+        simulation, causes, off.noise, plain, say, fully=fully
     )  # fmt: skip
-    felt = {each.name: each for each in causes if each.name in trained.emulators}
+    felt = {each.name: each for each in causes if each.name in emulators}
     problem = replace(
-        plain, emulators={name: trained.emulators[name] for name in felt},
-        boxes={name: box_of(each) for name, each in felt.items()},
+        plain, emulators=emulators, boxes={name: box_of(each) for name, each in felt.items()},
         rig=frozenset(IMPLAUSIBLE) & frozenset(felt),
     )  # fmt: skip
     return FingerAnalysis(
-        problem, felt, off, simulation, trained.unseen, trained.failed,
+        problem, felt, off, simulation, unseen, failed,
         not_reached=not_reached(
             measurement, simulation.measurement, simulation.base.readings,
             simulation.failures or simulation.base.failures,

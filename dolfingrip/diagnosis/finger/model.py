@@ -25,7 +25,6 @@ from dolfingrip.diagnosis.finger.simulation import (
     FingerSimulation,
     finger_simulation,
     rough_simulation,
-    same_material,
 )
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
@@ -33,6 +32,7 @@ from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.nuisances import wall
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.extensions.effect import Prior
+from dolfingrip.parameter import moduli
 from dolfingrip.parameter.nuisances import WALL
 
 
@@ -67,7 +67,9 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     listed = measurement.listed()
     n = len(listed)
     std = max(t.setup.nuisances["modulus"] for t in measurement.tests)
-    free = same_material(measurement, simulation.config) and std > 0
+    applied = [test.setup.applied(simulation.config) for test in measurement.tests]
+    # one factor changes the moduli of one material
+    free = len({str(moduli(each)) for each in applied}) == 1 and std > 0
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
     ends = ends / std if free else np.array([-1.0, 1.0])

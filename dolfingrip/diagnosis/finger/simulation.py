@@ -32,7 +32,6 @@ from dolfingrip.diagnosis.simulation.simulated import (
     simulate_walls,
 )
 from dolfingrip.experiments.request import MESH
-from dolfingrip.parameter import moduli
 from dolfingrip.parameter.nuisances import neutral_stages
 
 
@@ -363,8 +362,3 @@ def _reached(measurement: Measurement, graded: SimulatedReadings) -> Measurement
     for row, column in listed.loc[~kept, ["row", "column"]].itertuples(index=False):
         readings.loc[readings.index[row], column] = np.nan
     return Measurement(readings, measurement.tests, measurement.warnings)
-
-
-def same_material(measurement: Measurement, config: Config) -> bool:
-    """Tell whether all tests are of one material, whose moduli one factor changes."""
-    return len({str(moduli(t.setup.applied(config))) for t in measurement.tests}) == 1

@@ -29,21 +29,6 @@ FINGERS: Final = frozenset({"bending", "blocked_force"})
 
 
 @dataclass(frozen=True, eq=False)
-class Trained:
-    """Emulators of all causes.
-
-    Attributes:
-        emulators: by name.
-        unseen: causes that no reading feels.
-        failed: why others could not be simulated, by name.
-    """
-
-    emulators: dict[str, Emulator]
-    unseen: tuple[str, ...]
-    failed: dict[str, str]
-
-
-@dataclass(frozen=True, eq=False)
 class _Design:
     """Simulations of a cause.
 
@@ -72,13 +57,11 @@ def trained_causes(
     simulation: FingerSimulation,
     causes: Sequence[Cause],
     scale: np.ndarray,
-    factor: Factor,
-    middle: float,
     plain: InferenceProblem,
     say: Callable[[str], None],
     *,
     fully: bool,
-) -> Trained:
+) -> tuple[dict[str, Emulator], tuple[str, ...], dict[str, str]]:
     """Simulate causes, and make emulators of what they change.
 
     Each is simulated once at first, and further where it could be seen.
@@ -87,12 +70,17 @@ def trained_causes(
         simulation: of the model without them.
         causes: that may be named.
         scale: noise of the readings, shape (n,).
-        factor: of the moduli by ζ.
-        middle: ζ of the moduli that causes are simulated at.
         plain: the model without causes.
         say: told what is being done.
         fully: simulate every cause further.
+
+    Returns:
+        Emulators by name, causes that no reading feels, and why others could not be simulated, by
+        name.
     """
+    factor = plain.factor
+    # where causes are simulated
+    middle = float(np.clip(np.log(simulation.centre) / factor.std, *plain.baseline_box[0]))
     nodes = nodes_of(plain.baseline_box[0])
     closed = {each.name: each for each in causes if closed_forms.known(simulation, each)}
     designs = {
@@ -147,7 +135,7 @@ def trained_causes(
             degree = 1 if effect(cause.name).by_slopes else degree
             emulator = trained_on(own, coordinates_of(cause), scale, degree=degree)
         emulators[cause.name] = emulator
-    return Trained(emulators, tuple(unseen), {name: why for name, why in failed.items() if why})
+    return emulators, tuple(unseen), {name: why for name, why in failed.items() if why}
 
 
 def _by_moduli(
@@ -191,7 +179,7 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
         if not scales:
             gradients += modulus_keys(simulation.applied)
         tilt_deg = 0.0
-        if _turns(simulation, cause):
+        if cause.name == TILTED and simulation.lab.gravity.acceleration_m_s2:
             overrides, experiments = {**flat, **simulation.moduli(c)}, FINGERS
             gradients, tilt_deg = gradients[1:], float(cause.numbers[0].at(own[0]))
         variants.append(
@@ -228,10 +216,6 @@ def _felt_in(name: str, config: Config) -> frozenset[str]:
     if issubclass(effect(name), Energetic):
         found.add("coupon")
     return frozenset(found)
-
-
-def _turns(simulation: FingerSimulation, cause: Cause) -> bool:
-    return cause.name == TILTED and bool(simulation.lab.gravity.acceleration_m_s2)
 
 
 def _places(box: np.ndarray, count: int, cause: Cause) -> np.ndarray:

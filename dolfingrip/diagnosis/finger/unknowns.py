@@ -10,6 +10,7 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.core.polynomial import Coordinate
+from dolfingrip.diagnosis.core.strength import start_and_step
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import POLICY
@@ -149,10 +150,7 @@ def _sides(own: Coordinate) -> list[Coordinate]:
 def _coordinate(cause: Cause, number: Unknown) -> Coordinate:
     if not number.amplitude:
         return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
-    start = cause.neutral(number)
-    prior = number.prior
-    middle = prior.mean - start
-    step = middle if abs(middle) > 1e-9 * prior.spread else prior.spread
+    start, step = start_and_step(cause, number)
     reach = POLICY.finger_reach
 
     def value(zeta: np.ndarray) -> np.ndarray:

@@ -32,12 +32,10 @@ MAPPED: Final = frozenset(each.name for each in CHANNELS.values() if each.grows)
 
 @dataclass(frozen=True)
 class _Curve:
-    """δ of some readings: ``places`` in the list, known from ``low`` to ``high``."""
+    """δ of some readings by their value: ``places`` in the list."""
 
     places: np.ndarray
     delta: PchipInterpolator
-    low: float
-    high: float
     in_proportion: bool
 
 
@@ -73,9 +71,7 @@ class MeshMap:
                 if rising is not None:
                     order, own = rising
                     smooth = PchipInterpolator(own, (values[:count] - at[:count])[order])
-                    self._curves.append(
-                        _Curve(places, smooth, own[0], own[-1], CHANNELS[name].in_proportion)
-                    )
+                    self._curves.append(_Curve(places, smooth, CHANNELS[name].in_proportion))
 
     def to_graded(
         self, readings: np.ndarray, jacobian: np.ndarray, factor: float = 1.0
@@ -91,7 +87,10 @@ class MeshMap:
         for curve in self._curves:
             scale = factor if curve.in_proportion else 1.0
             own = readings[curve.places] / scale
-            delta, slope = _interpolated(own, curve)
+            ends = curve.delta.x  # beyond them a straight line goes on
+            inside = np.clip(own, ends[0], ends[-1])
+            slope = curve.delta(inside, 1)
+            delta = curve.delta(inside) + slope * (own - inside)
             found[curve.places] = readings[curve.places] + scale * delta
             slopes[curve.places] *= (1 + slope)[:, None]
         return found, slopes
@@ -109,13 +108,6 @@ def _rising(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     at = values[order]
     new = np.concatenate([[True], np.diff(at) > 1e-9 * max(float(np.ptp(at)), 1e-12)])
     return (order[new], at[new]) if new.sum() > 2 else None
-
-
-def _interpolated(values: np.ndarray, curve: _Curve) -> tuple[np.ndarray, np.ndarray]:
-    """δ and its slope; beyond the ends a straight line goes on."""
-    inside = np.clip(values, curve.low, curve.high)
-    slopes = curve.delta(inside, 1)
-    return curve.delta(inside) + slopes * (values - inside), slopes
 
 
 def coarser(config: Config) -> list[Change]:

@@ -101,8 +101,6 @@ class Workers:
             Unfinished: the workers are gone, or the machine did not let some simulations come to
                 an end; what was computed is kept.
         """
-        if self.where.ranks != 1:
-            raise ConfigError(f"--ranks {self.where.ranks}: allowed: 1 in a diagnosis")
         if self.known is not None:
             self._enter(self.known, self._missing(requests))
         if not self.computes and (missing := self._missing(requests)):

@@ -289,12 +289,11 @@ def scales(config: Config) -> bool:
     """
     if config.gravity.acceleration_m_s2 or not path_independent(config):
         return False
-    return all(_is_neutral(effect) for effect in config.extensions.active())
-
-
-def _is_neutral(effect: object) -> bool:
-    neutral = getattr(effect, "neutral", {})
-    return all(getattr(effect, key) == value for key, value in neutral.items())
+    return all(
+        getattr(effect, key) == value
+        for effect in config.extensions.active()
+        for key, value in effect.neutral.items()
+    )
 
 
 def scale_all(runs: Sequence[SimulatedGroup]) -> bool:
