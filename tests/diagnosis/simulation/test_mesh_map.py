@@ -19,8 +19,8 @@ def test_a_mesh_is_off_by_the_deformation_not_by_the_pressure() -> None:
     off_deg = 0.0004 * true_deg**2
 
     def run(values: np.ndarray) -> Any:
-        group = SimpleNamespace(tests=(0,))
         route = SimpleNamespace(value=tuple(PRESSURE_kPa))
+        group = SimpleNamespace(tests=(0,), curve=route)
         result = SimpleNamespace(columns={"angle_deg": values})
         return SimpleNamespace(config=Config(), group=group, schedule=route, result=result)
 
