@@ -75,6 +75,8 @@ def surround(site: Site, *, plate: bool) -> None:
         site.contact = BarrierContact(surface, contact.barrier_mm, contact.stiffness_MPa)
         if may_meet and surface.interpolated:
             site.further.append(_apart(site, *SKIN))
+    if may_meet:  # between nodes of a coarse mesh, a wall that folds may pass through itself
+        site.further.append(_apart(site, *SKIN, *site.domain.cavities, separate=True))
     for name in site.domain.cavities if may_meet else ():
         site.walls[name] = _apart(site, name)
         spread = _apart(site, name, spacing_mm=contact.spacing_mm)
@@ -85,8 +87,13 @@ def surround(site: Site, *, plate: bool) -> None:
     site.held |= {0: ["clamp"], 1: across, 2: ["clamp"]}
 
 
-def _apart(site: Site, *regions: str, spacing_mm: float | None = None) -> BarrierContact:
+def _apart(
+    site: Site, *regions: str, spacing_mm: float | None = None, separate: bool = False
+) -> BarrierContact:
     """Contact of walls with one another, and with their mirror image in half a finger.
+
+    With ``separate`` it is that of a wall's two faces alone, which a finger's skin and its cavities
+    are.
 
     Points that are spread keep walls apart between their nodes; contact of the nodes keeps those
     apart that lie between the points. Walls that are nearer to one another than the barrier at
@@ -103,7 +110,9 @@ def _apart(site: Site, *regions: str, spacing_mm: float | None = None) -> Barrie
         # the image has half of the energy
         stiffness_MPa = max(contact.stiffness_MPa, largest_MPa) / domain.copies
         title = f"the wall of {regions[0]}"
-        return BarrierContact(surface, width_mm, stiffness_MPa, title=title, crowded=True)
+        return BarrierContact(
+            surface, width_mm, stiffness_MPa, title=title, crowded=True, separate=separate
+        )
 
     made = barrier(contact.barrier_mm)
     gap_mm = made.gap_mm(np.zeros_like(site.u.x.array), contact.barrier_mm)

@@ -57,6 +57,8 @@ class BarrierContact(Term):
         policy: how pairs are found and differentiated.
         title: what the surface is called where it passes through itself.
         crowded: whether walls are pressed on one another over wide areas.
+        separate: whether only separate parts of the surface repel one another, as the two faces of
+            a thin wall; what is connected has a contact of its own.
     """
 
     name: ClassVar[str] = "contact"
@@ -70,15 +72,16 @@ class BarrierContact(Term):
         title: str = "the skin",
         *,
         crowded: bool = False,
+        separate: bool = False,
     ) -> None:
         self._policy = policy
-        self.title, self.crowded = title, crowded
+        self.title, self.crowded, self._separate = title, crowded, separate
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
         self._size_mm = float(np.linalg.norm(np.ptp(surface.rest, axis=0)))
         self._jitter = _jitter(surface, policy.unaligned)
-        self._mesh = _collision_mesh(surface, self._jitter)
+        self._mesh = _collision_mesh(surface, self._jitter, separate=separate)
         self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
         self._apart = False
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
@@ -264,7 +267,7 @@ class BarrierContact(Term):
             return
         self.surface = self.surface.moved(self.surface.displacement(change))
         if not self._apart:
-            self._mesh = _collision_mesh(self.surface, self._jitter)
+            self._mesh = _collision_mesh(self.surface, self._jitter, separate=self._separate)
             self._found = None
 
     def rejects(self, dofs: np.ndarray) -> str:
@@ -302,12 +305,14 @@ class BarrierContact(Term):
         return bool(ipctk.has_intersections(self._mesh, self.positions(dofs)))
 
 
-def _collision_mesh(surface: Surface, jitter: np.ndarray) -> ipctk.CollisionMesh:
-    return ipctk.CollisionMesh(
-        np.asfortranarray(surface.rest + jitter),
-        np.asfortranarray(surface.edges),
-        np.asfortranarray(surface.triangles),
+def _collision_mesh(surface: Surface, jitter: np.ndarray, *, separate: bool) -> ipctk.CollisionMesh:
+    faces = np.asfortranarray(surface.triangles)
+    found = ipctk.CollisionMesh(
+        np.asfortranarray(surface.rest + jitter), np.asfortranarray(surface.edges), faces
     )
+    if separate:
+        found.can_collide = ipctk.make_connected_components_filter(faces)
+    return found
 
 
 def _known(
