@@ -296,8 +296,8 @@ class AdoptSettings:
     )
     clamp_region: tuple[Box | str, ...] = option(
         (),
-        "Collar, plug or flange that is held: a box, by two corners (mm), or the name of a solid "
-        "or group; repeatable.",
+        "Collar, plug or flange that is held: a box, by two corners (mm), or the name of a solid, "
+        "of a region, or of a group of facets around it; repeatable.",
         metavar="X,Y,Z,X,Y,Z|NAME",
         read=_regions,
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import Delaunay
 
 from dolfingrip.meshes import files, groups
 from dolfingrip.meshes.adoption.facets import in_frame
@@ -161,15 +162,19 @@ def _released(mesh: SolidMesh, region: Box | str, held: np.ndarray) -> tuple[Sol
 
     Args:
         mesh: without the elements of earlier regions.
-        region: a box, whose nodes are held, or a region of the mesh.
+        region: a box, whose nodes are held; a region of the mesh; or a group of facets, as those
+            around a collar, which hold the nodes that they surround.
         held: (n,) nodes that earlier regions hold.
 
     Raises:
         MeshError: one line, if it holds nothing or all.
     """
-    if isinstance(region, str):
+    if region in mesh.facets:
+        inside = _surrounded(mesh.points, mesh.points[np.unique(mesh.facets[region])])
+        gone: np.ndarray = np.asarray(inside[mesh.cells].all(axis=1))
+    elif isinstance(region, str):
         if region not in mesh.regions:
-            known = ", ".join(mesh.regions) or "X,Y,Z,X,Y,Z"
+            known = ", ".join([*mesh.regions, *mesh.facets]) or "X,Y,Z,X,Y,Z"
             raise MeshError(f"--clamp-region {region}: no such region; allowed: {known}")
         gone = np.zeros(len(mesh.cells), dtype=bool)
         gone[mesh.regions[region]] = True
@@ -191,6 +196,15 @@ def _released(mesh: SolidMesh, region: Box | str, held: np.ndarray) -> tuple[Sol
     facets = {name: rows[match(rows, cells) >= 0] for name, rows in mesh.facets.items()}
     kept = np.unique(cells)
     return assemble(mesh.points, cells, facets, regions), (held | inside)[kept]
+
+
+def _surrounded(points: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """(n,) Whether points lie in the convex hull of others; none where these lie in a plane."""
+    middle, size = others.mean(axis=0), float(np.ptp(others, axis=0).max())
+    if np.linalg.matrix_rank(others - middle, tol=1e-6 * size) < 3:
+        return np.zeros(len(points), dtype=bool)
+    hull = Delaunay(middle + (1 + 1e-6) * (others - middle))
+    return np.asarray(hull.find_simplex(points) >= 0)
 
 
 def _on_walls(surface: Faces, points: Floats, triangles: Ints) -> np.ndarray:

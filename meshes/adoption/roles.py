@@ -165,7 +165,7 @@ def assign(
         groups[tip] = TIP
     said |= {name: "group of the file" for name in (CLAMP, TIP) if name in known}
     if CLAMP in known and not _is_plane(surface, clamp, z):
-        said[CLAMP] += "; what it surrounds gives way (--clamp-region holds it as a whole)"
+        said[CLAMP] += f"; what it surrounds gives way (--clamp-region {CLAMP} holds it as a whole)"
     if asked.held:
         area = surface.areas[clamp].sum()
         said[CLAMP] = f"{area:.4g} mm² where what --clamp-region holds ends, at {place(base)}"

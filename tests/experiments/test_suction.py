@@ -145,6 +145,29 @@ def test_a_half_with_its_image_has_the_energy_of_the_whole() -> None:
     assert energy > 0
 
 
+def test_the_two_faces_of_a_wall_repel_one_another() -> None:
+    """The pairs of all surfaces are those within skin and cavity, and those between the two."""
+    domain = distribute(MPI.COMM_SELF, fingers.half_mesh())
+    space = fem.functionspace(domain.mesh, displacement_element("P2"))
+    u = fem.Function(space)
+    u.interpolate(lambda x: np.array([-0.95 * x[0], 0 * x[1], 0 * x[2]]))
+    names = ("skin", "tip", "cavity")
+    every, outside, inside = (
+        Surface(space, domain, domain.facets(*some), None) for some in (names, names[:2], names[2:])
+    )
+    whole, outer, inner = (BarrierContact(each, 0.1, 0.005) for each in (every, outside, inside))
+    faces = BarrierContact(every, 0.1, 0.005, separate=True)
+    energies = [each.value(u.x.array) for each in (whole, outer, inner, faces)]
+    print(energies)
+    assert energies[3] > 0.01 * energies[0]
+    assert sum(energies[1:]) == pytest.approx(energies[0], rel=1e-4)
+    assert faces.max_step(u.x.array, 0.1 * u.x.array) < 1  # it would turn the wall inside out
+    # of a finger that is sucked, the skin and its cavities are all the parts
+    config = small.short("experiment.max_pressure_kPa=-10")
+    terms = small.model(config, plate=False).model.terms
+    assert [each for each in terms if isinstance(each, BarrierContact) and each.separate]
+
+
 def test_stops_go_to_suction_first() -> None:
     """0, suction, 0, the highest pressure and back, in each cycle."""
     asked = ("experiment.min_pressure_kPa=-60", "experiment.step_kPa=50")

@@ -19,7 +19,7 @@ from dolfingrip.meshes.adoption.sizes import MeshRequest
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.measures import enclosed_volume
 from dolfingrip.meshes.quality import check, judge
-from dolfingrip.meshes.solid import MeshError, SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh, boundary, faces
 
 PARTS = Path(__file__).with_name("parts")
 HELD = (-20.0, -20.0, -20.0, 20.0, 20.0, 0.0)
@@ -107,6 +107,27 @@ def test_a_collar_that_is_held_in_a_box(tmp_path: Path, whole: AdoptedPart) -> N
     assert np.allclose(held.roles.rotation, bare.roles.rotation)
     assert "where what --clamp-region holds ends, at (-0.04, 0, 0) mm" in held.roles.said["clamp"]
     assert 2 * held.quality.cavity_mm3 == pytest.approx(3400 + 3 * AIR_MM3, rel=1e-3)
+
+
+def test_a_collar_that_a_group_of_facets_surrounds(tmp_path: Path, whole: AdoptedPart) -> None:
+    """Its outer faces hold what a box around it holds; a group in a plane surrounds nothing."""
+    mesh = in_file(whole, {})
+    outer = faces(mesh.cells)[boundary(mesh.cells)]
+    z = mesh.points[outer, 2]
+    seen = ~np.isin(outer, np.unique(whole.mesh.facets["cavity"])).any(axis=1)
+    ends = {"clamp": outer[seen & (z.max(axis=1) < 1e-6)], "tip": outer[z.min(axis=1) > 40 - 1e-6]}
+    files.write(tmp_path / "collar.msh", replace(mesh, facets=ends))
+    box, ring = (
+        adopt(tmp_path / "collar.msh", Asked(held=[each]), MeshRequest())
+        for each in (HELD, "clamp")
+    )
+    np.testing.assert_array_equal(ring.mesh.cells, box.mesh.cells)
+    np.testing.assert_allclose(ring.mesh.points, box.mesh.points)
+    assert len(ring.mesh.cells) < 0.9 * len(mesh.cells)
+    with pytest.raises(MeshError, match="--clamp-region tip: holds nothing"):
+        adopt(tmp_path / "collar.msh", Asked(held=["tip"]), MeshRequest())
+    with pytest.raises(MeshError, match=r"cork: no such region; allowed: .*clamp"):
+        adopt(tmp_path / "collar.msh", Asked(held=["cork"]), MeshRequest())
 
 
 def test_a_named_solid_that_is_held(tmp_path: Path) -> None:

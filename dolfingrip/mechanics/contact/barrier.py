@@ -75,7 +75,7 @@ class BarrierContact(Term):
         separate: bool = False,
     ) -> None:
         self._policy = policy
-        self.title, self.crowded, self._separate = title, crowded, separate
+        self.title, self.crowded, self.separate = title, crowded, separate
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
@@ -267,7 +267,7 @@ class BarrierContact(Term):
             return
         self.surface = self.surface.moved(self.surface.displacement(change))
         if not self._apart:
-            self._mesh = _collision_mesh(self.surface, self._jitter, separate=self._separate)
+            self._mesh = _collision_mesh(self.surface, self._jitter, separate=self.separate)
             self._found = None
 
     def rejects(self, dofs: np.ndarray) -> str:
