@@ -176,10 +176,13 @@ class Iterations:
         snes.getKSP().getPC().setPythonContext(self)
         x.array[:] = self._model.unknowns.owned()
         with self._system.profile.phase("linear solve"):
+            raised: BaseException | None = None  # by a callback
             try:
                 snes.solve(None, x)
             except PETSc.Error as error:
-                raise error.__cause__ or error from None  # what a callback raised
+                raised = error.__cause__ or error
+            if raised is not None:
+                raise raised  # here, so that the two are not each other's reason
         self._system.set_state(x)
         self._retired.clear()
 
