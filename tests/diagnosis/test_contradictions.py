@@ -32,7 +32,7 @@ area_mm2 = 9.0
 [noise]
 force_N = 0.05
 """
-STRENGTHS = (0.03, 0.1, 0.3, 1.0)
+STRENGTHS = (0.03, 0.3)
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,12 @@ def contradictions(found: Diagnosis, page: Brief) -> list[str]:
         said.append("NOT EXPLAINED has a share and is noise")
     if decision.answer == "none" and found.probability > decision.none + 1e-9:
         said.append("that nothing acts is surer than that nothing is seen")
+    if "is not more probable than not" in page.result and any(
+        name not in page.result
+        for each in found.sensitivity.lost
+        for name in found.sensitivity.answers[each].first
+    ):
+        said.append("RESULT does not say what other priors lead to")
     named = {*decision.first, *decision.second, *decision.nearest}
     likely = {name for name, p in decision.inclusion.items() if p > POLICY.claimed}
     if decision.answer == "none" and likely - named - {*found.analysis.problem.implausible}:
@@ -94,7 +100,7 @@ def contradictions(found: Diagnosis, page: Brief) -> list[str]:
 
 
 def test_no_page_contradicts_itself(pulled: Analysis[Any]) -> None:
-    """Nothing hidden, each effect at four strengths, and a jump that no effect is."""
+    """Nothing hidden, each effect at two strengths, and a jump that no effect is."""
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     problem = pulled.problem
@@ -105,7 +111,7 @@ def test_no_page_contradicts_itself(pulled: Analysis[Any]) -> None:
             zeta = at_strength(pulled.causes[name], problem.boxes[name], strength)
             changes[f"{name} {strength}"] = seen.change(name, zeta)
     load = TRAVELS_mm[-len(problem.value) :]
-    changes |= {f"jump {by}": by * (load > 10.0) for by in (0.1, 0.5, 2.0)}
+    changes |= {f"jump {by}": by * (load > 10.0) for by in (0.1, 2.0)}
     answers = set()
     for name, change in changes.items():
         found = answered(pulled, change, rng)

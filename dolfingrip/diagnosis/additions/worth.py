@@ -292,9 +292,9 @@ def shows_memory(*measurements: Measurement) -> bool:
 
 
 def remembers_state(name: str) -> bool:
-    """Tell whether a cause is an effect whose material remembers.
+    """Tell whether a cause is an effect of what was before: a material remembers, a line lags.
 
     Args:
         name: of the cause.
     """
-    return name in NAMES and effect(name).kind == "dissipative"
+    return name in NAMES and (effect(name).kind == "dissipative" or effect(name).clock)

@@ -15,6 +15,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, SetupEstimate
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.answer.settling import advice
+from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
@@ -148,8 +149,15 @@ def _survives(found: Diagnosis) -> str:
         return ""
     low, *_, high = sorted(POLICY.widths)
     if lost := found.sensitivity.lost:
-        return f" It is not more probable than not with {', nor with '.join(lost)}."
+        told = [f"{each}{_then(found.sensitivity.answers[each])}" for each in lost]
+        return f" It is not more probable than not with {', nor with '.join(told)}."
     return f" It stays with priors from {low:g} to {high:g} times as wide."
+
+
+def _then(other: Decision) -> str:
+    """Tell which causes other priors lead to."""
+    names = [*other.first, *other.second] or other.nearest
+    return f" (these lead to {' or '.join(names)})" if names else ""
 
 
 def answer_sentence(found: Diagnosis) -> str:
