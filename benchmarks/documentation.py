@@ -121,7 +121,8 @@ def of_block(block: Block, clone: Clone) -> dict[str, object]:
     commands = block.reduced("dear") if dear else block.commands
     print(f"{row['page']}:{row['line']}", *commands, sep="\n  $ ", flush=True)
     code, processor_s, _ = clone.run("\n".join(commands), served="served" in marks)
-    good = bool(code) if "refused" in marks else not code
+    ends = {0, 128 + signal.SIGINT} if "served" in marks else {0}
+    good = (code in ends) is not ("refused" in marks)
     return row | {
         "run": "reduced" if dear else "whole", "exit_code": code,
         "ended": "as told" if good else "FAILED", "processor_s": f"{processor_s:.0f}",
