@@ -153,9 +153,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
                                                for each in blocks]}  # fmt: skip
             known[name] = told
             whole.write(kept, json.dumps(known, indent=1))
-        # a page's text may have moved its blocks
-        own = zip(blocks, told.get("rows", []), strict=False)
-        rows += [row | {"line": block.line} for block, row in own]
+        if told.get("digest") == digest:  # the page's other text may have moved its blocks
+            own = zip(blocks, told["rows"], strict=True)
+            rows += [row | {"line": block.line} for block, row in own]
         if rows:
             table.write(TABLE, rows)
     failed = [row for row in rows if row["ended"] == "FAILED"]
