@@ -3,7 +3,7 @@
     scripts/run python -m benchmarks.robot [--only NAME …] [--out out/robot_models]
 
 writes ``benchmarks/robot.csv``. Runs are kept in ``--out``, so that a second call goes on. A finger
-takes two minutes of one core, a grasp two to four. References are the finite elements of this
+takes two to five minutes of one core, a grasp two to four. References are the finite elements of this
 package; those of food are rows of ``benchmarks/grasp_sweep.csv``, and a cube that is grasped here.
 """
 
@@ -40,7 +40,7 @@ from dolfingrip.sections.tables import assignments
 TABLE: Final = Path(__file__).with_suffix(".csv")
 
 FINGERS: Final = {
-    "default finger": "",
+    "default finger": "experiment.min_pressure_kPa=-60",
     "paper's design 1": "morph.xi1=0.28 morph.xi2=-0.25",
     "paper's design 2": "morph.xi1=-0.2 morph.xi2=0.25",
     "paper's design 3": "morph.xi1=0.52 morph.xi2=-0.5",
@@ -155,7 +155,7 @@ def speed(name: str, folder: Path) -> Iterator[Row]:
     """Time of MuJoCo's finger, with inputs that must not blow it up."""
     model = mujoco.MjModel.from_xml_path(str(folder / "finger.xml"))
     low, high = model.actuator_ctrlrange[0]
-    levels = np.linspace(low, high, 6)
+    levels = np.unique([low, *np.linspace(0, high, 6)])
     inputs = {f"constant {p:.0f} kPa": [(BORN_S, p)] for p in levels}
     inputs["0, highest, 0"] = [(0.5, 0), (0.5, high), (0.5, 0)]
     inputs["a fifth, four fifths"] = [(0.5, 0.2 * high), (0.5, 0.8 * high)]

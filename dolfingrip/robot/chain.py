@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 COORDINATES: Final = (
     ("slide", "slide", (0.0, 0.0, 1.0)),
+    ("shear", "slide", (1.0, 0.0, 0.0)),
     ("bend", "hinge", (0.0, -1.0, 0.0)),
     ("side", "hinge", (1.0, 0.0, 0.0)),
     ("twist", "hinge", (0.0, 0.0, 1.0)),
@@ -80,20 +81,15 @@ class Chain:
         """Number of coordinates."""
         return len(COORDINATES) * len(self.joints_mm)
 
-    @property
-    def slides(self) -> np.ndarray:
-        """Numbers of the slides among the coordinates."""
-        return np.arange(0, self.size, len(COORDINATES))
+    def of(self, *names: str) -> np.ndarray:
+        """Return the numbers of the coordinates of some names."""
+        those = [name in names for name, _, _ in COORDINATES]
+        return np.flatnonzero(np.tile(those, len(self.joints_mm)))
 
     @property
     def bends(self) -> np.ndarray:
         """Numbers of the hinges in the plane of bending among the coordinates."""
-        return self.slides + 1
-
-    @property
-    def sideways(self) -> np.ndarray:
-        """Numbers of the hinges that turn sideways and twist among the coordinates."""
-        return np.sort([*(self.slides + 2), *(self.slides + 3)])
+        return self.of("bend")
 
     @property
     def _rest_mm(self) -> np.ndarray:

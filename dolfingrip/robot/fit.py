@@ -19,9 +19,8 @@ from dolfingrip.robot.chain import (
     terms,
 )
 from dolfingrip.robot.runs import FingerRun
-from dolfingrip.sections.errors import ConfigError
 
-MOST_JOINTS: Final = 24
+MOST_JOINTS: Final = 16
 """Joints of the longest chain that is tried."""
 
 
@@ -32,16 +31,19 @@ class ChainPolicy:
     Attributes:
         shape_error: root mean square distance of the free finger's line from that of a chain of as
             few joints as possible, relative to the length.
+        near_best: factor on the least error of all chains that is as good, where none is so near.
         angle_deg, place, force, stiffness: errors that weigh equally: of the angle, of places by
             the length, of the force by the largest one, of a stiffness by itself.
         scatter: standard deviation of a coefficient around its first value, relative to those of
             the other joints.
-        slide_scatter: the same of slides' stiffness, as no load along the finger tells it.
+        slide_scatter: the same of the stiffness of slides along the finger, as no load tells it.
         gyration: radius of gyration of a section by the depth, for the first stiffness of slides.
+        shear: first stiffness of slides across the finger by that of slides along it.
         plate_N_per_mm: stiffness of the chain's contact with a plate.
     """
 
     shape_error: float = 1.6e-3
+    near_best: float = 1.25
     angle_deg: float = 0.7
     place: float = 0.003
     force: float = 0.01
@@ -49,6 +51,7 @@ class ChainPolicy:
     scatter: float = 3.0
     slide_scatter: float = 0.5
     gyration: float = 1 / 6
+    shear: float = 1 / 3
     plate_N_per_mm: float = 50.0
 
 
@@ -72,8 +75,11 @@ class Fitted:
 
 
 def _height_mm(free: FingerRun) -> float:
-    """Height of the axis of bending, where the line from clamp to tip best keeps its length."""
-    steps = np.linalg.norm(np.diff(free.line_mm(0.0), axis=1), axis=2)
+    """Height of the axis of bending, where the line from clamp to tip best keeps its length, which
+    is counted along the sections' normals."""
+    turn = (free.turn_rad[:, 1:] + free.turn_rad[:, :-1]) / 2
+    along = np.stack([-np.sin(turn), np.cos(turn)], axis=-1)
+    steps = np.einsum("tsi,tsi->ts", np.diff(free.place_mm, axis=1), along)
     longer, angle = steps.sum(axis=1) - free.length_mm, free.turn_rad[:, -1]
     return -float(longer @ angle / (angle @ angle))
 
@@ -121,24 +127,19 @@ def joints(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> tuple[Cha
 
     Returns:
         The chain, and the root mean square error of its line (mm).
-
-    Raises:
-        ConfigError: one line, where no chain follows it.
     """
     free = runs[0]
     height = _height_mm(free)
     rest, line = free.rest_line_mm(height), free.line_mm(height)
     allowed = policy.shape_error * free.length_mm
-    for number in range(1, MOST_JOINTS + 1):
-        chain = _chain(free, number, height)
+    tried: list[tuple[Chain, float]] = []
+    while len(tried) < MOST_JOINTS and (not tried or tried[-1][1] > allowed):
+        chain = _chain(free, len(tried) + 1, height)
         apart = chain.places(coordinates(chain, free), chain.fixed(rest)) - line
-        error = float(np.sqrt((apart**2).sum(axis=-1).mean()))
-        if error <= allowed:
-            return chain, error
-    raise ConfigError(
-        f"a chain of {MOST_JOINTS} joints follows the free finger's sections to {error:.2g} mm; "
-        f"allowed: a finger whose sections it follows to {allowed:.2g} mm"
-    )
+        tried.append((chain, float(np.sqrt((apart**2).sum(axis=-1).mean()))))
+    # walls that swell move sections to and fro, which no chain follows
+    near = max(allowed, policy.near_best * min(error for _, error in tried))
+    return next((chain, error) for chain, error in tried if error <= near)
 
 
 @dataclass(frozen=True)
@@ -185,11 +186,13 @@ def _balanced(chain: Chain, states: _States, free: FingerRun, policy: ChainPolic
 
     laws = np.zeros((chain.size, TERMS))
     laws[chain.bends] = solved(chain.bends, [0, 1, 2, 3], load)
-    stiff = -laws[chain.bends[0], 2] / (policy.gyration * free.depth_mm) ** 2
-    laws[chain.slides, 2] = -stiff
-    laws[chain.slides[:, None], [0, 3]] = solved(chain.slides, [0, 3], load + stiff * w)
+    along = -laws[chain.bends[0], 2] / (policy.gyration * free.depth_mm) ** 2
+    for name, stiff in (("slide", along), ("shear", policy.shear * along)):
+        own = chain.of(name)
+        laws[own, 2] = -stiff
+        laws[own[:, None], [0, 3]] = solved(own, [0, 3], load + stiff * w)
     arms = free.tip_mm[0, 2] - chain.joints_mm[:, 2]
-    laws[chain.sideways, 2] = -float(np.square(arms).sum() * free.stiffness_y[0])
+    laws[chain.of("side", "twist"), 2] = -float(np.square(arms).sum() * free.stiffness_y[0])
     return laws
 
 
@@ -276,9 +279,6 @@ def fit(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> Fitted:
 
     Returns:
         The chain with its laws.
-
-    Raises:
-        ConfigError: one line, where no chain follows the finger.
     """
     free = runs[0]
     chain, shape_error_mm = joints(runs, policy)
@@ -291,7 +291,8 @@ def fit(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> Fitted:
     lacking = typical[:, 1] == 0
     typical[lacking, 1] = typical[lacking, 2] / largest
     unit = policy.scatter * typical
-    unit[chain.slides, 1:3] = policy.slide_scatter * typical[chain.slides, 1:3]
+    slides = chain.of("slide")
+    unit[slides, 1:3] = policy.slide_scatter * typical[slides, 1:3]
     unit = unit.ravel()
 
     def laws(x: np.ndarray) -> np.ndarray:

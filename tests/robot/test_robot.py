@@ -23,6 +23,7 @@ from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.robot import RobotFile
 from dolfingrip.meshes.measures import moments
 from dolfingrip.robot import build, runs, urdf
+from dolfingrip.robot.chain import COORDINATES
 from dolfingrip.robot.links import whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.sections.errors import ConfigError
@@ -145,7 +146,8 @@ def test_frequencies(robot: Robot, made: Path) -> None:
     mujoco.mj_forward(model, data)
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, mass)
-    unit = np.tile([1e3, 1.0, 1.0, 1.0], len(robot.file.joints))  # mm or rad by m or rad
+    unit = np.ones(robot.chain.size)  # mm or rad by m or rad
+    unit[robot.chain.of("slide", "shear")] = 1e3
     stiffness = 1e-3 * robot.state(0.0).stiffness[0] * unit[:, None] * unit
     squares = eigh(stiffness, mass[1:, 1:], eigvals_only=True)
     assert ours == pytest.approx(np.sqrt(squares) / (2 * np.pi), rel=1e-5)
@@ -206,7 +208,7 @@ def test_urdf_and_control(robot: Robot, made: Path) -> None:
     # an equilibrium by the law alone: no effort where the chain rests
     w = robot.state(50.0).w[0]
     position = w.copy()
-    position[0::4] *= 1e-3
+    position[robot.chain.of("slide", "shear")] *= 1e-3
     efforts = control.efforts(50.0, position, np.zeros_like(position))
     assert np.abs(efforts).max() < 1e-9
     data = mujoco.MjData(model)
@@ -215,7 +217,7 @@ def test_urdf_and_control(robot: Robot, made: Path) -> None:
     angles = robot.angle_deg(50.0)
     turned = data.body(f"link_{len(robot.file.joints)}").xmat.reshape(3, 3)
     assert np.degrees(np.arctan2(-turned[0, 2], turned[2, 2])) == pytest.approx(angles[0])
-    between = 3 * len(robot.file.joints) * urdf.BETWEEN_KG
+    between = (len(COORDINATES) - 1) * len(robot.file.joints) * urdf.BETWEEN_KG
     mass = sum(link.mass_kg for link in robot.file.links[1:])
     assert model.body_mass.sum() == pytest.approx(mass + between)
 
