@@ -3,8 +3,9 @@
     scripts/run python -m benchmarks.robot [--only NAME …] [--out out/robot_models]
 
 writes ``benchmarks/robot.csv``. Runs are kept in ``--out``, so that a second call goes on. A finger
-takes two to five minutes of one core, a grasp two to four. References are the finite elements of this
-package; those of food are rows of ``benchmarks/grasp_sweep.csv``, and a cube that is grasped here.
+takes two to five minutes of one core, a grasp two to four. References are the finite elements of
+this package; those of food are rows of ``benchmarks/grasp_sweep.csv``, and a cube that is grasped
+here.
 """
 
 from __future__ import annotations
@@ -39,8 +40,12 @@ from dolfingrip.sections.tables import assignments
 
 TABLE: Final = Path(__file__).with_suffix(".csv")
 
+MOVED: Final = "default finger, coarse mesh"
+"""The finger whose motion in time is compared, too."""
+
 FINGERS: Final = {
     "default finger": "experiment.min_pressure_kPa=-60",
+    MOVED: "mesh.size_mm=6 mesh.edge_size_mm=6",
     "paper's design 1": "morph.xi1=0.28 morph.xi2=-0.25",
     "paper's design 2": "morph.xi1=-0.2 morph.xi2=0.25",
     "paper's design 3": "morph.xi1=0.52 morph.xi2=-0.5",
@@ -69,7 +74,7 @@ GOALS: Final = {
     "angle": 1.5, "tip path": 1.0, "force on the plate": 0.04, "stiffness of the tip, x": 0.07,
     "stiffness of the tip, y": 0.07, "pressure for an angle": 2.0,
     "pressure for a tip's force": 0.05, "speed, one finger": 20.0, "speed, gripper with food": 2.0,
-    "normal forces": 0.15,
+    "normal forces": 0.15, "first natural frequency": 0.05, "time to 90 % of a step": 0.1,
 }  # fmt: skip
 
 BORN_S: Final = 2.0
@@ -175,6 +180,56 @@ def speed(name: str, folder: Path) -> Iterator[Row]:
     yield Row(
         name, "speed, one finger", factor, "times real time", GOALS["speed, one finger"], note
     )
+
+
+STEP_KPA, RISE_S, END_S, EVERY_S = 100.0, 0.05, 0.12, 0.005
+
+
+def motion(name: str, robot: Robot, config: Config, folder: Path) -> Iterator[Row]:
+    """Natural frequencies, and a step of pressure that rises in 50 ms, both without gravity."""
+    asked = runs.prepared(config)
+    times = np.arange(0, END_S + EVERY_S / 2, EVERY_S)
+    risen = STEP_KPA * np.minimum(times / RISE_S, 1.0)
+    protocol = {"time_s": times.tolist(), "pressure_kPa": risen.tolist()}
+    moving = asked.changed(
+        experiment={"dynamic": True}, solver={"time_error_mm": 0.1}, protocol=protocol
+    )
+    with Pool(Where()) as pool:
+        swinging, moved = simulate(
+            [Request.of("vibration", asked), Request.of("bending", moving)], folder / "motion", pool
+        )
+    pressures = np.array(swinging.columns["pressure_kPa"])
+    found = np.array(swinging.columns["frequency_1_Hz"])
+    ours = np.array([robot.frequencies_Hz(each)[0] for each in pressures])
+    yield Row(
+        name, "first natural frequency", float(np.abs(ours / found - 1).max()), "relative",
+        GOALS["first natural frequency"],
+        f"{ours[0]:.2f} to {ours[-1]:.2f} Hz, finite elements {found[0]:.2f} to {found[-1]:.2f} Hz",
+    )  # fmt: skip
+    wanted = 0.9 * float(robot.angle_deg(STEP_KPA)[0])
+    model = mujoco.MjModel.from_xml_path(str(folder / "finger.xml"))
+    model.opt.gravity[:] = 0
+    data, tip = mujoco.MjData(model), len(robot.file.joints)
+    angles = []
+    for time_s in np.arange(0, END_S, model.opt.timestep):
+        data.qpos[0], data.qvel[0] = STEP_KPA * min(time_s / RISE_S, 1.0), 0.0
+        mujoco.mj_step(model, data)
+        turned = data.body(f"link_{tip}").xmat.reshape(3, 3) @ (0, 0, 1)
+        angles.append(np.degrees(np.arctan2(-turned[0], -turned[2])))
+    reached = [
+        float(np.interp(wanted, angle[: rising + 1], at[: rising + 1]))
+        for at, angle in (
+            (np.arange(len(angles)) * model.opt.timestep, np.array(angles)),
+            (np.array(moved.columns["time_s"]), np.array(moved.columns["angle_deg"])),
+        )
+        if (rising := int(angle.argmax()))
+    ]
+    yield Row(
+        name, "time to 90 % of a step", abs(reached[0] / reached[1] - 1), "relative",
+        GOALS["time to 90 % of a step"],
+        f"{1e3 * reached[0]:.1f} ms, finite elements {1e3 * reached[1]:.1f} ms, to "
+        f"{STEP_KPA:g} kPa in {1e3 * RISE_S:g} ms",
+    )  # fmt: skip
 
 
 AWAY_MM: Final = 15.0
@@ -298,6 +353,8 @@ def main() -> None:
                 Row(name, "joints", len(robot.file.joints), "", None,
                     f"finite elements took {robot.file.simulated_s:.0f} s"),
             ]  # fmt: skip
+            if name == MOVED:
+                rows += motion(name, robot, config, folder)
         else:
             rows = list(grasp(name, asked.out / "default_finger"))
         known[name] = [

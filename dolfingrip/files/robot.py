@@ -19,6 +19,7 @@ class JointCoordinate(Part):
     kind: Literal["slide", "hinge"] = Field(description="w is in mm, or in rad")
     axis: tuple[float, float, float] = Field(description="in the axes of the finger at rest")
     law: Law = Field(description="a, b, c, d of a p + b p w + c w + d p²: kPa; N, or N mm")
+    damping_s: float = Field(description="damping by the largest stiffness")
 
 
 class Joint(Part):
@@ -79,7 +80,7 @@ class RobotFile(ResultFile):
     FILE: ClassVar[str] = "robot.json"
     MADE_BY: ClassVar[str] = "dolfingrip robot"
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     config: dict[str, Any] = Field(description="resolved, of the runs")
     links: tuple[Link, ...] = Field(description="from the clamped one to the tip")
     joints: tuple[Joint, ...] = Field(description="one less than links")
@@ -89,7 +90,6 @@ class RobotFile(ResultFile):
     )
     facing_plate: int = Field(description="how many of these, from the tip, met the runs' plates")
     plate_N_per_mm: float = Field(description="stiffness of the chain's contact with a plate")
-    damping_s: float = Field(description="damping by stiffness of each coordinate")
     line_s: float = Field(description="time constant of the pressure's supply")
     shape_error_mm: float = Field(
         description="rms distance of the free finger's sections from a chain of so many joints"

@@ -32,7 +32,7 @@ class JointLaws:
         self.laws = laws * np.where(hinge[:, None], 1e-3, [1.0, 1e3, 1e3, 1.0])
         low, high = data["valid"]["pressure_kPa"]
         stiff = [-(self.laws[:, 1] * p + self.laws[:, 2]) for p in (low, high)]
-        self.damping = data["damping_s"] * np.maximum(*stiff)
+        self.damping = np.array([each["damping_s"] for each in every]) * np.maximum(*stiff)
 
     def efforts(
         self, pressure_kPa: float, position: np.ndarray, velocity: np.ndarray

@@ -102,17 +102,17 @@ def _supply(model: _Model, robot: RobotFile) -> None:
     )  # fmt: skip
 
 
-def _springs(model: _Model, joint: Element, robot: RobotFile, law: Law) -> None:
+def _springs(model: _Model, joint: Element, robot: RobotFile, coordinate: JointCoordinate) -> None:
     """Let a joint and two tendons to the pressure's slide give a law.
 
     With L = w ± s P, springs −k₁ L − k₂ L² of both tendons and of the joint sum to it. Damping by
     the largest stiffness keeps these explicit springs stable at any link's mass.
     """
-    a, b, c, d = law
+    a, b, c, d = _law_si(coordinate)
     name, first = joint.get("name", ""), -a / ARM
     both, apart = -d / ARM**2, -b / (2 * ARM)
     stiffest = max(-(b * p + c) for p in robot.valid.pressure_kPa)
-    joint.set("damping", f"{max(robot.damping_s, STEP_S) * stiffest:.7g}")
+    joint.set("damping", f"{max(coordinate.damping_s, STEP_S) * stiffest:.7g}")
     joint.set("stiffness", f"{-c - first:.7g} {-both:.7g} 0")
     for sign, linear, square in ((1, first, (both + apart) / 2), (-1, 0.0, (both - apart) / 2)):
         if linear or square:
@@ -161,7 +161,7 @@ def _finger(
                 joint = add(
                     body, "joint", name=f"{prefix}{each.name}", type=each.kind, axis=each.axis
                 )
-                _springs(model, joint, robot, _law_si(each))
+                _springs(model, joint, robot, each)
         add(
             body, "inertial", pos=(np.array(link.centre_mm) - origin) * M_PER_MM,
             mass=link.mass_kg, fullinertia=np.array(link.inertia_kg_mm2) * M_PER_MM**2,
