@@ -207,7 +207,7 @@ def answer_sentence(found: Diagnosis) -> str:
     sentence = _one_of(found, decision.first)
     if decision.by_shape:
         sentence += (
-            ", or an elastic law that the catalogue lacks, as a smooth elastic curve follows "
+            ", or an elastic law by itself or with other walls, as a smooth elastic curve follows "
             "readings of one loading at one rate as well"
         )
     told = {*decision.first, *decision.second}
@@ -374,7 +374,7 @@ def _next(found: Diagnosis) -> str:
             told |= {*each.tells}
             shown.append(each)
     parts = [*map(_settling, shown)]
-    if not parts or not told.issuperset(found.open_names):
+    if not parts or found.decision.by_shape or not told.issuperset(found.open_names):
         parts.append(advice(found, told))
     return "; or ".join(parts)
 
