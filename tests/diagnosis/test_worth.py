@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import multivariate_normal
 
@@ -15,6 +16,7 @@ from dolfingrip.diagnosis.additions.worth import (
     chance_alone,
     shows_memory,
     told_apart,
+    told_by_shape,
 )
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
@@ -121,3 +123,22 @@ def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:
     assert shows_memory(known, pulled([*once, ("unloading", 1)], 0.5))
     assert shows_memory(known, pulled([*once, ("hold", 1)], 0.5))
     assert shows_memory(pulled(rig.cycles(2), 0.5), known)
+
+
+def test_no_elastic_law_rivals_what_free_bending_does_not_feel() -> None:
+    """A law changes free bending and the blocked force, a plate's friction the force alone."""
+    names = ("prony", "plate_friction", "mooney_rivlin")
+    blocked = loaded("blocked_force")
+    assert told_by_shape(names, blocked) == {"prony", "plate_friction"}
+    assert told_by_shape(names, loaded("bending", "blocked_force")) == {"prony"}
+    assert not told_by_shape(names, loaded("bending", way=rig.cycles(2)))
+
+
+def loaded(*experiments: str, way: Sequence[tuple[str, int]] = (("loading", 1),)) -> Measurement:
+    """A finger's readings to be."""
+    tests = [
+        SpecimenTest(i, Path("lab.csv"), name, "A", LabSetup())
+        for i, name in enumerate(experiments)
+    ]
+    rows = [rig.planned_rows(test, way, [50.0, 100.0], 25.0, ("angle_deg",)) for test in tests]
+    return Measurement(pd.concat(rows, ignore_index=True), tests)

@@ -18,7 +18,7 @@ Which further experiment would tell tied causes apart.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -34,6 +34,7 @@ from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import NextExperiment
 
@@ -298,3 +299,21 @@ def remembers_state(name: str) -> bool:
         name: of the cause.
     """
     return name in NAMES and (effect(name).kind == "dissipative" or effect(name).clock)
+
+
+def told_by_shape(causes: Iterable[str], measurement: Measurement) -> frozenset[str]:
+    """List causes with memory that readings tell by a curve's shape alone, as a law has it, too.
+
+    An elastic law is felt in all experiments. So it is no rival of a cause that one of them does
+    not feel, as free bending does not feel a plate's friction.
+
+    Args:
+        causes: their names.
+        measurement: with the experiments.
+    """
+    if shows_memory(measurement):
+        return frozenset()
+    rigs = [EXPERIMENTS[test.experiment].parts for test in measurement.tests]
+    return frozenset(
+        name for name in causes if remembers_state(name) and all(map(effect(name).felt_on, rigs))
+    )

@@ -12,7 +12,7 @@ import scipy.linalg
 
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.additions.worth import remembers_state, shows_memory
+from dolfingrip.diagnosis.additions.worth import told_by_shape
 from dolfingrip.diagnosis.answer.errors import Errors, Simulation, smooth_curves
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.problem import InferenceProblem
@@ -79,13 +79,11 @@ class Analysis[S: Simulation](ABC):
 
     def judged_by_shape(self) -> Self:
         """With curves that causes with memory have to do better than, where none shows itself."""
-        if shows_memory(self.measurement):
+        remembering = told_by_shape(self.causes, self.measurement)
+        if not remembering:
             return self
-        problem = replace(
-            self.problem, remembering=frozenset(filter(remembers_state, self.causes)),
-            curves=smooth_curves(self.errors.along),
-        )  # fmt: skip
-        return replace(self, problem=problem)
+        curves = smooth_curves(self.errors.along)
+        return replace(self, problem=replace(self.problem, remembering=remembering, curves=curves))
 
     # -- a fit as a configuration -----------------------------------------------------------------
 
