@@ -181,8 +181,10 @@ def answer_sentence(found: Diagnosis) -> str:
             f"{sure}.{_untold(found)}"
         )
     if decision.answer != "cause" and decision.probability < POLICY.likelier:
-        likely = [name for name, p in decision.inclusion.items() if p >= POLICY.joint]
-        near = sorted(likely, key=lambda name: -decision.inclusion[name])[: PAGE.in_words]
+        under = [each.inclusion for each in found.sensitivity.answers.values()]
+        most = {name: max(each[name] for each in under) for name in decision.inclusion}
+        likely = [name for name, p in most.items() if p >= POLICY.joint]
+        near = sorted(likely, key=lambda name: -most[name])[: PAGE.in_words]
         return (
             "No cause can be claimed, though something is off with probability "
             f"{chance(1 - decision.none)}{': nearest come ' if near else ''}"

@@ -48,7 +48,9 @@ OWN = "as reported"
 def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     """The answer, and what it is under other priors.
 
-    A second cause is named only where it is more probable than not under each of them.
+    A second cause is named only where it is more probable than not under each of them. That no
+    effect does it is as probable as under the prior that speaks most against it: an effect may be
+    stronger than was thought, and the end of its range is no finding.
     """
     policy = posterior.problem.policy
     variants = {
@@ -71,9 +73,10 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     decision = answers[OWN]
     if decision.second and min(_of(each, decision) for each in answers.values()) <= policy.likelier:
         decision = decide(posterior, single=True)
-    return decision, Sensitivity(
-        answers, {name: _of(each, decision) for name, each in answers.items()}
-    )
+    found = Sensitivity(answers, {name: _of(each, decision) for name, each in answers.items()})
+    if decision.answer == "unknown":
+        decision = replace(decision, probability=min(decision.probability, found.least))
+    return decision, found
 
 
 def _of(other: Decision, decision: Decision) -> float:
