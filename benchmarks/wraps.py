@@ -46,7 +46,7 @@ MEASURED = ("obstacle_spread", "obstacle_area_mm2", "obstacle_lift_N")
 HERE = Path(__file__).parent
 
 
-def egg(around: int = 96, along: int = 48) -> ClosedSurface:
+def egg(around: int = 192, along: int = 96) -> ClosedSurface:
     """An egg of 44 by 57 mm (large, by the USDA), upright, a little thicker below."""
     v = np.pi * np.arange(1, along) / along
     u = 2 * np.pi * np.arange(around) / around
