@@ -1,6 +1,7 @@
 """Designs that touch a food with a uniform pressure: an egg and a sausage.
 
-    scripts/run python -m benchmarks.wraps [NAME …] [--simulations 6 14] [--unrefined]
+    scripts/run python -m benchmarks.wraps [NAME …] [--simulations 6 14]
+        [--finer-mesh-mm 6 3]
 
 The food stands beside the back of the default finger and bears 2 N. The contact face is bent by
 splines, and the base layer has one thickness; the egg's place may change, too. The first of several
@@ -8,9 +9,9 @@ searches has no limits. Each later one begins at the design of the one before, a
 the touching area nor the lift less than the default finger's. A run that was stopped goes on.
 
 The table has the standard deviation of the contact pressure by its mean, the area and the lift at
-start, at the design without limits and at the last design, also on a mesh with each cell divided in
-two along each axis (unless ``--unrefined``), the simulations of each search, and the processor's
-time of all commands that came to their end. Rows of other problems stay.
+start, at the design without limits and at the last design, start and last design also on a finer
+mesh where it is asked for, the simulations of each search, and the processor's time of all commands
+that came to their end. Rows of other problems stay.
 """
 
 from __future__ import annotations
@@ -112,7 +113,7 @@ def search(
 
 
 def solve(
-    name: str, mesh_mm: tuple[float, float], folder: Path, most: Sequence[int], *, refined: bool
+    name: str, mesh_mm: Sequence[float], folder: Path, most: Sequence[int], finer: Sequence[float]
 ) -> dict[str, object]:
     """Solve one problem by searches of so many simulations; a row of the table."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -152,10 +153,12 @@ def solve(
         begin = f'config = "../{number}/design.toml"'
     fingers["design"] = found[-1].best.shape.config
     measured("design", fingers["design"])
+    row["finer_cells_mm"] = " and ".join(map(str, finer))
     for word in ("start", "design"):
         row |= {f"finer_mesh_{word}_{key}": None for key in MEASURED}
-        if refined:
-            measured(f"finer_mesh_{word}", fingers[word].changed(mesh={"refine": 2}))
+        if finer:
+            mesh = dict(zip(("size_mm", "edge_size_mm"), finer, strict=True))
+            measured(f"finer_mesh_{word}", fingers[word].changed(mesh=mesh))
     return row | {
         "simulations": " + ".join(str(each.simulations) for each in found),
         "processor_s": round(total_s),
@@ -171,14 +174,13 @@ def main() -> None:
     asked.add_argument(
         "--simulations", nargs="+", type=int, default=(6, 14), help="of each search, at most"
     )
-    asked.add_argument("--unrefined", action="store_true", help="without the finer mesh")
+    asked.add_argument("--finer-mesh-mm", nargs=2, type=float, default=(), help="for a check")
     asked.add_argument("--out", type=Path, default=Path("out/wraps"))
     given = asked.parse_args()
     table = HERE / "wraps.csv"
     for name in given.names:
         found = solve(
-            name, tuple(given.mesh_mm), given.out / name, given.simulations,
-            refined=not given.unrefined,
+            name, given.mesh_mm, given.out / name, given.simulations, given.finer_mesh_mm
         )  # fmt: skip
         row = {key: "" if each is None else str(each) for key, each in found.items()}
         print(row, file=sys.stderr, flush=True)
