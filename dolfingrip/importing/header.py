@@ -11,9 +11,9 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Final
 
-from dolfingrip.channels import CHANNELS, cavity_of_supply
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.data.columns import IGNORED, MEASURED, near, of_markers
+from dolfingrip.diagnosis.data.columns import IGNORED, MEASURED, near, of_any_number
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
 from dolfingrip.importing.told import sides
 from dolfingrip.sections.units import unit as unit_at_end
@@ -251,8 +251,7 @@ def recognise(header: str) -> Recognised:
     >>> recognise("Biegewinkel [rad]").readings
     (ColumnReading(target='angle_deg', unit='rad', factor=57.29577951308232, offset=0.0),)
     """
-    own = (*MEASURED, *of_markers([header]), STRAIN, STRESS, "stretch", "mode")
-    if header in own or cavity_of_supply(header):
+    if header in (*MEASURED, *of_any_number([header]), STRAIN, STRESS, "stretch", "mode"):
         return Recognised(header, (ColumnReading(header, _shown(header)),))
     if header in IGNORED:
         return Recognised(header)

@@ -12,10 +12,16 @@ import numpy as np
 import pandas as pd
 import tomlkit
 
-from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO, cavity_of_supply
+from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table as measured
-from dolfingrip.diagnosis.data.columns import CONTROL, IGNORED, MEASURED, READINGS, of_markers
+from dolfingrip.diagnosis.data.columns import (
+    CONTROL,
+    IGNORED,
+    MEASURED,
+    READINGS,
+    of_any_number,
+)
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
 from dolfingrip.files import whole
@@ -102,7 +108,8 @@ def is_format(header: Sequence[str]) -> bool:
     Args:
         header: names of columns.
     """
-    own = {*MEASURED, *of_markers(header), *IGNORED, *coupons.STRETCHES, *coupons.STRESSES, "mode"}
+    own = {*MEASURED, *of_any_number(header), *IGNORED, "mode"}
+    own |= {*coupons.STRETCHES, *coupons.STRESSES}
     return all(name in own or name.startswith(OF_CAVITIES) for name in header)
 
 
@@ -462,7 +469,7 @@ def _signs(found: ImportedTable) -> None:
 
 def _arrange(found: ImportedTable, experiment: str) -> None:
     """Columns of the format in its order, rows with a control alone."""
-    own = [*of_markers(found.table), *filter(cavity_of_supply, found.table)]
+    own = of_any_number(found.table)
     known = [*MEASURED, *own, "mode", *coupons.STRETCHES, *coupons.STRESSES]
     foreign = set()
     if experiment in READINGS:

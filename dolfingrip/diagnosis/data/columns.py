@@ -14,6 +14,7 @@ from dolfingrip.channels import (
     TIME,
     WHO,
     at_marker,
+    cavity_of_supply,
     readings,
 )
 from dolfingrip.experiments.index import EXPERIMENTS
@@ -59,6 +60,16 @@ def of_markers(names: Iterable[str]) -> tuple[str, ...]:
         names: of columns.
     """
     return tuple(name for name in names if at_marker(name) is not None)
+
+
+def of_any_number(names: Iterable[str]) -> tuple[str, ...]:
+    """List the columns of markers and of single cavities' supplies among some names.
+
+    Args:
+        names: of columns.
+    """
+    names = tuple(names)
+    return (*of_markers(names), *filter(cavity_of_supply, names))
 
 
 def read_by(experiment: str, names: Iterable[str] = ()) -> tuple[str, ...]:

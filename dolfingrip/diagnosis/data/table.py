@@ -22,6 +22,7 @@ from dolfingrip.diagnosis.data.columns import (
     NUMBERS,
     READING_COLUMNS,
     allowed,
+    of_any_number,
     of_markers,
     read_by,
 )
@@ -62,7 +63,7 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
     if not rows:
         raise ConfigError(f"{file}: no rows; allowed: at least 2 readings")
     names = dict.fromkeys(name for row in rows for name in row)
-    own = [*of_markers(sorted(names)), *filter(cavity_of_supply, names)]
+    own = [*of_markers(sorted(names)), *filter(cavity_of_supply, names)]  # supplies as in the file
     table = pd.DataFrame(rows, columns=["line", *MEASURED, *own])
     table[[*NUMBERS, *own]] = table[[*NUMBERS, *own]].astype(float)
     _check_together(file, table)
@@ -85,7 +86,7 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
         raise ConfigError(f"{file}: empty; allowed: a header line and rows")
     names = [name.strip() for name in lines[0][1]]
     _check_header(file, names)
-    known = {*MEASURED, *of_markers(names), *filter(cavity_of_supply, names)}
+    known = {*MEASURED, *of_any_number(names)}
     found = []
     for number, cells in lines[1:]:
         line = _Line(file, number)
