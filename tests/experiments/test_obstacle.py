@@ -63,15 +63,15 @@ def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
     assert 0.38 < found.columns[LIFT][0] / force < np.hypot(1, 0.38)  # type: ignore[attr-defined]
     assert found.columns[MEAN][0] == pytest.approx(1e3 * force / found.columns[AREA][0])  # type: ignore[attr-defined]
     step = 1e-3
-    for place in (at_pressure, Place(FORCE, 0.8 * force)):
-        found = read(PRESSED, place, keys=KEYS)
-        for each in find(PRESSED, list(KEYS)):
-            value = each.value(PRESSED)
-            up, down = (read(each.at(PRESSED, value + by), place).columns for by in (step, -step))  # type: ignore[attr-defined]
-            held = "pressure_kPa" if place is at_pressure else FORCE
+    places = (at_pressure, Place(FORCE, 0.8 * force))
+    found = read(PRESSED, *places, keys=KEYS)
+    for each in find(PRESSED, list(KEYS)):
+        value = each.value(PRESSED)
+        up, down = (read(each.at(PRESSED, value + by), *places).columns for by in (step, -step))  # type: ignore[attr-defined]
+        for i, held in enumerate(("pressure_kPa", FORCE)):
             for name in {MEAN, SPREAD, LIFT, FORCE, "pressure_kPa"} - {held}:
-                expected = (up[name][0] - down[name][0]) / 2 / step
-                slope = found.slopes[name, each.key][0]  # type: ignore[attr-defined]
+                expected = (up[name][i] - down[name][i]) / 2 / step
+                slope = found.slopes[name, each.key][i]  # type: ignore[attr-defined]
                 assert slope == pytest.approx(expected, rel=1e-5, abs=1e-6)
 
 

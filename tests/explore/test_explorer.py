@@ -209,13 +209,17 @@ def angle_in(numbers: str) -> float:
 
 
 def test_a_design_at_rest_is_solved_coarsely_first(page: Page) -> None:
+    """Where the fine mesh, which takes as long here, was the first, another design is let go."""
     page.evaluate(WATCH)
     page.check("#auto")
-    page.locator("#p-1").evaluate(SLIDE, 1.9)
-    page.locator("#p-1").dispatch_event("change")  # it is let go
-    page.wait_for_selector("html[data-origin='solved by finite elements']", timeout=SOLVE_MS)
-    assert page.locator("#badge").is_hidden()
-    first = page.evaluate("window.seen['solved on a coarse mesh']")
+    for wall_mm in (1.9, 1.95, 2.05, 2.1):
+        page.locator("#p-1").evaluate(SLIDE, wall_mm)
+        page.locator("#p-1").dispatch_event("change")  # it is let go
+        page.wait_for_selector("html[data-origin='solved by finite elements']", timeout=SOLVE_MS)
+        assert page.locator("#badge").is_hidden()
+        first = page.evaluate("window.seen['solved on a coarse mesh']")
+        if first is not None:
+            break
     assert first["badge"] == "coarse mesh"
     coarse = angle_in(first["numbers"])
     assert coarse == pytest.approx(angle_deg(page), rel=0.1)
@@ -369,7 +373,7 @@ def test_a_server_that_is_killed_and_started_again(page: Page, server: Server) -
     assert server.address == address
     page.wait_for_selector("html[data-connected=true]")
     page.wait_for_selector("html[data-origin='solved by finite elements']")
-    assert re.match(r"solved: \d of free bending", page.inner_text("#state"))
+    assert re.match(r"solved: \d+ of free bending", page.inner_text("#state"))
     # not asked to: a server lets in nobody of the one before
     server.kill()
     server.start()

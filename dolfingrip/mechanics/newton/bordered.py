@@ -19,7 +19,10 @@ from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
 
 
 def factors(
-    prefix: str, model: Model, order: int, dtype: type[np.floating[Any]] = np.float32
+    prefix: str,
+    model: Model,
+    order: Callable[[], int],
+    dtype: type[np.floating[Any]] = np.float32,
 ) -> Exact:
     """Make the inverse of a model's tangents, or of their part on a coarser level.
 
@@ -29,12 +32,12 @@ def factors(
     Args:
         prefix: prefix of PETSc's options.
         model: the model.
-        order: elimination order for LDLᵀ.
+        order: returns the elimination order for LDLᵀ; called where Cholesky's factors do not serve.
         dtype: precision of Cholesky factors, as long as that of float32 is enough.
     """
 
     def any_sign() -> Factorisation:
-        return Factorisation(prefix, model.comm, order)
+        return Factorisation(prefix, model.comm, order())
 
     if not has_cholesky(model):
         return any_sign()

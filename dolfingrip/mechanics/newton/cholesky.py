@@ -16,7 +16,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton.callbacks import preconditioner
-from dolfingrip.mechanics.newton.cholmod import CholmodFactors, elimination_order
+from dolfingrip.mechanics.newton.cholmod import CholmodFactors, elimination
 from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.policy import CholeskyPolicy
 
@@ -178,7 +178,7 @@ class _Scalars:
             columns[place] = BLOCK * nodes[:, None] + across
             # blocks are stored by columns
             self._from[place] = BLOCK * BLOCK * numbers[:, None] + BLOCK * across + r
-        order = BLOCK * elimination_order(starts, nodes)[:, None] + across
+        order = BLOCK * elimination(starts, nodes).order[:, None] + across
         self._pattern = ends, columns, order.ravel()
         self.factors = CholmodFactors(*self._pattern, dtype)
 

@@ -16,7 +16,7 @@ import weakref
 from functools import cache
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cffi
 import numpy as np
@@ -127,7 +127,19 @@ class CholmodFactors:
         return values.reshape((size, count), order="F")
 
 
-def elimination_order(starts: np.ndarray, rows: np.ndarray) -> np.ndarray:
+class Elimination(NamedTuple):
+    """How blocks of 3 are eliminated.
+
+    Attributes:
+        order: (n,) int32, the blocks in the order of their elimination.
+        entries: blocks of the factors.
+    """
+
+    order: np.ndarray
+    entries: float
+
+
+def elimination(starts: np.ndarray, rows: np.ndarray) -> Elimination:
     """The order in which blocks of 3 are eliminated, by minimum degree or nested dissection.
 
     As CHOLMOD does it with scalars, dissection is tried where the factors would have more than 500
@@ -136,9 +148,6 @@ def elimination_order(starts: np.ndarray, rows: np.ndarray) -> np.ndarray:
     Args:
         starts: (n + 1,) int32, where each column of the lower triangle of blocks starts.
         rows: rows of its blocks, int32, rising in each column.
-
-    Returns:
-        (n,) int32.
     """
     ffi, lib = _binding()
     common = _common()
@@ -151,8 +160,9 @@ def elimination_order(starts: np.ndarray, rows: np.ndarray) -> np.ndarray:
             break
     count = len(starts) - 1
     order = np.frombuffer(ffi.buffer(factor[0].Perm, 4 * count), dtype=np.int32).copy()
+    found = Elimination(order, float(common.lnz))
     _free(common, factor, [])
-    return order
+    return found
 
 
 def _common() -> Any:

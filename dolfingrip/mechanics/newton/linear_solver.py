@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import scipy.sparse as sp
+
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton import memory
-from dolfingrip.mechanics.newton.bordered import factors
+from dolfingrip.mechanics.newton.bordered import factors, has_cholesky
+from dolfingrip.mechanics.newton.cholmod import elimination
 from dolfingrip.mechanics.newton.inverse import (
     AUTOMATIC,
     Exact,
@@ -84,8 +87,16 @@ class LinearSolver:
         thousands, policy = self._model.dofs / 1e3, self._policy
         if self.iterative:
             return (policy.tangent_kB + policy.multigrid_kB) * thousands
-        factors_MB = memory.of_factors_MB(self._order.entries, policy.workspace)
-        return policy.tangent_kB * thousands + factors_MB
+        return policy.tangent_kB * thousands + memory.of_factors_MB(
+            self._entries(), policy.workspace
+        )
+
+    def _entries(self) -> float:
+        """Entries of the factors, one for each pair of nodes."""
+        if not has_cholesky(self._model):
+            return self._order.entries
+        upper = sp.triu(self._tangent.graph, format="csr").sorted_indices()
+        return elimination(upper.indptr, upper.indices).entries
 
     def inverse(self, prefix: str) -> Inverse:
         """The inverse for solves of Newton's method."""
@@ -93,7 +104,7 @@ class LinearSolver:
 
     def factors(self, prefix: str) -> Exact:
         """A factorisation, whatever the choice is."""
-        return factors(prefix, self._model, self._order.number)
+        return factors(prefix, self._model, lambda: self._order.number)
 
     def with_inertia(self, prefix: str) -> Inverse:
         """An inverse that tells the tangent's negative eigenvalues.

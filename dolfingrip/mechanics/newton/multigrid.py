@@ -283,8 +283,12 @@ class Multigrid:
         self._matrix = matrix
         coarse, diagonal = self._level.assemble(matrix)
         if self._coarse is None:
-            order = cheapest(self._level.graph, self._comm).number
-            self._coarse = factors(self._prefix, self._model, order, np.float64)
+            self._coarse = factors(
+                self._prefix,
+                self._model,
+                lambda: cheapest(self._level.graph, self._comm).number,
+                np.float64,
+            )
         self._coarse.set_up(coarse)
         self._invert(diagonal)
         if not self._vectors:
