@@ -7,11 +7,7 @@ from dataclasses import dataclass
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.simulation import (
-    FingerSimulation,
-    finger_simulation,
-    rough_simulation,
-)
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation.meshes import coarser
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.experiments.request import Answer, Request
@@ -41,5 +37,4 @@ class Here(Workers):
 
 def simulated(measurement: Measurement, config: Config, workers: Workers) -> FingerSimulation:
     """On the graded mesh and on that of the causes."""
-    rough = rough_simulation(measurement, config, workers, coarser(config)[0], 1.0)
-    return finger_simulation(rough, rough)
+    return FingerSimulation(measurement, config, workers, coarser(config)[0]).refined()

@@ -21,11 +21,7 @@ from dolfingrip.diagnosis.core.problem import InferenceProblem
 from dolfingrip.diagnosis.core.search import levels
 from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.simulation import (
-    FingerSimulation,
-    finger_simulation,
-    rough_simulation,
-)
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
 from dolfingrip.diagnosis.simulation import meshes
@@ -164,7 +160,7 @@ def first_pass(
     config: Config,
     workers: Workers,
     say: Callable[[str], None] = lambda text: None,
-) -> tuple[FingerSimulation, FingerSimulation]:
+) -> FingerSimulation:
     """The model on the coarsest mesh that bears the load, with moduli that follow the readings.
 
     Args:
@@ -173,63 +169,48 @@ def first_pass(
         workers: where simulations are computed and kept.
         say: told what is being done.
 
-    Returns:
-        With these moduli, and as configured.
-
     Raises:
         ConfigError: one line, where the model cannot be simulated.
     """
     say("simulating the measurement as configured")
     found: list[FingerSimulation] = []
-    configured = None
     for mesh in meshes.coarser(config):
-        centre = found[-1].centre if found else 1.0
-        told = rough_simulation(measurement, config, workers, mesh, centre)
-        configured = configured or told
+        told = FingerSimulation(
+            measurement, config, workers, mesh, found[-1].centre if found else 1.0
+        )
         for _ in range(POLICY.passes):
-            centre = _moduli(told)
+            reached = np.isfinite(told.base_at(told.centre))
+            plain = baseline_problem(told, errors(told)).rows(reached)
+            # walls are not fitted yet: they may take their part
+            centre = fitted_moduli(plain, told.centre, POLICY.recentred)
             if centre == told.centre:
                 break
             say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-            told = told.again(centre=centre)
+            told = replace(told, centre=centre)
         told = truncate_before_failure(told)
         if found and _reached(told) <= _reached(found[-1]):
             break
         found.append(told)
         if _reached(told) == len(told.plain.readings):
             break
-    assert configured is not None
-    return found[-1], configured
+    return found[-1]
 
 
-def refine_until_consistent(
-    rough: FingerSimulation, configured: FingerSimulation
-) -> FingerSimulation:
+def refine_until_consistent(rough: FingerSimulation) -> FingerSimulation:
     """The whole simulation, its causes on a finer mesh where the graded one reads otherwise.
 
     Args:
-        rough, configured: of the first pass.
+        rough: of the first pass.
 
     Raises:
         ConfigError: one line, where the model cannot be simulated.
     """
     every = meshes.coarser(rough.config)
-    finer = every[every.index(rough.flat) + 1 :]
-    while True:
-        found = finger_simulation(rough, configured)
-        if not finer or _off(found) < POLICY.coarse:
-            return found
-        mesh, *finer = finer
-        rough = rough.again(flat=mesh)
-
-
-def _moduli(rough: FingerSimulation) -> float:
-    reached = np.isfinite(rough.base.readings)
-    readings = np.where(reached, rough.base.readings, 0.0)
-    whole = replace(rough, base=replace(rough.base, readings=readings))
-    plain = baseline_problem(whole, errors(whole)).rows(reached)
-    # walls are not fitted yet: they may take their part
-    return fitted_moduli(plain, rough.centre, POLICY.recentred)
+    for mesh in every[every.index(rough.flat) :]:
+        found = replace(rough, flat=mesh).refined()
+        if _off(found) < POLICY.coarse:
+            break
+    return found
 
 
 def truncate_before_failure(simulation: FingerSimulation) -> FingerSimulation:
@@ -246,7 +227,7 @@ def truncate_before_failure(simulation: FingerSimulation) -> FingerSimulation:
             headroom = min(headroom, max(MODEL.reached * float(values[reached - 1]) / rows, 1.0))
     if headroom == simulation.headroom:
         return simulation
-    return simulation.again(headroom=headroom)
+    return replace(simulation, headroom=headroom)
 
 
 def _reached(rough: FingerSimulation) -> int:
@@ -269,21 +250,21 @@ def model(
     measurement: Measurement, config: Config, workers: Workers, say: Callable[[str], None]
 ) -> tuple[FingerSimulation, Errors, InferenceProblem]:
     """The model without causes, simulated where its moduli and walls follow the readings."""
-    rough, configured = first_pass(measurement, config, workers, say)
+    rough = first_pass(measurement, config, workers, say)
     for _ in range(POLICY.passes):
         say("simulating the measurement on a graded mesh")
-        simulation = refine_until_consistent(rough, configured)
+        simulation = refine_until_consistent(rough)
         off = errors(simulation)
         plain = baseline_problem(simulation, off)
         while (walls := _beyond(simulation, plain)) is not None:
             say(f"the walls are about {walls:.2g} times as thick as configured; simulating there")
-            simulation = simulation.with_walls(walls)
+            simulation = replace(simulation, tried_walls=(*simulation.tried_walls, walls))
             plain = baseline_problem(simulation, off)
         centre = fitted_moduli(plain, simulation.centre, POLICY.near_enough)
         if centre == simulation.centre:
             break
         say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-        other = rough.again(flat=simulation.flat, centre=centre, headroom=ROUTES.headroom)
+        other = replace(rough, flat=simulation.flat, centre=centre, headroom=ROUTES.headroom)
         rough = truncate_before_failure(other)
     return simulation, off, plain
 

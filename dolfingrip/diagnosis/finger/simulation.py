@@ -7,9 +7,9 @@ several moduli, and what lies between them follows from a polynomial of their lo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,7 @@ from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.policy import MODEL, ROUTES
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
-from dolfingrip.diagnosis.simulation.meshes import MeshMap
+from dolfingrip.diagnosis.simulation.meshes import MeshMap, coarser
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance, base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
@@ -37,49 +37,130 @@ from dolfingrip.parameter.nuisances import neutral_stages
 
 @dataclass(eq=False)
 class FingerSimulation:
-    """The model as configured, at any moduli, and with causes.
+    """The model at any moduli, with other walls and on two meshes, simulated as it is asked for.
 
     Attributes:
-        measurement: whose readings the base simulation reaches.
+        measurement: what is simulated.
         config: as configured.
         workers: where simulations are computed and kept.
         flat: changes to the mesh that causes are simulated on.
         centre: factor of all moduli that all is simulated at.
-        base: on the graded mesh, with derivatives by nuisances, and with headroom.
-        nuisances: what else the readings change by.
-        mesh: (n, 1) what the mesh may get wrong, with its sign: a part of what grading changes, or
-            as one bisection tells it; (n, 0) where it cannot be told.
-        plain: on the mesh that causes are simulated on, with headroom.
-        fine: base simulations by the factor of all moduli: one where these scale it, else several.
-        coarse: the same on the mesh of the causes.
-        walls: base simulations by the thickness of the walls, by that configured; empty where these
-            are a linear nuisance.
-        configured: readings with the moduli as configured, (n,); NaN where these are not reached.
-        failures: why the base simulation ended before readings that are left out.
         headroom: pressure that simulations go on to, by the highest of the readings.
-        tried_walls: thicknesses by that configured that were simulated beside the usual ones.
+        rough: whether the mesh of the causes stands for the graded one; then there are no
+            nuisances and no other walls, and readings beyond the pressure at which the simulation
+            ends go on along a straight line, or are 0.
+        tried_walls: thicknesses by that configured that are simulated beside the usual ones.
+        failures: why the base simulation ended before readings that are left out.
     """
 
     measurement: Measurement
     config: Config
     workers: Workers
     flat: Change
-    centre: float
-    base: SimulatedReadings
-    nuisances: Sequence[Nuisance]
-    mesh: np.ndarray
-    plain: SimulatedReadings
-    fine: dict[float, SimulatedReadings]
-    coarse: dict[float, SimulatedReadings]
-    walls: Mapping[float, SimulatedReadings]
-    configured: np.ndarray
-    failures: Sequence[SimulationFailure] = ()
+    centre: float = 1.0
     headroom: float = ROUTES.headroom
+    rough: bool = True
     tried_walls: tuple[float, ...] = ()
+    failures: Sequence[SimulationFailure] = ()
 
     def __post_init__(self) -> None:
         self._weights: dict[tuple[object, ...], np.ndarray] = {}
-        self._map = MeshMap(self.measurement, self.base, self.plain)
+
+    def refined(self) -> FingerSimulation:
+        """With the graded mesh, of the readings that its simulation comes to.
+
+        Raises:
+            ConfigError: one line: a set-up that cannot be built, a test of which no reading is
+                reached, no workers, or a store in use.
+        """
+        found = replace(self, rough=False)
+        kept = _reached(self.measurement, found.base)
+        if kept is self.measurement:
+            return found
+        return replace(replace(self, measurement=kept).refined(), failures=found.base.failures)
+
+    # -- what is simulated ------------------------------------------------------------------------
+
+    def _simulated(self, *variants: ModelVariant) -> list[SimulatedReadings]:
+        own = [replace(each, headroom=self.headroom) for each in variants]
+        return simulate(self.measurement, self.config, own, self.workers)
+
+    def _by_moduli(
+        self, stages: Change, there: SimulatedReadings
+    ) -> dict[float, SimulatedReadings]:
+        """Simulations by the factor of all moduli: one where these scale it, else several."""
+        if scale_all(there.runs):
+            return {self.centre: there}
+        nodes = [self.centre * c for c in MODEL.weighing]
+        every = self._simulated(*(ModelVariant({**stages, **self.moduli(c)}) for c in nodes))
+        return dict(zip(nodes, every, strict=True))
+
+    @cached_property
+    def plain(self) -> SimulatedReadings:
+        """On the mesh that causes are simulated on, with headroom."""
+        return self._simulated(ModelVariant({**self.flat, **self.moduli(self.centre)}))[0]
+
+    @cached_property
+    def base(self) -> SimulatedReadings:
+        """On the graded mesh, with derivatives by nuisances, and with headroom."""
+        if self.rough:
+            return replace(self.plain, readings=np.nan_to_num(self.base_at(self.centre)))
+        wanted = base_variant(self.measurement, self.config, self.moduli(self.centre))
+        # where no other mesh tells its error
+        return self._simulated(replace(wanted, mesh_check=not self.flat))[0]
+
+    @cached_property
+    def fine(self) -> dict[float, SimulatedReadings]:
+        """Base simulations by the factor of all moduli."""
+        stages = neutral_stages(self.config)
+        return self.coarse if self.rough else self._by_moduli(stages, self.base)
+
+    @cached_property
+    def coarse(self) -> dict[float, SimulatedReadings]:
+        """The same on the mesh of the causes."""
+        return self._by_moduli(self.flat, self.plain)
+
+    @cached_property
+    def walls(self) -> dict[float, SimulatedReadings]:
+        """Base simulations by the thickness of the walls, by that configured.
+
+        Empty where these are a linear nuisance.
+        """
+        if self.rough:
+            return {}
+        return simulate_walls(
+            self.measurement, self.config, self.base, self.workers, self.tried_walls
+        )
+
+    @cached_property
+    def nuisances(self) -> Sequence[Nuisance]:
+        """What else the readings change by."""
+        return [] if self.rough else nuisances(self.measurement, self.base)
+
+    @cached_property
+    def mesh(self) -> np.ndarray:
+        """(n, 1) what the mesh may get wrong, with its sign; (n, 0) where it cannot be told.
+
+        It is a part of what grading changes, or as one bisection tells it.
+        """
+        none = np.zeros(len(self.base.readings))
+        error = none if self.rough else self.base.slopes.get(MESH, none)
+        if self.flat and not self.rough:
+            error = MODEL.mesh_share * (self.base.readings - self.plain.readings)
+        return np.nan_to_num(error)[:, None][:, : int(np.nan_to_num(error).any())]
+
+    @cached_property
+    def configured(self) -> np.ndarray:
+        """(n,) readings with the moduli as configured; NaN where these are not reached."""
+        if self.centre == 1.0:
+            return self.base.readings
+        variant = ModelVariant(coarser(self.config)[0], headroom=ROUTES.headroom)
+        (first,) = simulate(self.measurement, self.config, [variant], self.workers)
+        return self.graded(first.readings, 1.0)[0]
+
+    @cached_property
+    def _map(self) -> MeshMap:
+        return MeshMap(self.measurement, self.base, self.plain)
 
     @property
     def groups(self) -> list[SimulationGroup]:
@@ -105,21 +186,6 @@ class FingerSimulation:
     def moduli(self, factor: float) -> Change:
         """Return the change that makes all moduli ``factor`` times as large as configured."""
         return scaled_moduli(self.applied, factor)
-
-    def again(self, **other: Any) -> FingerSimulation:
-        """Simulate the model roughly with another mesh, centre or headroom."""
-        own = {"flat": self.flat, "centre": self.centre, "headroom": self.headroom, **other}
-        return rough_simulation(self.measurement, self.config, self.workers, **own)
-
-    def with_walls(self, walls: float) -> FingerSimulation:
-        """With the base simulation at other walls, too.
-
-        Args:
-            walls: thickness by that configured.
-        """
-        tried = (*self.tried_walls, walls)
-        known = simulate_walls(self.measurement, self.config, self.base, self.workers, tried)
-        return replace(self, walls=known, tried_walls=tried)
 
     # -- reading a simulation ---------------------------------------------------------------------
 
@@ -207,109 +273,6 @@ def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
     step = 1e-5
     slope = (weights(inside + step) - weights(inside - step)) / (2 * step)
     return np.asarray(weights(inside) + slope * (x - inside))
-
-
-def rough_simulation(
-    measurement: Measurement,
-    config: Config,
-    workers: Workers,
-    flat: Change,
-    centre: float,
-    headroom: float = ROUTES.headroom,
-) -> FingerSimulation:
-    """Simulate the model without causes on a coarse mesh: no nuisances, no other walls.
-
-    Readings beyond the pressure at which the simulation ends go on along a straight line.
-
-    Args:
-        measurement: whose protocols and set-ups are followed.
-        config: the model that is diagnosed.
-        workers: where simulations are computed and kept.
-        flat: changes to the mesh.
-        centre: factor of all moduli.
-        headroom: pressure that simulations go on to, by the highest of the readings.
-
-    Raises:
-        ConfigError: one line: a set-up that cannot be built, no workers, or a store in use.
-    """
-    moved = scaled_moduli(measurement.tests[0].setup.applied(config), centre)
-    (plain,) = simulate(
-        measurement, config, [ModelVariant({**flat, **moved}, headroom=headroom)], workers
-    )
-    nodes = _nodes(
-        measurement, config, workers, ModelVariant(flat, headroom=headroom), centre, plain
-    )
-    rough = FingerSimulation(
-        measurement, config, workers, flat, centre, plain, [], np.zeros((len(plain.readings), 0)),
-        plain, nodes, nodes, {}, plain.readings, headroom=headroom,
-    )  # fmt: skip
-    return replace(rough, base=replace(plain, readings=rough.base_at(centre)))
-
-
-def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> FingerSimulation:
-    """Simulate a measurement on the graded mesh, with nuisances and with other walls.
-
-    Args:
-        rough: on the mesh that causes are simulated on.
-        configured: on that mesh or a coarser one, with the moduli as configured.
-
-    Raises:
-        ConfigError: one line: a set-up that cannot be built, a test of which no reading is
-            reached, no workers, or a store in use.
-    """
-    measurement, config, workers = rough.measurement, rough.config, rough.workers
-    flat, centre, headroom = rough.flat, rough.centre, rough.headroom
-    moved = rough.moduli(centre)
-    base = base_variant(measurement, config, moved, headroom)
-    graded, plain = simulate(
-        measurement, config,
-        [
-            base if flat else replace(base, mesh_check=True),  # where no other mesh tells its error
-            ModelVariant({**flat, **moved}, headroom=headroom),
-        ],
-        workers,
-    )  # fmt: skip
-    kept = _reached(measurement, graded)
-    if kept.listed().shape[0] != len(graded.readings):
-        again = replace(rough, measurement=kept)
-        told = replace(configured, measurement=kept)
-        return replace(finger_simulation(again, told), failures=graded.failures)
-    off = MODEL.mesh_share * (graded.readings - plain.readings)
-    error = np.nan_to_num(off if flat else graded.slopes.get(MESH, np.zeros(len(off))))[:, None]
-    stages = ModelVariant(neutral_stages(config), headroom=headroom)
-    unmoved = ModelVariant(flat, headroom=headroom)
-    found = replace(
-        rough, base=graded, nuisances=nuisances(measurement, graded),
-        mesh=error if error.any() else error[:, :0], plain=plain,
-        fine=_nodes(measurement, config, workers, stages, centre, graded),
-        coarse=_nodes(measurement, config, workers, unmoved, centre, plain),
-        walls=simulate_walls(measurement, config, graded, workers), configured=graded.readings,
-    )  # fmt: skip
-    if centre == 1.0:
-        return found
-    variant = ModelVariant(configured.flat, headroom=configured.headroom)
-    (first,) = simulate(measurement, config, [variant], workers)
-    return replace(found, configured=found.graded(first.readings, 1.0)[0])
-
-
-def _nodes(
-    measurement: Measurement,
-    config: Config,
-    workers: Workers,
-    variant: ModelVariant,
-    centre: float,
-    there: SimulatedReadings,
-) -> dict[float, SimulatedReadings]:
-    """Simulations by the factor of all moduli: the one at the centre alone where these scale it."""
-    if scale_all(there.runs):
-        return {centre: there}
-    applied = measurement.tests[0].setup.applied(config)
-    nodes = [centre * c for c in MODEL.weighing]
-    every = [
-        replace(variant, overrides={**variant.overrides, **scaled_moduli(applied, c)})
-        for c in nodes
-    ]
-    return dict(zip(nodes, simulate(measurement, config, every, workers), strict=True))
 
 
 def not_reached(

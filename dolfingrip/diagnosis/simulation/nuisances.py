@@ -120,7 +120,6 @@ def base_variant(
     measurement: Measurement,
     config: Config,
     moved: Change = NO_CHANGE,
-    headroom: float = ROUTES.headroom,
 ) -> ModelVariant:
     """Return the variant of the base simulation, with derivatives by all nuisances.
 
@@ -128,13 +127,12 @@ def base_variant(
         measurement: that is simulated.
         config: the model.
         moved: changes of the moduli.
-        headroom: pressure to go on to, by the highest of the rows.
 
     Raises:
         ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
     """
     stages = neutral_stages(config)
-    return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=headroom)
+    return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=ROUTES.headroom)
 
 
 def by_log_modulus(measurement: Measurement, simulated: SimulatedReadings) -> np.ndarray:
