@@ -9,9 +9,9 @@ from typing import Final
 import pandas as pd
 
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.columns import READINGS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.table import READINGS
 
 PRESSURES_kPa: Final = tuple(25.0 * i for i in range(1, 11))
 """Those of the paper's experiments, above 0."""

@@ -13,7 +13,7 @@ with ``--keep``.
 
 To be run again where the code of an effect changes (that one is computed alone then), or where the
 mechanics change; until then a diagnosis checks the file by one simulation
-(:mod:`dolfingrip.diagnosis.simulation.shipped`). Where the change is known not to touch fingers, as
+(:mod:`dolfingrip.diagnosis.simulation.runner`). Where the change is known not to touch fingers, as
 one of coupons alone, ``--keep`` takes over what the file has after that check, computes what it
 lacks, and adds that to the file; so does a call that is stopped by Ctrl-C.
 """
@@ -36,8 +36,8 @@ from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.core.unknown import causes
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.plan.plan import analyse_plan, joined, read_alike
-from dolfingrip.diagnosis.simulation import shipped
+from dolfingrip.diagnosis.plan import analyse_plan, joined, read_alike
+from dolfingrip.diagnosis.simulation import runner
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool, Unfinished
 
@@ -63,8 +63,8 @@ def measurements() -> Iterator[tuple[str, Measurement]]:
 def code() -> str:
     """Short digest of all code that results depend on: what other code computed is left alone."""
     every = [
-        shipped.core_digest(),
-        *(shipped.effect_digest(each.name) for each in causes(Config())),
+        runner.core_digest(),
+        *(runner.effect_digest(each.name) for each in causes(Config())),
     ]
     return hashlib.sha256("".join(every).encode()).hexdigest()[:12]
 
@@ -82,8 +82,8 @@ def main() -> None:
         if part not in PARTS:
             parser.error(f"--only {part}: allowed: {', '.join(PARTS)}")
 
-    known = shipped.read()
-    if known is not None and known.core != shipped.core_digest() and not options.keep:
+    known = runner.shipped()
+    if known is not None and known.core != runner.core_digest() and not options.keep:
         known = None
     where = Where(workers=options.workers)
     with progress.jobs(console(), "simulations") as show, Pool(where) as pool:
@@ -101,8 +101,8 @@ def main() -> None:
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(requests)} simulations of {seconds:.0f} s")
     if options.keep or set(parts) == set(PARTS):
-        shipped_file.write(shipped.FILE, requests, results, keep=options.keep)
-        print(f"{shipped.FILE}: {shipped.FILE.stat().st_size / 1000:.0f} kB")
+        shipped_file.write(runner.FILE, requests, results, keep=options.keep)
+        print(f"{runner.FILE}: {runner.FILE.stat().st_size / 1000:.0f} kB")
 
 
 if __name__ == "__main__":

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 from pydantic import TypeAdapter
 
-from dolfingrip.diagnosis.simulation import shipped
-from dolfingrip.diagnosis.simulation.shipped import Known, key_without_protocol, protocol_of
+from dolfingrip.diagnosis.simulation import runner
+from dolfingrip.diagnosis.simulation.runner import Known, key_without_protocol, protocol_of
 from dolfingrip.experiments.request import FORMAT, Answer, Request
 from dolfingrip.files import whole
 
@@ -31,7 +31,7 @@ def write(
         answers: what each gave.
         keep: what the file has beside them stays.
     """
-    known = shipped.read(file) if keep else None
+    known = runner.shipped(file) if keep else None
     every = [] if known is None else [each for own in known.known.values() for each in own]
     every += [
         _known(request, answer)
@@ -49,11 +49,11 @@ def write_known(file: Path, every: Sequence[Known]) -> None:
         every: its entries.
     """
     names = sorted({name for each in every for name in each.effects})
-    effects = {name: shipped.effect_digest(name) for name in names}
+    effects = {name: runner.effect_digest(name) for name in names}
     rounded = [replace(each, answer=_rounded(each.answer)) for each in every]
-    content = shipped.Content(FORMAT, shipped.core_digest(), effects, rounded)
+    content = runner.Content(FORMAT, runner.core_digest(), effects, rounded)
     with whole.stream(file) as stream:
-        stream.write(gzip.compress(TypeAdapter(shipped.Content).dump_json(content), mtime=0))
+        stream.write(gzip.compress(TypeAdapter(runner.Content).dump_json(content), mtime=0))
 
 
 def _rounded(answer: Answer) -> Answer:
@@ -67,7 +67,7 @@ def _rounded(answer: Answer) -> Answer:
 
 def restamp(file: Path) -> None:
     """Give a file the digests of today's code, which is known to compute what the file has."""
-    write_known(file, shipped.loaded(file).known)
+    write_known(file, runner.loaded(file).known)
 
 
 def _known(request: Request, answer: Answer) -> Known:

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from benchmarks import shipped_file
 from dolfingrip import config, experiments
-from dolfingrip.diagnosis.simulation import shipped
+from dolfingrip.diagnosis.simulation import runner
 from dolfingrip.experiments import Result
 from dolfingrip.sections.tables import assignments
 
@@ -181,7 +181,7 @@ def main() -> None:
     if lines:
         sys.exit(1)
     if asked.restamp:
-        shipped_file.restamp(shipped.FILE)
+        shipped_file.restamp(runner.FILE)
 
 
 if __name__ == "__main__":

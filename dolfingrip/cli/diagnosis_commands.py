@@ -16,10 +16,9 @@ from dolfingrip.cli.import_command import offered
 from dolfingrip.cli.settings import DiagnoseSettings, PlanExperimentSettings, PredictSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import diagnose as diagnosing
+from dolfingrip.diagnosis import plan as planning
 from dolfingrip.diagnosis.core.unknown import check_effects
-from dolfingrip.diagnosis.page import plan_text
-from dolfingrip.diagnosis.plan import plan as planning
-from dolfingrip.diagnosis.results import write
+from dolfingrip.diagnosis.results import plan_text, write
 from dolfingrip.experiments import prediction
 from dolfingrip.experiments.prediction import Prediction
 from dolfingrip.experiments.synthetic import check_noise

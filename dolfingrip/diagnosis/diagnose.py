@@ -14,16 +14,14 @@ from typing import Any, Final
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
+from dolfingrip.diagnosis.answer.errors import apart
 from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.answer.settling import settled_by
-from dolfingrip.diagnosis.answer.specimens import apart
 from dolfingrip.diagnosis.answer.ten_lines import answer_sentence
 from dolfingrip.diagnosis.core.unknown import check_effects
-from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
-from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, in_closed_form
+from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
@@ -86,7 +84,7 @@ def diagnose(
     check_effects(settings.effects)
     if settings.campaign:
         read_campaign(settings.campaign)
-    measurement, notes = selection.selected(measured.read(files, config), config)
+    measurement, notes = measured.selected(measured.read(files, config), config)
     check_rig(settings.effects, measurement)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
@@ -125,7 +123,7 @@ def diagnose_measurement(
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
     found.suspicions = sentences(suspicions(found.analysis.measurement, shown))
-    if settings.specimens and (outside := apart(found.analysis)):
+    if settings.specimens and (outside := apart(found.analysis.measurement, found.analysis.errors)):
         say(f"{outside.sentence}; diagnosing the others")
         others = {test.number for test in measurement.tests if test.specimen not in outside.names}
         alone = replace(settings, quick=True, specimens=False)

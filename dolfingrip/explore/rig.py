@@ -16,8 +16,8 @@ import tomlkit
 from dolfingrip.channels import WHO
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.columns import CONTROL, READINGS
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.table import CONTROL, READINGS
 from dolfingrip.files import whole
 from dolfingrip.sections.errors import checked, shown
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.data.columns import IGNORED, MEASURED, near, of_any_number
+from dolfingrip.diagnosis.data.table import IGNORED, MEASURED, near, of_any_number
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
 from dolfingrip.importing.told import sides
 from dolfingrip.sections.units import unit as unit_at_end

@@ -15,7 +15,7 @@ import tomlkit
 from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table as measured
-from dolfingrip.diagnosis.data.columns import (
+from dolfingrip.diagnosis.data.table import (
     CONTROL,
     IGNORED,
     MEASURED,

@@ -19,11 +19,10 @@ from support.here import Here
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError, changed, load
-from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.data.measurement import read, selected
 from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write as write_diagnosis
-from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments import Result, run, synthetic
 from dolfingrip.experiments.index import find
 from dolfingrip.extensions.index import EFFECTS

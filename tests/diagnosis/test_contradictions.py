@@ -15,9 +15,8 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.answer.ten_lines import ten_lines
-from dolfingrip.diagnosis.core.strength import Visibility, at_strength
-from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
-from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.core.evidence import Visibility
+from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis import Brief
@@ -108,7 +107,7 @@ def test_no_page_contradicts_itself(pulled: Analysis[Any]) -> None:
     changes = {"none": np.zeros(len(problem.value))}
     for name in (each for each in EFFECTS if each in pulled.effects):
         for strength in STRENGTHS:
-            zeta = at_strength(pulled.causes[name], problem.boxes[name], strength)
+            zeta = pulled.causes[name].at_strength(problem.boxes[name], strength)
             changes[f"{name} {strength}"] = seen.change(name, zeta)
     load = TRAVELS_mm[-len(problem.value) :]
     changes |= {f"jump {by}": by * (load > 10.0) for by in (0.1, 2.0)}
@@ -142,7 +141,7 @@ def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any]) -> Non
     pulled up and down names it alone (``plan/test_naming.py``)."""
     problem = pulled.problem
     seen = Visibility(problem, np.zeros(problem.nuisance_count))
-    zeta = at_strength(pulled.causes["prony"], problem.boxes["prony"])
+    zeta = pulled.causes["prony"].at_strength(problem.boxes["prony"])
     alone = replace(pulled, problem=replace(
         problem, emulators={"prony": problem.emulators["prony"]}, rig=frozenset(),
     ))  # fmt: skip

@@ -19,11 +19,10 @@ from dolfingrip.diagnosis.additions.worth import tied
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.coupon.analysis import CouponAnalysis, _without
-from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.coupon import CouponAnalysis, _without
+from dolfingrip.diagnosis.data.measurement import read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write
-from dolfingrip.diagnosis.selection import selected
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.report import diagnosis as pictures
 

@@ -15,9 +15,8 @@ from support.invented_coupon import TOLD, made
 from support.measured_files import written
 
 from dolfingrip.config import Config, changed
-from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.data.measurement import read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.selection import selected
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.sections.tables import assignments

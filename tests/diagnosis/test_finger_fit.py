@@ -12,7 +12,7 @@ from support.here import Here
 
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.simulation import meshes
+from dolfingrip.diagnosis.finger.simulation import coarser
 
 PRESSURES_kPa = (0, 25, 50, 75, 100)
 HIDDEN_MPa = 1.8
@@ -32,7 +32,7 @@ def softened(tmp_path_factory: pytest.TempPathFactory, store: Path) -> Delivered
 
 def test_hidden_softening_is_found_at_its_strength(softened: Delivered) -> None:
     """The truth was simulated on the graded mesh; the ungraded one alone would be off by more."""
-    assert meshes.coarser(hidden_bending.config())[0]
+    assert coarser(hidden_bending.config())[0]
     assert not any("what the mesh gets wrong" in each for each in softened.result.warnings)
     verdict = softened.verdict
     print(verdict, softened.result.warnings)

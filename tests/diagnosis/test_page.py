@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dolfingrip.diagnosis import page
 from dolfingrip.diagnosis.answer.diagnosis import SetupEstimate
 from dolfingrip.diagnosis.answer.ten_lines import _off
+from dolfingrip.diagnosis.results import page
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files.diagnosis import HEADINGS
 
@@ -30,7 +30,7 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
         under_other_priors={}, nuisances={}, next_experiments=(proposed,), warnings=("beware",),
         simulated_s=0.0,
     )  # fmt: skip
-    lines = page.text(found).splitlines()
+    lines = page(found).splitlines()
     for line, heading in zip(lines, HEADINGS.values(), strict=False):
         assert line.startswith(heading)
     assert lines[0].endswith("(pressure_gain)")

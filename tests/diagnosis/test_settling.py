@@ -14,10 +14,9 @@ from dolfingrip.diagnosis.answer.errors import Along, kernel
 from dolfingrip.diagnosis.answer.hiding import alternatives, hidden_effects, in_words
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.emulator import Scaled
-from dolfingrip.diagnosis.core.polynomial import linear
-from dolfingrip.diagnosis.core.problem import InferenceProblem
-from dolfingrip.diagnosis.core.search import NONE, search
+from dolfingrip.diagnosis.core.emulator import Scaled, linear
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
+from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Factor, Unknown, cause, factor_of_moduli
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number

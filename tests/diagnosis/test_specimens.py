@@ -14,9 +14,8 @@ from support.measured_files import written
 
 from dolfingrip import config
 from dolfingrip.config import Config
-from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
@@ -91,7 +90,7 @@ def test_specimens_that_are_alike_are_not_doubted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("again", [False, True])
 def test_the_same_table_counts_once(tmp_path: Path, again: bool) -> None:
-    kept, notes = selection.selected(measured(tmp_path, {}, again=again), Config())
+    kept, notes = selected(measured(tmp_path, {}, again=again), Config())
     said = "coupon of S6 (lab.csv) has the very readings of coupon of S1 (lab.csv)"
     assert any(said in note for note in notes) == again
     assert [each.specimen for each in kept.tests] == ["S1", "S2", "S3", "S4", "S5"]

@@ -15,14 +15,14 @@ from support.here import Here
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.simulation import shipped
+from dolfingrip.diagnosis.simulation import runner
 
 INSTRUMENTS = ("angle_gain", "angle_definition", "force_gain")
 
 
 def diagnosed(folder: Path, store: Path, *effects: str) -> Delivered:
     file, config = stiff_layer.measured(folder), Config()
-    workers = Here(store, known=shipped.read())
+    workers = Here(store, known=runner.shipped())
     settings = DiagnosisSettings(quick=True, effects=effects)
     found = diagnose_measurement(read([file], config), config, workers, settings)
     return delivered(found, folder / "out", [file])

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.polynomial import places, trained
+from dolfingrip.diagnosis.core.emulator import places, trained
 from dolfingrip.diagnosis.core.unknown import Cause, causes
 from dolfingrip.extensions.index import effect
 

@@ -14,12 +14,10 @@ from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
-from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
-from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
+from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import ADDITIONS
-from dolfingrip.diagnosis.selection import selected
 
 WIDTH = "transverse_strain"
 ONCE = ("experiment.unload=false",)

@@ -26,8 +26,7 @@ from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.unknown import Cause
-from dolfingrip.diagnosis.coupon.analysis import CouponAnalysis, analyse_coupons
-from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.coupon import CouponAnalysis, CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import POLICY
 

@@ -17,7 +17,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed as diagnose
 from dolfingrip.diagnosis.core.decision import Decision, sensitivity
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.coupon.analysis import analyse_coupons
+from dolfingrip.diagnosis.coupon import analyse_coupons
 from dolfingrip.diagnosis.data import measurement
 
 

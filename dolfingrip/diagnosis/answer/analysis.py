@@ -14,8 +14,7 @@ from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.additions.worth import told_by_shape
 from dolfingrip.diagnosis.answer.errors import Errors, Simulation, smooth_curves
-from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion

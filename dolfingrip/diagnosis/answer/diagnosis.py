@@ -25,8 +25,8 @@ from dolfingrip.diagnosis.core.decision import (
     nothing_visible,
     sensitivity,
 )
-from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, search
+from dolfingrip.diagnosis.core.evidence import NONE, MapFit
+from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment

@@ -18,20 +18,22 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Final, Protocol
 
 import numpy as np
 import pandas as pd
 import scipy.linalg
+from scipy.special import logsumexp
 
 from dolfingrip.channels import TRANSVERSE_STRAIN
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.groups import SimulationGroup
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+from dolfingrip.diagnosis.simulation.simulated import SimulationGroup
 
 
 @dataclass(frozen=True, eq=False)
@@ -431,3 +433,56 @@ def drifting(listed: pd.DataFrame, noise: instruments.InstrumentNoise) -> np.nda
     same = run[:, None] == run
     fading = np.exp(-np.abs(time_s[:, None] - time_s) / lasting[:, None])
     return np.outer(noise.correlated, noise.correlated) * np.where(same, fading, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """Specimens that stand apart.
+
+    Attributes:
+        names: of them.
+        log_odds: ln of the odds that they do, and no others.
+    """
+
+    names: tuple[str, ...]
+    log_odds: float
+
+    @property
+    def sentence(self) -> str:
+        """Statement that they do, with the odds."""
+        who = f"specimen {self.names[0]} stands" if len(self.names) == 1 else (
+            f"specimens {' and '.join(self.names)} stand"
+        )  # fmt: skip
+        odds = np.exp(min(self.log_odds, 99.0))
+        return f"{who} apart from the others (odds {odds:.2g} to 1)"
+
+
+def apart(measurement: Measurement, errors: Errors) -> Apart | None:
+    """Find the specimens whose readings are far likelier apart from those of the others.
+
+    A specimen that stands apart has a curve of its own, up to a tenth of the signal away from the
+    others'. The curve that the others share is taken out first, so that no hypothesis about it
+    matters (restricted likelihood, as where their scatter is estimated).
+
+    Args:
+        measurement: of specimens, of which two may stand apart where there are four.
+        errors: of its readings.
+
+    Returns:
+        None where none does, or where too few specimens could tell.
+    """
+    if not errors.scatter.estimated:
+        return None
+    some = np.arange(0, len(errors.signal), -(-len(errors.signal) // POLICY.some))
+    own = Individual.of(measurement, errors, some)
+    names = sorted(set(own.specimen))
+    # two at least share a curve; which two, four specimens tell where the others differ
+    log = {
+        each: own.evidence(each) + len(each) * float(np.log(POLICY.implausible_odds))
+        for count in range(min(POLICY.apart, len(names) - 2) + 1)
+        for each in combinations(names, count)
+    }
+    best = max(log, key=log.__getitem__)
+    rest = [value for each, value in log.items() if each != best]
+    found = Apart(best, log[best] - float(logsumexp(rest)) if rest else 0.0)
+    return found if best and found.log_odds > ADDITIONS.tied else None

@@ -17,8 +17,8 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, searched_again
+from dolfingrip.diagnosis.core.evidence import NONE, MapFit
+from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis import HeldOutError
 

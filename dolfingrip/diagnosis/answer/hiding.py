@@ -9,10 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import Subset
-from dolfingrip.diagnosis.core.search import NONE, ModelPosterior, levels
-from dolfingrip.diagnosis.core.strength import Visibility, at_strength, taken
+from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset, Visibility, taken
+from dolfingrip.diagnosis.core.search import ModelPosterior, levels
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 
@@ -59,7 +57,7 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> list[HiddenEffect]:
     seen = Visibility(problem, none.zeta[: problem.nuisance_count])
     found = [HiddenEffect(name, 0.0, ()) for name in analysis.unseen]
     for name, cause in analysis.effects.items():
-        zeta = at_strength(cause, problem.boxes[name])
+        zeta = cause.at_strength(problem.boxes[name])
         if seen.strength(name, zeta) < POLICY.visible_sigma:
             found.append(HiddenEffect(name, *_taken(analysis, seen, seen.change(name, zeta))))
     return found

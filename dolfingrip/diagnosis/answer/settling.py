@@ -20,9 +20,7 @@ from dolfingrip.diagnosis.additions.worth import (
 )
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import Subset
-from dolfingrip.diagnosis.core.search import NONE
+from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import wall

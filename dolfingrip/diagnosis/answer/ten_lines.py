@@ -16,8 +16,8 @@ from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.answer.settling import advice
 from dolfingrip.diagnosis.core.decision import Decision
-from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.data.columns import CONTROL
+from dolfingrip.diagnosis.core.evidence import NONE
+from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import Brief, NextExperiment

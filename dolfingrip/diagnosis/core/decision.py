@@ -13,9 +13,8 @@ from typing import Literal
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
-from dolfingrip.diagnosis.core.search import NONE, ModelPosterior
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit, Subset
+from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY, InferencePolicy
 
 

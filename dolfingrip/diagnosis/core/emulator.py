@@ -2,20 +2,36 @@
 
     Δ(ζ) = Φ g(ζ)
 
-Polynomials (:mod:`dolfingrip.diagnosis.core.polynomial`) may be corrected where exact simulations
-are known, may be added to one another, and may have readings that are proportional to a factor of
-all moduli.
+They are polynomials of coordinates of ζ, from few or many simulations, with known slopes or not.
+They may be corrected where exact simulations are known, may be added to one another, and may have
+readings that are proportional to a factor of all moduli.
+
+    Δ(ζ_m, ζ) = Φ Σ_j w_j(ζ_m) P_j(u(ζ))
+
+Φ are right singular vectors of simulated changes, scaled by the noise (principal-component
+emulation: Higdon et al., J. Am. Stat. Assoc. 103, 2008). u are coordinates in which a change is
+nearly straight: an amplitude by its ordinary value, warped; a shape's own ζ; ζ itself where
+simulations cost nothing. Every monomial P_j has at least one amplitude if there is one, so that a
+cause of no strength changes nothing. The weights are splines of the moduli where these scale a
+simulation exactly, else the moduli are one more coordinate of the polynomial. Values and
+derivatives are fitted together by least squares. The error of what was left out of the fit stands
+beside them as columns of one standard deviation.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from itertools import combinations_with_replacement, zip_longest
+from typing import Final, Self
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.stats import qmc
 
 from dolfingrip.diagnosis.core.unknown import Factor
+from dolfingrip.diagnosis.policy import POLICY
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,3 +185,366 @@ class Scaled(Emulator):
         g, slopes = self.inner.with_slopes(zeta[1:])
         on = np.column_stack([rate * g, c * slopes])
         return np.r_[c * g, g], np.vstack([on, np.column_stack([0 * g, slopes])])
+
+
+Warp = Callable[[np.ndarray], np.ndarray]
+
+WARPS: Final[tuple[Warp, ...]] = (
+    lambda a: a,
+    lambda a: np.log1p(np.maximum(a, -0.9)),
+    lambda a: a / (1 + np.maximum(a, -0.5)),
+    lambda a: 4 * a / (1 + 4 * np.maximum(a, -0.1)),
+)
+"""Warps of amplitudes by their ordinary value; the first for those of either sign."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate that a change is a polynomial of.
+
+    Attributes:
+        value: by ζ, of the same shape.
+        amplitude: whether the change vanishes with it.
+        signed: whether an amplitude has either sign.
+        of: which entry of ζ it is of, the moduli left out where these have a table.
+        rate: its derivative by ζ where that is constant.
+    """
+
+    value: Callable[[np.ndarray], np.ndarray]
+    amplitude: bool
+    signed: bool = True
+    of: int = 0
+    rate: float | None = None
+
+    @classmethod
+    def within(
+        cls, low: float, high: float, of: int = 0, stretch: Warp | None = None
+    ) -> Coordinate:
+        """ζ itself, or a function of it, from −1 to 1 between two values."""
+        stretched = stretch or (lambda zeta: zeta)
+        low, high = (float(stretched(np.array(end))) for end in (low, high))
+        middle, half = (low + high) / 2, max((high - low) / 2, 1e-6)
+        return cls(
+            lambda zeta: (stretched(zeta) - middle) / half, amplitude=False, of=of,
+            rate=None if stretch else 1 / half,
+        )  # fmt: skip
+
+    def rates(self, zeta: np.ndarray) -> np.ndarray:
+        """Derivatives by ζ, of its shape."""
+        if self.rate is not None:
+            return np.full(len(zeta), self.rate)
+        step = POLICY.coordinate_step
+        return (self.value(zeta + step) - self.value(zeta - step)) / (2 * step)
+
+    def warped(self, warp: Warp) -> Coordinate:
+        """An amplitude of one sign in other units."""
+        if not self.amplitude or self.signed:
+            return self
+        inner = self.value
+        return replace(self, value=lambda zeta: warp(inner(zeta)))
+
+
+@dataclass(frozen=True, eq=False)
+class PolynomialEmulator(Emulator):
+    """A polynomial of coordinates of ζ.
+
+    Attributes:
+        left: root mean square error of a simulation that was left out, by the noise.
+        exponents: of the coordinates, shape (m, coordinates).
+        weights: shape (m, k); those of the middle node where there is a ``table``.
+        coordinates: of the entries of ζ, without the first where there is a ``table``.
+        table: weights by the first entry of ζ, (m, k); None where these are constant.
+    """
+
+    left: float
+    exponents: np.ndarray
+    weights: np.ndarray
+    coordinates: tuple[Coordinate, ...]
+    table: CubicSpline | None
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        zeta = np.asarray(zeta, dtype=float)
+        if self.table is None:
+            return np.asarray(self._basis(zeta) @ self.weights)
+        inside = np.clip(zeta[:, 0], self.table.x[0], self.table.x[-1])
+        return np.asarray(np.einsum("im,imk->ik", self._basis(zeta[:, 1:]), self.table(inside)))
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        first = self.table is not None
+        own = zeta[1:] if first else zeta
+        weights = self.weights
+        slopes = []
+        (u,), (rates,) = (of(self.coordinates, own[None]) for of in (_values, _rates))
+        basis, derived_by = monomials_with_slopes(u, self.exponents)
+        if self.table is not None:
+            inside = float(np.clip(zeta[0], self.table.x[0], self.table.x[-1]))
+            weights = self.table(inside)
+            slopes.append(basis @ self.table(inside, 1))
+        nuisance_change = np.zeros((len(own), weights.shape[1]))
+        for each, rate, column in zip(self.coordinates, rates, derived_by.T, strict=True):
+            nuisance_change[each.of] += rate * column @ weights
+        return basis @ weights, np.array([*slopes, *nuisance_change]).reshape(
+            -1, weights.shape[1]
+        ).T
+
+    def _basis(self, zeta: np.ndarray) -> np.ndarray:
+        """(places, m)."""
+        return monomials(_values(self.coordinates, zeta), self.exponents)
+
+
+def _values(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:
+    """(places, coordinates)."""
+    return _stacked([each.value(zeta[:, each.of]) for each in coordinates], zeta)
+
+
+def _rates(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:
+    """Derivatives of coordinates by the entry of ζ of each, (places, coordinates)."""
+    return _stacked([each.rates(zeta[:, each.of]) for each in coordinates], zeta)
+
+
+def _stacked(columns: Sequence[np.ndarray], zeta: np.ndarray) -> np.ndarray:
+    return np.column_stack(columns) if columns else np.zeros((len(zeta), 0))
+
+
+def derived(u: np.ndarray, exponents: np.ndarray, i: int) -> np.ndarray:
+    """(places, m) derivatives of the monomials by the i-th coordinate."""
+    lower = exponents.copy()
+    lower[:, i] = np.maximum(lower[:, i] - 1, 0)
+    return np.asarray(monomials(u, lower) * exponents[:, i])
+
+
+def exponents_of(coordinates: Sequence[Coordinate], degree: int) -> np.ndarray:
+    """All monomials up to a degree that have an amplitude; any where there is no amplitude."""
+    d = len(coordinates)
+    some = np.array([each.amplitude for each in coordinates], dtype=bool)
+    kept = [row for row in exponents_up_to(degree, d) if not any(some) or row[some].sum() > 0]
+    # of an amplitude that differs to either side one side is 0 where the other is not
+    of = np.array([each.of for each in coordinates])
+    kept = [row for row in kept if len(set(of[row > 0])) == (row > 0).sum()]
+    return np.array(kept, dtype=int).reshape(len(kept), d)
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedChanges:
+    """Simulated changes of one cause.
+
+    Attributes:
+        zeta: places, shape (places, d); of the cause's numbers, the moduli's first where
+            ``nodes`` is None and they are among the coordinates.
+        values: (nodes or 1, places, n) changes.
+        slopes: (nodes or 1, places, d, n) derivatives by ζ; NaN where unknown.
+        nodes: ζ of the moduli at which each simulation was read; None where it was at one.
+    """
+
+    zeta: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    nodes: np.ndarray | None
+
+
+def trained_on(
+    simulations: SimulatedChanges,
+    coordinates: Sequence[Coordinate],
+    scale: np.ndarray,
+    *,
+    degree: int = POLICY.curved_degree,
+    share: float = POLICY.curved_share,
+    left_out: Sequence[np.ndarray] | None = None,
+) -> PolynomialEmulator:
+    """An emulator, in the warped amplitudes that leave least of what was left out.
+
+    Args:
+        simulations: values and derivatives.
+        coordinates: of ζ.
+        scale: noise of the readings, shape (n,).
+        degree: of the polynomial, at most.
+        share: most monomials by the number of values and derivatives; 1: the polynomial may go
+            through all, and keeps more components.
+        left_out: which places are left out of a fit at a time, and tell its error, (places,) of
+            bool; each in turn where None. Where there are none there is no error.
+    """
+    one_sided = any(each.amplitude and not each.signed for each in coordinates)
+    folds = np.eye(len(simulations.zeta), dtype=bool) if left_out is None else left_out
+    found = [
+        _trained(simulations, [c.warped(w) for c in coordinates], scale, degree, share, folds)
+        for w in (WARPS if one_sided else WARPS[:1])
+    ]
+    return min(found, key=lambda each: each.left)
+
+
+def _trained(
+    told: SimulatedChanges,
+    coordinates: Sequence[Coordinate],
+    scale: np.ndarray,
+    degree: int,
+    share: float,
+    folds: Sequence[np.ndarray] | np.ndarray,
+) -> PolynomialEmulator:
+    places, d = told.zeta.shape
+    n = len(scale)
+    white = told.values / scale
+    white_slopes = told.slopes / scale
+    # the moduli at their middle count as much as all others
+    basis = principal(white.reshape(-1, n), POLICY.components * (2 if share == 1.0 else 1))
+    u, du = _values(coordinates, told.zeta), _rates(coordinates, told.zeta)
+    known = [i for i in range(d) if np.isfinite(told.slopes[:, :, i]).all()]
+    size = places * (1 + len(known))
+    while degree > 1 and len(exponents_of(coordinates, degree)) > share * size:
+        degree -= 1
+    exponents = exponents_of(coordinates, degree)
+    matrix = [monomials(u, exponents)]
+    matrix += [
+        POLICY.slope_weight * np.sum(
+            [derived(u, exponents, j) * du[:, j, None] for j, c in enumerate(coordinates)
+             if c.of == i], axis=0,
+        )
+        for i in known
+    ]  # fmt: skip
+    design = np.vstack(matrix)
+    scores = white @ basis.T
+    slope_scores = [white_slopes[:, :, i] @ basis.T * POLICY.slope_weight for i in known]
+    target = np.concatenate([scores, *slope_scores], axis=1)
+    middle = len(white) // 2
+
+    def solve(kept: np.ndarray, at: slice) -> np.ndarray:
+        every = np.tile(kept, 1 + len(known))
+        inverse = np.linalg.pinv(design[every], rcond=1e-8)
+        return np.einsum("mp,npk->nmk", inverse, target[at][:, every])
+
+    weights = solve(np.ones(places, bool), slice(None))
+    rest = []
+    for out in folds:
+        own = weights[middle]
+        if (~out).sum() * (1 + len(known)) >= len(exponents):
+            own = solve(~out, slice(middle, middle + 1))[0]
+        rest.append(white[middle, out] - matrix[0][out] @ own @ basis)
+    table = None if told.nodes is None else CubicSpline(told.nodes, weights)
+    errors, left = np.zeros((n, 0)), 0.0
+    if rest:  # what a simulation tells of itself is no longer left out
+        away = told.zeta - np.clip(0.0, told.zeta.min(axis=0), told.zeta.max(axis=0))
+        off = np.vstack([away[out] for out in folds])
+        errors, left = error_of(np.vstack(rest), off, scale)
+    return PolynomialEmulator(
+        basis.T * scale[:, None], errors, left, exponents, weights[middle], tuple(coordinates),
+        table,
+    )  # fmt: skip
+
+
+def trained(
+    zeta: np.ndarray,
+    changes: np.ndarray,
+    scale: np.ndarray,
+    box: np.ndarray | None = None,
+    stretches: Sequence[Warp | None] = (),
+) -> PolynomialEmulator:
+    """An emulator from many simulated changes without derivatives.
+
+    Args:
+        zeta: shape (places, d).
+        changes: shape (places, n).
+        scale: noise of the readings, shape (n,).
+        box: ranges of ζ, shape (d, 2); the reach of every number where None.
+        stretches: functions of ζ that a change is a polynomial of; ζ itself where None.
+    """
+    count, d = zeta.shape
+    if box is None:
+        box = np.tile([-POLICY.reach, POLICY.reach], (d, 1))
+    own = [
+        Coordinate.within(float(low), float(high), i, stretch)
+        for i, ((low, high), stretch) in enumerate(zip_longest(box, stretches))
+    ]
+    slopes = np.full((1, count, d, changes.shape[1]), np.nan)
+    return trained_on(
+        SimulatedChanges(zeta, changes[None], slopes, None), own, scale,
+        degree=POLICY.degrees[min(d, len(POLICY.degrees)) - 1],
+        share=0.5,  # which half of the simulations can tell
+        left_out=[np.arange(count) % POLICY.left_out == POLICY.left_out - 1],
+    )  # fmt: skip
+
+
+def linear(change: np.ndarray) -> Emulator:
+    """Make an emulator of one number from its change by one standard deviation, shape (n,)."""
+    none, first = np.zeros((len(change), 0)), np.array([[1]])
+    own = (Coordinate.within(-1.0, 1.0),)
+    return PolynomialEmulator(change[:, None], none, 0.0, first, np.ones((1, 1)), own, None)
+
+
+def places(box: np.ndarray, count: int) -> np.ndarray:
+    """Places of training, evenly spread, shape (count, d).
+
+    Args:
+        box: ranges of ζ, shape (d, 2).
+        count: how many.
+    """
+    sobol = qmc.Sobol(len(box), scramble=True, rng=np.random.default_rng(len(box)))
+    exponent = max(int(np.ceil(np.log2(count))), 1)
+    unit = sobol.random_base2(exponent)[:count]
+    edges = (1 + 0.02) * (unit - 0.5) + 0.5
+    return np.asarray(box[:, 0] + np.clip(edges, 0, 1) * (box[:, 1] - box[:, 0]))
+
+
+def exponents_up_to(degree: int, d: int) -> np.ndarray:
+    """Return the exponents of all monomials of d numbers up to a degree, shape (m, d)."""
+    rows = [
+        np.bincount(np.array(chosen, dtype=int), minlength=d)
+        for total in range(degree + 1)
+        for chosen in combinations_with_replacement(range(d), total)
+    ]
+    return np.array(rows, dtype=int).reshape(len(rows), d)
+
+
+def monomials(u: np.ndarray, exponents: np.ndarray) -> np.ndarray:
+    """(places, m) of u, shape (places, d)."""
+    powers = u[:, :, None] ** np.arange(exponents.max(initial=0) + 1)
+    found = np.ones((len(u), len(exponents)))
+    for i in range(u.shape[1]):
+        found *= powers[:, i][:, exponents[:, i]]
+    return found
+
+
+def principal(white: np.ndarray, most: int) -> np.ndarray:
+    """The components without which rows would miss more than they may, shape (k, n).
+
+    Args:
+        white: changes by the noise, shape (rows, n).
+        most: of them.
+    """
+    _, sizes, right = np.linalg.svd(white, full_matrices=False)
+    variance = np.cumsum((sizes**2)[::-1])[::-1] / white.size
+    k = int(np.clip((variance > POLICY.component_error**2).sum(), 1, most))
+    return np.asarray(right[:k])
+
+
+def error_of(rest: np.ndarray, off: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, float]:
+    """Columns of the error, shape (n, l), and its root mean square by the noise.
+
+    Args:
+        rest: what places left, by the noise, shape (places, n).
+        off: how far these are from the middle, shape (places, d): they count as the prior has them,
+            what is far out hardly matters.
+        scale: noise of the readings, shape (n,).
+    """
+    weight = np.exp(-0.25 * (off**2).sum(axis=1))
+    rest = rest * np.sqrt(weight / max(weight.sum(), 1e-300))[:, None]
+    _, sizes, ways = np.linalg.svd(rest, full_matrices=False)
+    kept = slice(0, POLICY.error_columns)
+    errors = (sizes[kept, None] * ways[kept]).T * scale[:, None]
+    return errors, float(np.sqrt((rest**2).sum() / rest.shape[1]))
+
+
+def monomials_with_slopes(u: np.ndarray, exponents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Monomials, shape (m,), and their derivatives, shape (m, d), at one place u, shape (d,)."""
+    d = len(u)
+    if not d:
+        return np.ones(len(exponents)), np.zeros((len(exponents), 0))
+    orders = np.arange(exponents.max() + 1)
+    powers = u[:, None] ** orders
+    down = np.zeros_like(powers)
+    down[:, 1:] = powers[:, :-1] * orders[1:]
+    rows = np.arange(d)
+    each, changed = powers[rows, exponents], down[rows, exponents]
+    before, after = np.ones_like(each), np.ones_like(each)
+    for i in range(1, d):
+        before[:, i] = before[:, i - 1] * each[:, i - 1]
+        after[:, d - 1 - i] = after[:, d - i] * each[:, d - i]
+    return before[:, -1] * each[:, -1], before * changed * after

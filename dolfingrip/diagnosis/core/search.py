@@ -13,11 +13,14 @@ from math import comb
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.evidence import CovarianceModel, MapFit
-from dolfingrip.diagnosis.core.problem import InferenceProblem, Subset
+from dolfingrip.diagnosis.core.evidence import (
+    NONE,
+    CovarianceModel,
+    InferenceProblem,
+    MapFit,
+    Subset,
+)
 from dolfingrip.diagnosis.policy import POLICY, InferencePolicy
-
-NONE: Subset = ()
 
 Key = tuple[Subset, float]
 """Causes, and the level of a discrepancy beside them."""

@@ -202,6 +202,35 @@ class Cause:
         value = effect(self.name).neutral.get(number.key.rpartition(".")[2], 0.0)
         return float(value[0] if isinstance(value, Sequence) else value)
 
+    def start_and_step(self, number: Unknown) -> tuple[float, float]:
+        """The value at which an amplitude does nothing, and from there to the ordinary one."""
+        start = self.neutral(number)
+        step = number.prior.mean - start
+        if abs(step) <= 1e-9 * number.prior.spread:
+            step = number.prior.spread if number.bounds[1] > start else -number.prior.spread
+        return start, step
+
+    def at_strength(
+        self, box: np.ndarray, strength: float = 1.0, rng: np.random.Generator | None = None
+    ) -> np.ndarray:
+        """ζ at a strength; numbers of the shape from their priors, or their middles.
+
+        Args:
+            box: ranges of ζ, shape (d, 2).
+            strength: by the ordinary one.
+            rng: draws the shape; None for the middles.
+        """
+        found = []
+        for number, (low, high) in zip(self.numbers, box, strict=True):
+            if number.amplitude:
+                start, step = self.start_and_step(number)
+                value = start + strength * step
+                zeta = low if number.prior.positive and value <= 0 else number.zeta(value)
+            else:
+                zeta = 0.0 if rng is None else float(rng.standard_normal())
+            found.append(np.clip(zeta, low, high))
+        return np.array(found)
+
     @property
     def stretches(self) -> list[Callable[[np.ndarray], np.ndarray] | None]:
         """For each number what its change is nearly straight in; None: ζ itself."""

@@ -37,7 +37,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError, Finger
-from dolfingrip.diagnosis.data.columns import (
+from dolfingrip.diagnosis.data.table import (
     EXPERIMENT_NAMES,
     NOT_SIMULATED,
     NUMBERS,

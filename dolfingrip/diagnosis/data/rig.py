@@ -29,9 +29,9 @@ from pydantic import Field
 
 from dolfingrip.channels import ANGLE, FORCE, TIME, TIP_X, TIP_Z, TRANSVERSE_STRAIN
 from dolfingrip.config import Config, ConfigError, checked
-from dolfingrip.diagnosis.data.columns import NUMBERS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, SetupFile
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.table import NUMBERS
 from dolfingrip.diagnosis.policy import DATA
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.sections.section import Section

@@ -18,8 +18,8 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE, PRESSURE
-from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.table import READING_COLUMNS
 from dolfingrip.diagnosis.policy import DATA
 
 _DEGREES: Final = 180 / math.pi

@@ -12,8 +12,7 @@ from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.evidence import MapFit
-from dolfingrip.diagnosis.core.problem import Subset
+from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.model import model

@@ -36,8 +36,7 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
 from dolfingrip.config import changed
-from dolfingrip.diagnosis.core.emulator import Emulator
-from dolfingrip.diagnosis.core.polynomial import SimulatedChanges, places, trained
+from dolfingrip.diagnosis.core.emulator import Emulator, SimulatedChanges, places, trained
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation

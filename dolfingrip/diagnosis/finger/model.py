@@ -15,16 +15,14 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
-from dolfingrip.diagnosis.core.evidence import CovarianceModel, MapFit
-from dolfingrip.diagnosis.core.polynomial import Coordinate, SimulatedChanges, trained_on
-from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.emulator import Coordinate, SimulatedChanges, trained_on
+from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.search import levels
 from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation, coarser
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
-from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.nuisances import wall
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.extensions.effect import Prior
@@ -174,7 +172,7 @@ def first_pass(
     """
     say("simulating the measurement as configured")
     found: list[FingerSimulation] = []
-    for mesh in meshes.coarser(config):
+    for mesh in coarser(config):
         told = FingerSimulation(
             measurement, config, workers, mesh, found[-1].centre if found else 1.0
         )
@@ -205,7 +203,7 @@ def refine_until_consistent(rough: FingerSimulation) -> FingerSimulation:
     Raises:
         ConfigError: one line, where the model cannot be simulated.
     """
-    every = meshes.coarser(rough.config)
+    every = coarser(rough.config)
     for mesh in every[every.index(rough.flat) :]:
         found = replace(rough, flat=mesh).refined()
         if _off(found) < POLICY.coarse:

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.core.polynomial import Coordinate
-from dolfingrip.diagnosis.core.strength import start_and_step
+from dolfingrip.diagnosis.core.emulator import Coordinate
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import POLICY
@@ -150,7 +149,7 @@ def _sides(own: Coordinate) -> list[Coordinate]:
 def _coordinate(cause: Cause, number: Unknown) -> Coordinate:
     if not number.amplitude:
         return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
-    start, step = start_and_step(cause, number)
+    start, step = cause.start_and_step(number)
     reach = POLICY.finger_reach
 
     def value(zeta: np.ndarray) -> np.ndarray:

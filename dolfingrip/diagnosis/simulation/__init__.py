@@ -6,11 +6,12 @@ From the bottom up:
   make the readings at the measured rows;
 - :mod:`stops`: which stops a measurement asks for, at round values: one elastic curve, or the
   protocol in time;
-- :mod:`groups`: which specimens share a simulation;
-- :mod:`runner`: the requests of a diagnosis, on workers and kept in a store;
-- :mod:`simulated`: ``simulate(measurement, config, variants, workers)`` gives all readings of a
-  measurement, and their derivatives, for each of several variants: this is what fits call, too;
-  and at other walls, and moduli by exact scaling;
+- :mod:`runner`: the requests of a diagnosis, on workers; answers are in a store, or come with the
+  package;
+- :mod:`simulated`: which specimens share a simulation;
+  ``simulate(measurement, config, variants, workers)`` gives all readings of a measurement, and
+  their derivatives, for each of several variants: this is what fits call, too; and at other walls,
+  and moduli by exact scaling;
 - :mod:`nuisances`: what else the readings change by.
 
 All arrays are aligned with ``Measurement.listed()``

@@ -11,10 +11,8 @@ from scipy.integrate import dblquad
 from dolfingrip.diagnosis.answer.errors import Along, kernel, smooth_curves
 from dolfingrip.diagnosis.core import evidence
 from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
-from dolfingrip.diagnosis.core.emulator import Scaled
-from dolfingrip.diagnosis.core.evidence import CovarianceModel
-from dolfingrip.diagnosis.core.polynomial import linear, places, trained
-from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.emulator import Scaled, linear, places, trained
+from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
 from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
 

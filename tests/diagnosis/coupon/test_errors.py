@@ -8,10 +8,8 @@ from support.example import EXAMPLES
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.errors import SLACK, Errors
-from dolfingrip.diagnosis.coupon.analysis import errors
-from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
-from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.selection import selected
+from dolfingrip.diagnosis.coupon import CouponSimulation, errors
+from dolfingrip.diagnosis.data.measurement import read, selected
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
 

@@ -9,13 +9,13 @@ from benchmarks.reference_measurement import reference_measurement
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.polynomial import (
+from dolfingrip.diagnosis.core.emulator import (
     Coordinate,
     PolynomialEmulator,
     SimulatedChanges,
     trained_on,
 )
-from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, coordinates_of, unknowns

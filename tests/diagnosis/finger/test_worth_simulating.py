@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.core.emulator import Scaled
-from dolfingrip.diagnosis.core.polynomial import SimulatedChanges
-from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.emulator import Scaled, SimulatedChanges
+from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
-from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
+from dolfingrip.diagnosis.finger.training import columns_of, worth_simulating
 
 SEED = 23
 X = np.linspace(0.05, 1.0, 40)

@@ -15,19 +15,21 @@ from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.emulator import Emulator
-from dolfingrip.diagnosis.core.problem import InferenceProblem
+from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.plan.naming import (
+from dolfingrip.diagnosis.plan import (
     Hidden,
     RecoveryOutcome,
     RecoveryTrial,
+    analyse_plan,
+    joined,
     namings,
+    read_alike,
     share,
     threshold,
 )
-from dolfingrip.diagnosis.plan.plan import analyse_plan, joined, read_alike
 from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.files.plan import EffectOutlook

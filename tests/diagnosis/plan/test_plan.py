@@ -12,7 +12,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.noise import noise
-from dolfingrip.diagnosis.plan.plan import read_alike
+from dolfingrip.diagnosis.plan import read_alike
 from dolfingrip.files.plan import PlanFile
 
 RIG = """experiment = "coupon"

@@ -14,11 +14,10 @@ from support.measured_files import written
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Change, Config, ConfigError
-from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
 from dolfingrip.diagnosis.policy import ROUTES
-from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,

@@ -12,8 +12,7 @@ from support.measured_files import written
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.policy import ROUTES
-from dolfingrip.diagnosis.simulation.groups import groups, path_independent
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, groups, path_independent
 from dolfingrip.experiments.index import find
 from dolfingrip.sections.tables import assignments
 

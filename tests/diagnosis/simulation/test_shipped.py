@@ -14,11 +14,10 @@ from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import shipped
-from dolfingrip.diagnosis.simulation.groups import groups
-from dolfingrip.diagnosis.simulation.meshes import coarser
-from dolfingrip.diagnosis.simulation.runner import Workers, request, staying
-from dolfingrip.diagnosis.simulation.shipped import Shipped
+from dolfingrip.diagnosis.finger.simulation import coarser
+from dolfingrip.diagnosis.simulation import runner
+from dolfingrip.diagnosis.simulation.runner import Shipped, Workers, request, staying
+from dolfingrip.diagnosis.simulation.simulated import groups
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import compute
 from dolfingrip.jobs.cluster import Where
@@ -49,8 +48,8 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def opened(file: Path) -> Shipped:
-    shipped.read.cache_clear()
-    found = shipped.read(file)
+    runner.runner.cache_clear()
+    found = runner.shipped(file)
     assert found is not None
     return found
 
@@ -87,7 +86,7 @@ def test_other_configurations_protocols_and_derivatives_are_not(file: Path) -> N
 
 def test_stale_results_are_not_used(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The mechanics have changed: one simulation is computed, and decides."""
-    monkeypatch.setattr(shipped, "core_digest", lambda: "changed")
+    monkeypatch.setattr(runner, "core_digest", lambda: "changed")
     asked = [coupon(3), coupon(3, *PRONY)]
     again: list[str] = []
 
@@ -106,23 +105,21 @@ def test_stale_results_are_not_used(file: Path, monkeypatch: pytest.MonkeyPatch)
 def test_an_effect_whose_code_has_changed_is_left_out(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shipped, "effect_digest", lambda name: "changed")
+    monkeypatch.setattr(runner, "effect_digest", lambda name: "changed")
     found = opened(file).answers([coupon(3), coupon(3, *PRONY)], never)
     assert [each for each, _ in found] == [coupon(3)]
 
 
 def test_an_effects_digest_follows_its_energy() -> None:
-    assert shipped.effect_digest("mooney_rivlin") != shipped.effect_digest("yeoh")
-    assert "Constant" in shipped.structure("x = 1")
-    same = [
-        shipped.structure(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")
-    ]
+    assert runner.effect_digest("mooney_rivlin") != runner.effect_digest("yeoh")
+    assert "Constant" in runner.structure("x = 1")
+    same = [runner.structure(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")]
     assert same[0] == same[1]
 
 
 def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None:
     """One of its simulations computed anew, whatever has changed since: it is there, and agrees."""
-    monkeypatch.setattr(shipped, "core_digest", lambda: "changed")
+    monkeypatch.setattr(runner, "core_digest", lambda: "changed")
     measurement = reference_measurement(1, unload=False, experiments=["bending"])
     (group,) = groups(measurement, Config())
     config = changed(group.config, coarser(Config())[0])
@@ -133,9 +130,9 @@ def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None
         again.append(asked.key)
         return compute(asked)
 
-    assert len(opened(shipped.FILE).answers([wanted], computed)) == 1
+    assert len(opened(runner.FILE).answers([wanted], computed)) == 1
     assert again == [wanted.key]
-    assert shipped.FILE.stat().st_size < 1e6
+    assert runner.FILE.stat().st_size < 1e6
 
 
 def three_cycles() -> Measurement:
@@ -152,7 +149,7 @@ def three_cycles() -> Measurement:
 
 def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
     """With all nuisances beside them, and no simulation."""
-    found = opened(shipped.FILE)
+    found = opened(runner.FILE)
     found.agrees = True
     workers = Workers(tmp_path, Where(workers=1), known=found, computes=False)
     measurement = three_cycles()

@@ -13,8 +13,7 @@ from support.measured_files import written
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.simulation.groups import groups
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, scale_all, simulate
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, groups, scale_all, simulate
 from dolfingrip.experiments import run
 
 OWN = "cavity_2_supply_kPa"

@@ -1,1 +1,0 @@
-"""Coupons in closed form: every simulation is exact and costs next to nothing."""

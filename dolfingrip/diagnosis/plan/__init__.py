@@ -1,1 +1,0 @@
-"""A plan of what a rig could find out, before anything is measured."""
