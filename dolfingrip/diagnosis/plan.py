@@ -26,7 +26,7 @@ from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem, Visibility
-from dolfingrip.diagnosis.core.search import Key, levels, one_at_a_time
+from dolfingrip.diagnosis.core.search import LEVELS, Key, at_levels, one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
 from dolfingrip.diagnosis.data import rig
@@ -70,7 +70,7 @@ class RecoveryTrial:
 
     @cached_property
     def _levels(self) -> dict[float, CovarianceModel]:
-        return {k: CovarianceModel(self.problem, k) for k in levels(self.problem.policy)}
+        return at_levels(self.problem)
 
     @cached_property
     def visibility(self) -> Visibility:
@@ -84,8 +84,7 @@ class RecoveryTrial:
         """
         if self.visibility.strength(name, zeta) < ADDITIONS.faint:
             return RecoveryOutcome(alone=False, within=False, mass={})
-        prior = levels(self.problem.policy)
-        level = self._levels[float(rng.choice([*prior], p=[*prior.values()]))]
+        level = self._levels[float(rng.choice([*LEVELS], p=[*LEVELS.values()]))]
         own = level.coloured(rng.standard_normal(len(self.problem.value)))
         value = self.problem.base + self.visibility.change(name, zeta) + own
         posterior = one_at_a_time(

@@ -10,7 +10,7 @@ import numpy as np
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset, Visibility, taken
-from dolfingrip.diagnosis.core.search import ModelPosterior, levels
+from dolfingrip.diagnosis.core.search import LEVELS, ModelPosterior
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 
@@ -130,10 +130,9 @@ def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
 
 def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:
     """ln p(y) of each set of causes, by all levels of a discrepancy."""
-    prior = levels(posterior.problem.policy)
     logs: dict[Subset, list[float]] = defaultdict(list)
     for fit in posterior.fits:
-        logs[fit.subset].append(fit.log_evidence + float(np.log(prior[fit.level])))
+        logs[fit.subset].append(fit.log_evidence + float(np.log(LEVELS[fit.level])))
     return {subset: float(np.logaddexp.reduce(each)) for subset, each in logs.items()}
 
 

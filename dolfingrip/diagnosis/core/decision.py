@@ -15,7 +15,7 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY, InferencePolicy
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,26 +51,25 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     effect does it is as probable as under the prior that speaks most against it: an effect may be
     stronger than was thought, and the end of its range is no finding.
     """
-    policy = posterior.problem.policy
     variants = {
         OWN: posterior,
         "two causes a third as likely": _reweighted(
-            posterior, _pairs_by(posterior, 1 / policy.pairs_by)
+            posterior, _pairs_by(posterior, 1 / POLICY.pairs_by)
         ),
         "two causes three times as likely": _reweighted(
-            posterior, _pairs_by(posterior, policy.pairs_by)
+            posterior, _pairs_by(posterior, POLICY.pairs_by)
         ),
         **{
             f"priors {by:g} times as wide": _reweighted(
                 posterior,
                 [_wider(fit, posterior.problem.nuisance_count, by) for fit in posterior.fits],
             )
-            for by in policy.widths
+            for by in POLICY.widths
         },
     }
     answers = {name: decide(each) for name, each in variants.items()}
     decision = answers[OWN]
-    if decision.second and min(_of(each, decision) for each in answers.values()) <= policy.likelier:
+    if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.likelier:
         decision = decide(posterior, single=True)
     found = Sensitivity(answers, {name: _of(each, decision) for name, each in answers.items()})
     if decision.answer == "unknown":
@@ -176,49 +175,48 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     none = 0.0
     seen: list[tuple[float, Subset, MapFit]] = []
     problem = posterior.problem
-    policy = problem.policy
     for p, fit in posterior.weighed:
         visible = tuple(
             name
             for name, strength in zip(fit.subset, fit.strengths, strict=True)
-            if strength >= policy.visible_sigma
+            if strength >= POLICY.visible_sigma
         )
         mass[visible] += p
         by_effects[(problem.effects(visible) or visible)[:2]] += p
         seen.append((p, visible, fit))
-        if nothing_visible(fit, policy):
+        if nothing_visible(fit):
             none += p
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    first, second = _sets(by_effects, inclusion, posterior.strengths, policy, single=single)
+    first, second = _sets(by_effects, inclusion, posterior.strengths, single=single)
     claim = held(mass, first, second)
-    if second and claim < policy.both:  # one set is surer than two
-        first, second = _smallest(by_effects, inclusion, policy), ()
+    if second and claim < POLICY.both:  # one set is surer than two
+        first, second = _smallest(by_effects, inclusion), ()
         claim = held(mass, first)
     rig = max(problem.rig - {*first}, key=inclusion.__getitem__, default=None)
-    if first and not second and not single and rig and inclusion[rig] >= policy.credible:
+    if first and not second and not single and rig and inclusion[rig] >= POLICY.credible:
         second = (rig,)
     if second:
         stays = {one: _stays(posterior, seen, one, other)
                  for one, other in ((first, second), (second, first))}  # fmt: skip
         worse = max(stays, key=stays.__getitem__)
-        claim = min(held(mass, first, second), _at_most(stays[worse], policy))
-        if claim < policy.both:
+        claim = min(held(mass, first, second), _at_most(stays[worse]))
+        if claim < POLICY.both:
             first, second = first if worse == second else second, ()
             claim = held(mass, first)
     unexplained, discrepancy = _stays(posterior, seen), _discrepancy(seen)
     unknown = mass[NONE] - none
     answer: Answer = "cause"
     probability = claim
-    if none >= policy.claimed:
+    if none >= POLICY.claimed:
         answer, probability = "none", none
-    elif not first or claim < policy.claimed:
+    elif not first or claim < POLICY.claimed:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
     nearest: tuple[str, ...] = ()
     if answer == "cause":
-        probability = min(claim, _at_most(unexplained, policy))
-        if 1 - unexplained < policy.likelier:
+        probability = min(claim, _at_most(unexplained))
+        if 1 - unexplained < POLICY.likelier:
             answer, probability, nearest = "unknown", discrepancy, first
             unknown = max(unknown, discrepancy)
     if answer != "cause":
@@ -226,7 +224,7 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     best = _leading(seen, first, second, posterior)
     by_shape = not all(_beyond_a_curve(posterior, best, names) for names in (first, second))
     if by_shape:
-        probability = min(probability, policy.likelier)
+        probability = min(probability, POLICY.likelier)
     nuisance_only = not second and not problem.implausible.keys().isdisjoint(first)
     return Decision(
         answer, _all_names(problem, first), _all_names(problem, second), nearest,
@@ -258,14 +256,13 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     return 0.5 * (free - best.misfit) > ADDITIONS.tied
 
 
-def nothing_visible(fit: MapFit, policy: InferencePolicy = POLICY) -> bool:
+def nothing_visible(fit: MapFit) -> bool:
     """Tell if a hypothesis leaves nothing to be seen: no cause, and nothing beside them.
 
     Args:
         fit: of it.
-        policy: from which strength on a cause is seen.
     """
-    return fit.level == 0 and all(each < policy.visible_sigma for each in fit.strengths)
+    return fit.level == 0 and all(each < POLICY.visible_sigma for each in fit.strengths)
 
 
 def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, ...]:
@@ -289,7 +286,6 @@ def _sets(
     mass: dict[Subset, float],
     inclusion: dict[str, float],
     strength: dict[str, float],
-    policy: InferencePolicy,
     *,
     single: bool,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -299,12 +295,12 @@ def _sets(
     either set.
     """
     pairs = {subset: p for subset, p in mass.items() if len(subset) > 1}
-    if single or sum(pairs.values()) <= policy.likelier:
-        return _smallest(mass, inclusion, policy), ()
+    if single or sum(pairs.values()) <= POLICY.likelier:
+        return _smallest(mass, inclusion), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     seen, total = 0.0, sum(pairs.values())
     for (a, b), p in sorted(pairs.items(), key=lambda each: -each[1]):
-        if seen >= policy.credible * total:
+        if seen >= POLICY.credible * total:
             break
         seen += p
         one, other = sides
@@ -319,9 +315,7 @@ def _sets(
     return found[0], found[1]
 
 
-def _smallest(
-    mass: dict[Subset, float], inclusion: dict[str, float], policy: InferencePolicy
-) -> tuple[str, ...]:
+def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[str, ...]:
     """The fewest causes of which nearly all subsets have one, the most telling first.
 
     Each next one is in most of what those before it are not in (greedy cover; Chvátal, Mathematics
@@ -330,7 +324,7 @@ def _smallest(
     left = {subset: p for subset, p in mass.items() if subset}
     total = sum(left.values())
     found: list[str] = []
-    while sum(left.values()) > (1 - policy.credible) * total:
+    while sum(left.values()) > (1 - POLICY.credible) * total:
         share: dict[str, float] = defaultdict(float)
         for subset, p in left.items():
             for name in subset:
@@ -362,14 +356,14 @@ def _leading(
         return posterior.best(NONE)
     # what is told of the answer is of causes that it names, where these do without others
     effects, named = posterior.problem.effects, {*first, *second}
-    least = posterior.problem.policy.rival * max(total.values())
+    least = POLICY.rival * max(total.values())
     own = [each for each, p in total.items() if p >= least and named >= {*effects(each)}]
     return posterior.best(max(own or total, key=lambda subset: total[subset]))
 
 
-def _at_most(stays: float, policy: InferencePolicy) -> float:
+def _at_most(stays: float) -> float:
     """The largest probability of causes beside which so large a share stays."""
-    return float((1 - stays) ** policy.doubt)
+    return float((1 - stays) ** POLICY.doubt)
 
 
 def _discrepancy(seen: list[tuple[float, Subset, MapFit]]) -> float:

@@ -38,7 +38,7 @@ from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.core.emulator import Emulator, Local
 from dolfingrip.diagnosis.core.unknown import Factor, Unknown
-from dolfingrip.diagnosis.policy import POLICY, InferencePolicy
+from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
 """Names of causes, in the order of the problem; then of the nuisances that are implausible."""
@@ -76,7 +76,6 @@ class InferenceProblem:
         rig: which of the causes are numbers of the rig; they come last in every subset.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of any smooth elastic curve, shape (n, k); causes with memory have to do better.
-        policy: numbers that hypotheses are searched, weighed and decided by.
         baseline: what the nuisances change: all moduli, and others that are fitted in every
             hypothesis.
     """
@@ -94,7 +93,6 @@ class InferenceProblem:
     rig: frozenset[str] = frozenset()
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
-    policy: InferencePolicy = POLICY
 
     @property
     def factor(self) -> Factor:
@@ -139,7 +137,7 @@ class InferenceProblem:
         found = np.ones(self.nuisance_count)
         for name, place in self.implausible.items():
             if name in subset:
-                found[place] = self.policy.implausible_width
+                found[place] = POLICY.implausible_width
         return found
 
     def causes(self, subset: Subset) -> Subset:
@@ -213,7 +211,7 @@ class InferenceProblem:
             emulated = [
                 np.column_stack([found.predicted(each, z), found.slopes(each, z)]) for z in places
             ]
-            own = Local.of(places, every, np.array(emulated), self.policy.correction_length)
+            own = Local.of(places, every, np.array(emulated), POLICY.correction_length)
             found = replace(found, corrections={**found.corrections, each: own})
         return found
 
@@ -243,7 +241,6 @@ def drawn(
     mode: np.ndarray,
     covariance: np.ndarray,
     rng: np.random.Generator,
-    policy: InferencePolicy = POLICY,
 ) -> Draws | None:
     """Draws until enough of them count and the integral stays; None where too few ever do.
 
@@ -252,18 +249,17 @@ def drawn(
         mode: shape (d,).
         covariance: about the mode, shape (d, d).
         rng: of the draws.
-        policy: how many are drawn, and of what.
     """
     middle, spread = mode, covariance
     proposals, places = [], np.empty((0, len(mode)))
     densities, before = np.empty(0), np.inf
-    for _ in range(policy.adaptations):
+    for _ in range(POLICY.adaptations):
         fresh = [
-            scipy.stats.multivariate_t(middle, wider * _regular(spread), policy.freedom)
-            for wider in policy.wider
+            scipy.stats.multivariate_t(middle, wider * _regular(spread), POLICY.freedom)
+            for wider in POLICY.wider
         ]
         proposals += fresh
-        each = policy.draws // len(fresh)
+        each = POLICY.draws // len(fresh)
         new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
         places, densities = np.vstack([places, new]), np.r_[densities, log_density(new)]
         mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
@@ -272,8 +268,8 @@ def drawn(
             return None
         total = float(logsumexp(log))
         found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
-        steady = abs(found.log_integral - before) < policy.steady
-        if found.effective >= policy.effective and (steady or found.effective > len(log) / 2):
+        steady = abs(found.log_integral - before) < POLICY.steady
+        if found.effective >= POLICY.effective and (steady or found.effective > len(log) / 2):
             return found
         before, least = found.log_integral, 2 * len(mode) + 2
         if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
@@ -281,7 +277,7 @@ def drawn(
         tempered = _tempered(log, least)
         middle = tempered @ places
         spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
-    return found if found.effective >= policy.effective / 2 else None
+    return found if found.effective >= POLICY.effective / 2 else None
 
 
 def _tempered(log: np.ndarray, least: int) -> np.ndarray:
@@ -408,7 +404,7 @@ class CovarianceModel:
         at = np.r_[0, *(self._place[name] for name in names)]
         causes = {*self.problem.causes(subset)}
         seen = [each for each in self.problem.simulated if causes.issuperset(each)]
-        by = dict.fromkeys((name for each in seen for name in each), self.problem.policy.surer)
+        by = dict.fromkeys((name for each in seen for name in each), POLICY.surer)
         if (effects := self.problem.effects(subset)) in self.problem.local:
             by = dict.fromkeys(effects, 0.0)
         errors, size = np.empty(0, int), np.empty(0)
@@ -462,7 +458,7 @@ class Hypothesis:
             starts: values of ζ.
             settled: ln of probability that the last step gains at most; the policy's where None.
         """
-        least = self.problem.policy.settled if settled is None else settled
+        least = POLICY.settled if settled is None else settled
         found = [self._descend(start, least) for start in starts]
         modes: list[tuple[float, np.ndarray, np.ndarray, float]] = []
         for value, zeta, hessian, misfit in sorted(found, key=lambda each: each[0]):
@@ -566,7 +562,7 @@ class Hypothesis:
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi) - self._norm
             return np.where(inside, -value - norm, -np.inf)
 
-        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self.problem.policy)
+        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
         if found is None:
             return fit
         log = found.log_integral - 0.5 * self.log_det

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
+from typing import Final
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from dolfingrip.diagnosis.core.evidence import (
     MapFit,
     Subset,
 )
-from dolfingrip.diagnosis.policy import POLICY, InferencePolicy
+from dolfingrip.diagnosis.policy import POLICY
 
 Key = tuple[Subset, float]
 """Causes, and the level of a discrepancy beside them."""
@@ -79,14 +80,18 @@ class ModelPosterior:
         return max(at_level, key=lambda each: each[0])[1]
 
 
-def levels(policy: InferencePolicy = POLICY) -> dict[float, float]:
-    """Prior probability of each level of the discrepancy.
+LEVELS: Final[Mapping[float, float]] = {
+    0.0: POLICY.discrepancy_off,
+    **dict.fromkeys(
+        POLICY.discrepancy_levels, (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
+    ),
+}
+"""Prior probability of each level of the discrepancy."""
 
-    Args:
-        policy: that has them.
-    """
-    share = (1 - policy.discrepancy_off) / len(policy.discrepancy_levels)
-    return {0.0: policy.discrepancy_off, **dict.fromkeys(policy.discrepancy_levels, share)}
+
+def at_levels(problem: InferenceProblem) -> dict[float, CovarianceModel]:
+    """All columns of a problem under the covariance of each level."""
+    return {level: CovarianceModel(problem, level) for level in LEVELS}
 
 
 def search(
@@ -96,7 +101,7 @@ def search(
 
     A pair of causes is left out where even its largest likelihood is far below the best evidence.
     """
-    every = {level: CovarianceModel(problem, level) for level in levels(problem.policy)}
+    every = at_levels(problem)
     names = tuple(problem.emulators)
     singles: dict[str, np.ndarray] = {}
     none: dict[float, np.ndarray] = {}
@@ -123,7 +128,7 @@ def search(
         warm = []
         hopeful = [
             level for level, columns in every.items()
-            if columns.largest(pair) >= best - problem.policy.hopeless
+            if columns.largest(pair) >= best - POLICY.hopeless
         ]  # fmt: skip
         for level, columns in every.items():
             # the share that stays is counted without a discrepancy
@@ -151,14 +156,13 @@ def _fitted_with_implausible(
 
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
-    policy = columns.problem.policy
     found = [columns.of(subset).fit(starts, settled)]
     tried = {frozenset[str]()}
     for fit in found:
         implausible = frozenset(fit.subset) - {*subset}
         for name, place in columns.problem.implausible.items():
             more = implausible | {name}
-            if more in tried or _log_odds_of_implausible(fit, place, policy) < np.log(policy.rival):
+            if more in tried or _log_odds_of_implausible(fit, place) < np.log(POLICY.rival):
                 continue
             tried.add(more)
             own = tuple(each for each in columns.problem.implausible if each in more)
@@ -166,12 +170,12 @@ def _fitted_with_implausible(
     return found
 
 
-def _log_odds_of_implausible(fit: MapFit, place: int, policy: InferencePolicy) -> float:
+def _log_odds_of_implausible(fit: MapFit, place: int) -> float:
     """ln of the odds that one of the model's own numbers is far rather than as told (Laplace)."""
-    relaxed = 1 - policy.implausible_width**-2
+    relaxed = 1 - POLICY.implausible_width**-2
     left = 1 - relaxed * float(np.linalg.inv(fit.hessian)[place, place])
     gain = 0.5 * relaxed * float(fit.zeta[place]) ** 2 / left - 0.5 * np.log(left)
-    return gain - float(np.log(policy.implausible_width)) + float(np.log(policy.implausible_odds))
+    return gain - float(np.log(POLICY.implausible_width)) + float(np.log(POLICY.implausible_odds))
 
 
 def one_at_a_time(
@@ -187,17 +191,15 @@ def one_at_a_time(
         before: where fits begin: at the numbers of readings before that were alike; it is updated.
     """
     problem = next(iter(every.values())).problem
-    prior = {level: float(np.log(p)) for level, p in levels(problem.policy).items()}
-    far = float(np.log(len(every) * (1 + len(problem.emulators)) / (1 - problem.policy.credible)))
+    prior = {level: float(np.log(p)) for level, p in LEVELS.items()}
+    far = float(np.log(len(every) * (1 + len(problem.emulators)) / (1 - POLICY.credible)))
     fits: list[MapFit] = []
     best = -np.inf
 
     def fitted(subset: Subset, level: float, start: np.ndarray) -> np.ndarray:
         nonlocal best
         starts = [before.get((subset, level), start)]
-        told = _fitted_with_implausible(
-            every[level], subset, starts, problem.policy.coarsely_settled
-        )
+        told = _fitted_with_implausible(every[level], subset, starts, POLICY.coarsely_settled)
         fits.extend(told)
         before[subset, level] = told[0].zeta
         best = max(best, *(fit.log_evidence + prior[level] for fit in told))
@@ -229,8 +231,8 @@ def searched_again(
         whole: before; fits begin at its numbers.
         rng: of samples; Laplace's method alone where None.
     """
-    every = {level: CovarianceModel(problem, level) for level in levels(problem.policy)}
-    likely = [set(each) for each, p in whole.subsets.items() if not each or p > problem.policy.kept]
+    every = at_levels(problem)
+    likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
     fits = [
         every[fit.level].of(fit.subset).fit([fit.zeta])
         for fit in whole.fits
@@ -250,15 +252,14 @@ def _weighed(
     An effect of the catalogue acts, or several do; each number of rig and finger is far from what
     was told, or is not.
     """
-    prior = levels(problem.policy)
     count = len(problem.effects(tuple(problem.emulators)))
-    by_size = [p / max(comb(count, size), 1) for size, p in enumerate(problem.policy.prior_by_size)]
+    by_size = [p / max(comb(count, size), 1) for size, p in enumerate(POLICY.prior_by_size)]
 
     def weights(all_fits: list[MapFit]) -> tuple[np.ndarray, float]:
         sizes = [len(problem.effects(fit.subset)) for fit in all_fits]
         logs = np.array([
-            fit.log_evidence + np.log(prior[fit.level] * by_size[size])
-            + np.log(problem.policy.implausible_odds) * (len(fit.subset) - size)
+            fit.log_evidence + np.log(LEVELS[fit.level] * by_size[size])
+            + np.log(POLICY.implausible_odds) * (len(fit.subset) - size)
             for size, fit in zip(sizes, all_fits, strict=True)
         ])  # fmt: skip
         total = float(np.logaddexp.reduce(logs))
@@ -267,7 +268,7 @@ def _weighed(
     probability, total = weights(fits)
     if rng is not None:
         fits = [
-            every[fit.level].of(fit.subset).sampled(fit, rng) if p > problem.policy.sampled else fit
+            every[fit.level].of(fit.subset).sampled(fit, rng) if p > POLICY.sampled else fit
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
@@ -281,12 +282,12 @@ def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
     box = problem.boxes[name]
     middle = np.clip(np.zeros(len(box)), *box.T)
     found = []
-    for amplitude in problem.policy.starts:
+    for amplitude in POLICY.starts:
         start = middle.copy()
         start[0] = np.clip(amplitude, *box[0])
         found.append(start)
     for i in range(1, len(box)):
-        for way in problem.policy.shape_starts:
+        for way in POLICY.shape_starts:
             start = middle.copy()
             start[i] = np.clip(way, *box[i])
             found.append(start)
@@ -300,8 +301,8 @@ def _pairs(every: Mapping[float, CovarianceModel], names: Sequence[str]) -> list
     for columns in every.values():
         bounds = [columns.largest(pair) for pair in everything]
         order = np.argsort(bounds)[::-1]
-        found |= dict.fromkeys(everything[i] for i in order[: columns.problem.policy.pairs])
-        if columns.level >= columns.problem.policy.pairs_level:
+        found |= dict.fromkeys(everything[i] for i in order[: POLICY.pairs])
+        if columns.level >= POLICY.pairs_level:
             break
     return list(found)
 

@@ -187,7 +187,9 @@ def _elastic(on: Stage | Drifting | Relaxing, way: StopSchedule) -> np.ndarray:
     time_s, value = np.array(way.time_s), np.array(way.value)
     if isinstance(on, Drifting):
         return value / on.moduli_at(time_s)
-    return elastic_load(on, time_s, value) if isinstance(on, Relaxing) else behind(on, way)
+    if isinstance(on, Relaxing):
+        return relaxed(on, time_s, value, inverse=True)
+    return behind(on, way)
 
 
 def _real(on: Stage | Drifting | Relaxing, way: StopSchedule, elastic: np.ndarray) -> np.ndarray:
@@ -210,63 +212,31 @@ def behind(stage: Stage, way: StopSchedule) -> np.ndarray:
     return np.array(found)
 
 
-def relaxed(viscous: Relaxing, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray:
-    """(stops,) a load from the elastic one, straight between stops, at rest before the first."""
-    found = []
-    branches = _Branches(viscous)
-    for moment_s, value in zip(time_s, elastic, strict=True):
-        branches.pass_time(moment_s)
-        branches.load(value)
-        found.append(value + branches.more)
-    return np.array(found)
-
-
-def elastic_load(viscous: Relaxing, time_s: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """(stops,) the elastic load that relaxes to ``load``: the inverse of :func:`relaxed`."""
-    found = []
-    branches = _Branches(viscous)
-    for moment_s, value in zip(time_s, load, strict=True):
-        branches.pass_time(moment_s)
-        found.append(branches.solve(value))
-        branches.load(found[-1])
-    return np.array(found)
-
-
-class _Branches:
-    """Maxwell branches under an elastic load that changes along straight lines.
+def relaxed(
+    viscous: Relaxing, time_s: np.ndarray, load: np.ndarray, *, inverse: bool = False
+) -> np.ndarray:
+    """(stops,) a load from the elastic one, straight between stops, at rest before the first.
 
     Args:
-        viscous: their parts and times.
+        viscous: Maxwell branches.
+        time_s: of each stop, shape (stops,).
+        load: the elastic one, shape (stops,).
+        inverse: compute the elastic load that relaxes to ``load``.
     """
-
-    def __init__(self, viscous: Relaxing) -> None:
-        parts, times = viscous.branches()
-        g = np.array(parts)
-        self._tau_s: np.ndarray = np.array(times)
-        self._ratio: np.ndarray = g / (1 - g.sum())
-        self._stress: np.ndarray = np.zeros(len(g))
-        self._kept: np.ndarray = np.ones(len(g))
-        self._time_s = self._value = 0.0
-
-    def pass_time(self, moment_s: float) -> None:
-        """Relax until a moment; the load that is reached by then is told next."""
-        part = (moment_s - self._time_s) / self._tau_s
-        self._stress = self._stress * np.exp(-part)
+    parts, times_s = map(np.array, viscous.branches())
+    ratio, stress = parts / (1 - parts.sum()), np.zeros(len(parts))
+    before_s = before = 0.0
+    found = []
+    for moment_s, value in zip(time_s, load, strict=True):
+        part = (moment_s - before_s) / times_s
+        stress = stress * np.exp(-part)
         # the mean of exp(-t/τ) over the step: what is left of a load that grows along it
-        self._kept = np.where(part > 0, -np.expm1(-part) / np.where(part > 0, part, 1.0), 1.0)
-        self._time_s = moment_s
-
-    def solve(self, load: float) -> float:
-        """The elastic load that makes ``load`` at this moment."""
-        rest = load - float(self._ratio @ (self._stress - self._kept * self._value))
-        return rest / (1 + float(self._ratio @ self._kept))
-
-    def load(self, value: float) -> None:
-        """Load elastically to ``value``."""
-        self._stress = self._stress + self._kept * (value - self._value)
-        self._value = value
-
-    @property
-    def more(self) -> float:
-        """Load that the branches add to the elastic one."""
-        return float(self._ratio @ self._stress)
+        kept = np.where(part > 0, -np.expm1(-part) / np.where(part > 0, part, 1.0), 1.0)
+        elastic = float(value)
+        if inverse:
+            rest = elastic - float(ratio @ (stress - kept * before))
+            elastic = rest / (1 + float(ratio @ kept))
+        stress = stress + kept * (elastic - before)
+        found.append(elastic if inverse else elastic + float(ratio @ stress))
+        before_s, before = moment_s, elastic
+    return np.array(found)

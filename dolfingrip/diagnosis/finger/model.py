@@ -17,7 +17,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.emulator import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem, MapFit
-from dolfingrip.diagnosis.core.search import levels
+from dolfingrip.diagnosis.core.search import at_levels
 from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, coarser
@@ -149,7 +149,7 @@ def plain_fit(plain: InferenceProblem, level: CovarianceModel) -> MapFit:
 
 def _fitted(plain: InferenceProblem) -> np.ndarray:
     """ζ under whichever discrepancy the model without causes needs."""
-    fits = [plain_fit(plain, CovarianceModel(plain, level)) for level in levels(plain.policy)]
+    fits = [plain_fit(plain, level) for level in at_levels(plain).values()]
     return max(fits, key=lambda fit: fit.log_evidence).zeta
 
 

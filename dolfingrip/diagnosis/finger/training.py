@@ -27,7 +27,7 @@ from dolfingrip.diagnosis.core.emulator import (
     trained_on,
 )
 from dolfingrip.diagnosis.core.evidence import NONE, CovarianceModel, InferenceProblem, Subset
-from dolfingrip.diagnosis.core.search import Key, levels
+from dolfingrip.diagnosis.core.search import LEVELS, Key, at_levels
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import even, nodes_of, plain_fit, spread
@@ -97,15 +97,14 @@ def _bounds(
     explained: dict[Key, float] = {}
     largest: dict[Key, float] = {}
     every: list[Subset] = [NONE, *((name,) for name in columns), *combinations(columns, 2)]
-    for size, prior in levels(plain.policy).items():
-        level = CovarianceModel(plain, size)
+    for size, level in at_levels(plain).items():
         rest, own = _about_fit(plain, level)
         rest = rest - own @ (own.T @ rest)
         beside = {}
         for name, each in columns.items():
             white = level.whitened(each)
             beside[name] = _basis(white - own @ (own.T @ white))
-        alone = -0.5 * float(rest @ rest) - 0.5 * level.log_det + float(np.log(prior))
+        alone = -0.5 * float(rest @ rest) - 0.5 * level.log_det + float(np.log(LEVELS[size]))
         for subset in every:
             gain = 0.0
             if subset:

@@ -15,6 +15,7 @@ from dolfingrip.diagnosis.core.emulator import Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
 from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
+from dolfingrip.diagnosis.policy import POLICY
 
 SEED = 5
 X = np.linspace(0.1, 1.0, 12)
@@ -274,9 +275,9 @@ def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
     found = [0.0, 0.0, 0.0]
     for subset, probability in posterior.subsets.items():
         found[len(own.effects(subset))] += probability
-    assert found == pytest.approx(own.policy.prior_by_size, rel=0.01)
+    assert found == pytest.approx(POLICY.prior_by_size, rel=0.01)
     twos = [p for subset, p in posterior.subsets.items() if subset == ("bent", "wave")]
-    assert twos == pytest.approx([own.policy.prior_by_size[2] / 3], rel=0.1)
+    assert twos == pytest.approx([POLICY.prior_by_size[2] / 3], rel=0.1)
 
 
 @pytest.mark.parametrize(("change", "by_shape"), [(0.8 * X**3, True), (0.8 * (X > 0.5), False)])
