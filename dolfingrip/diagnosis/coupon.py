@@ -25,18 +25,19 @@ from dolfingrip.diagnosis.core.unknown import (
     MODULUS,
     Cause,
     Factor,
+    Nuisance,
     Unknown,
     causes,
     factor_of_moduli,
 )
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.diagnosis.simulation.simulated import SimulationGroup, groups
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
+from dolfingrip.jobs.run import silent
 from dolfingrip.parameter import named
 
 
@@ -47,7 +48,7 @@ def in_closed_form(measurement: Measurement, config: Config) -> bool:
         measurement: the tests.
         config: the model that is diagnosed.
     """
-    applied = [test.setup.applied(config) for test in measurement.tests]
+    applied = measurement.applied(config)
     known = {FORCE.name, TRANSVERSE_STRAIN.name}
     return set(measurement.listed()["column"]) <= known and all(
         test.experiment == "coupon" and own.coupon.grip != "clamped" and not _sheared(own)
@@ -208,20 +209,16 @@ def errors(simulation: CouponSimulation) -> Errors:
     Args:
         simulation: of the coupons.
     """
-    base = simulation.base()
-
-    def reported(factor: np.ndarray) -> list[Nuisance]:
-        """Numbers of the configuration that the laboratory gave a standard deviation."""
-        return [
-            Nuisance(
-                Unknown.marginal(key, std, named(key).unit),
-                (simulation.base(moved={key: std}) - base) * factor,
-            )
-            for key, std in simulation.measurement.tests[0].setup.nuisances.items()
-            if "." in key and std
-        ]
-
-    return errors_of(simulation, base, np.nan_to_num(simulation.slopes()), reported)
+    base, setup = simulation.base(), simulation.measurement.tests[0].setup
+    reported = [
+        Nuisance(
+            Unknown.marginal(key, std, named(key).unit), simulation.base(moved={key: std}) - base
+        )
+        for key, std in setup.nuisances.items()
+        if "." in key and std
+    ]
+    slope = np.nan_to_num(simulation.slopes())
+    return errors_of(simulation, simulation.groups, base, slope, reported, scaled=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,7 +334,7 @@ def _inexact_fits(coupons: CouponAnalysis, posterior: ModelPosterior) -> list[Ma
 def analyse_coupons(
     simulation: CouponSimulation,
     names: Sequence[str] | None = None,
-    say: Callable[[str], None] = lambda text: None,
+    say: Callable[[str], None] = silent,
 ) -> CouponAnalysis:
     """Simulate what every cause changes about the coupons, and make emulators of it.
 

@@ -60,7 +60,7 @@ class DiagnosisSettings:
     effects: Sequence[str] | None = None
     campaign: Path | None = None
     anew: bool = False
-    say: Callable[[str], None] = lambda text: None
+    say: Callable[[str], None] = silent
     progress: Progress = silent
     specimens: bool = True
 
@@ -113,12 +113,8 @@ def diagnose_measurement(
         ConfigError: one line, where the model cannot be simulated.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    say, names, quick = settings.say, settings.effects, settings.quick
-    analysis: Analysis[Any]
-    if in_closed_form(measurement, config):
-        analysis = analyse_coupons(CouponSimulation(measurement, config), names, say)
-    else:
-        analysis = analyse_fingers(measurement, config, workers, names, say)
+    say, quick = settings.say, settings.quick
+    analysis = analyse(measurement, config, workers, settings.effects, say)
     found = diagnosed(analysis, config, quick=quick, say=say)
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
@@ -141,6 +137,34 @@ def diagnose_measurement(
     found.next, failed = settled_by(found, say, simulating=whole)
     found.warnings += failed
     return found
+
+
+def analyse(
+    measurement: Measurement,
+    config: Config,
+    workers: Workers,
+    names: Sequence[str] | None = None,
+    say: Callable[[str], None] = silent,
+    *,
+    fully: bool = False,
+) -> Analysis[Any]:
+    """Simulate the model and what causes change: coupons in closed form, others by requests.
+
+    Args:
+        measurement: the readings.
+        config: the model that is diagnosed.
+        workers: where simulations are computed and kept.
+        names: of the causes that are tried; the whole catalogue where None.
+        say: told what is being done.
+        fully: simulate every cause as far as one that the readings may have.
+
+    Raises:
+        ConfigError: one line, where the model cannot be simulated.
+    """
+    fingers = any(test.of_finger for test in measurement.tests)
+    if not fingers and in_closed_form(measurement, config):
+        return analyse_coupons(CouponSimulation(measurement, config), names, say)
+    return analyse_fingers(measurement, config, workers, names, say, fully=fully)
 
 
 def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:

@@ -25,13 +25,19 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem, Visibility
-from dolfingrip.diagnosis.core.search import LEVELS, Key, at_levels, one_at_a_time
+from dolfingrip.diagnosis.core.evidence import (
+    LEVELS,
+    CovarianceModel,
+    InferenceProblem,
+    Visibility,
+    at_levels,
+)
+from dolfingrip.diagnosis.core.search import Key, one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause
-from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
+from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.analysis import analyse_fingers
+from dolfingrip.diagnosis.diagnose import analyse
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import base_variant
 from dolfingrip.diagnosis.simulation.runner import NotAtHand, Workers, staying
@@ -272,15 +278,15 @@ def analyse_plan(
         NotAtHand: simulations are missing, and the workers do not compute.
     """
     if in_closed_form(measurement, config):
-        told = _reading(measurement, CouponSimulation(measurement, config).base())
-        return analyse_coupons(CouponSimulation(told, config), names)
-    wanted = base_variant(measurement, config)
-    (base,) = simulate(measurement, config, [wanted], workers)
-    if np.isnan(base.readings).any():
-        why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
-        raise ConfigError(f"the simulation does not reach all readings: {why}")
-    told = _reading(measurement, base.readings)
-    return analyse_fingers(told, config, workers, names, fully=True)
+        readings = CouponSimulation(measurement, config).base()
+    else:
+        wanted = base_variant(measurement, config)
+        (base,) = simulate(measurement, config, [wanted], workers)
+        if np.isnan(base.readings).any():
+            why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
+            raise ConfigError(f"the simulation does not reach all readings: {why}")
+        readings = base.readings
+    return analyse(_reading(measurement, readings), config, workers, names, fully=True)
 
 
 def _reading(measurement: Measurement, values: np.ndarray) -> Measurement:
@@ -324,7 +330,7 @@ class PlanSettings:
     workers: int = 2
     quick: bool = False
     effects: Sequence[str] | None = None
-    say: Callable[[str], None] = lambda text: None
+    say: Callable[[str], None] = silent
     progress: Progress = silent
 
 

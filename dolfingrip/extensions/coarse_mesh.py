@@ -28,7 +28,7 @@ class CoarseMesh(Effect):
     kind: ClassVar = "numerical"
     place: ClassVar = 1
     neutral: ClassVar = {"factor": 1.0}
-    # the mesh's error is a nuisance, see :mod:`dolfingrip.diagnosis.finger.simulation`
+    # the mesh's error is a nuisance, see :mod:`dolfingrip.diagnosis.finger.model`
     tried: ClassVar = False
 
     factor: Annotated[float, Prior(1.5, 0.5, "engineering guess", positive=True)] = Field(

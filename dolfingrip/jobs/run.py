@@ -60,11 +60,11 @@ class Standing:
 Progress = Callable[[Standing], None]
 
 
-def silent(standing: Standing) -> None:
+def silent(told: object) -> None:
     """Show nothing.
 
     Args:
-        standing: how far the jobs are.
+        told: how far the jobs are, or what is done.
     """
 
 

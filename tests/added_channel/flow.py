@@ -19,8 +19,8 @@ from support.here import Here
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError, changed, load
+from dolfingrip.diagnosis.answer.errors import instrument_noise
 from dolfingrip.diagnosis.data.measurement import read, selected
-from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write as write_diagnosis
 from dolfingrip.experiments import Result, run, synthetic
@@ -78,7 +78,7 @@ def of_data(folder: Path, result: Result) -> Path:
     listed = measurement.listed()
     mine = (listed["column"] == NAME).to_numpy()
     assert mine.sum() == len(result.rows)
-    np.testing.assert_array_equal(noise(measurement).independent[mine], 0.006)
+    np.testing.assert_array_equal(instrument_noise(measurement).independent[mine], 0.006)
     text = file.read_text(encoding="utf-8").replace(f"{made.rows[3][NAME]:.6g}", "300")
     wrong = folder / "wrong.csv"
     wrong.write_text(text, encoding="utf-8")

@@ -15,8 +15,8 @@ from benchmarks.blind.fingers import cases, finger
 from benchmarks.blind.fingers.finger import PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip.channels import CHANNELS
+from dolfingrip.diagnosis.answer.errors import instrument_noise
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.experiments.request import Answer, Request
 
@@ -65,7 +65,7 @@ def test_files_are_valid_measured_data(name: str, tmp_path: Path) -> None:
         np.sort(listed["value"] / std), shown[~np.isnan(shown)], rtol=1e-4, atol=1e-4
     )
     assert 0 < np.isnan(shown).mean() < 0.3
-    told = noise(measurement)
+    told = instrument_noise(measurement)
     np.testing.assert_allclose(np.hypot(told.independent, told.correlated), std, rtol=1e-3)
     blocked = measurement.tests[1].setup
     assert blocked.sections["plate"] == {"gap_mm": protocol.gap_mm}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.checks import BASE_OFFSET, WALL_OFFSET, checks
+from dolfingrip.diagnosis.additions.worth import BASE_OFFSET, WALL_OFFSET, checks
 from dolfingrip.diagnosis.answer.errors import Along, kernel
 from dolfingrip.diagnosis.answer.hiding import alternatives, hidden_effects, in_words
 from dolfingrip.diagnosis.answer.settling import settled_by
@@ -17,8 +17,7 @@ from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled, linear
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.unknown import Factor, Unknown, cause, factor_of_moduli
-from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+from dolfingrip.diagnosis.core.unknown import Factor, Nuisance, Unknown, cause, factor_of_moduli
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.extensions.index import effect
 

@@ -14,8 +14,7 @@ from support.measured_files import written
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger.model import baseline_problem, errors, wall_std
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.model import FingerSimulation, baseline_problem, errors, wall_std
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
@@ -156,7 +155,7 @@ def test_walls_far_from_those_configured_are_simulated(
 
     The truth is simulated on the same mesh, whose error is so no part of the readings.
     """
-    monkeypatch.setattr("dolfingrip.diagnosis.finger.simulation.MESH", "not there")
+    monkeypatch.setattr("dolfingrip.diagnosis.finger.model.MESH", "not there")
     true = with_walls(measurement, store, 1.2, 0.9)
     measured = written_with(tmp_path, true)
     found = diagnose_measurement(

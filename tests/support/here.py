@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation, coarser
+from dolfingrip.diagnosis.finger.model import FingerSimulation, coarser
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import SHARED, job

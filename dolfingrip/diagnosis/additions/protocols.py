@@ -101,7 +101,7 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
         if own[ANGLE.name].isna().all():
             name = "the angle while blocked"
             found.append(_seen(measurement, "blocked_angle", name, blocked, [ANGLE.name]))
-        gap_mm = blocked.setup.applied(config).plate.gap_mm + ADDITIONS.other_gap_mm
+        gap_mm = blocked.applied(config).plate.gap_mm + ADDITIONS.other_gap_mm
         away = _with(blocked, "plate", {"gap_mm": gap_mm})
         high = _top(own, blocked)
         found.append(_proposal("gap", f"the blocked force at a gap of {gap_mm:g} mm", ("plate",),
@@ -125,7 +125,7 @@ def _coupons(
     measurement: Measurement, test: SpecimenTest, config: Config, *, new: bool
 ) -> list[Proposal]:
     """Uniaxial tension of the same material; ``new`` where no coupon was pulled so far."""
-    own = test.setup.applied(config).coupon
+    own = test.applied(config).coupon
     top = own.max_strain * own.gauge_length_mm
     usual = own.rate_mm_per_s if new else _rate(measurement, test, config)
     # where a width was measured the camera stands there
@@ -186,7 +186,7 @@ def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float
     found = measurement.ramp_rate(test)
     if found is not None:
         return found
-    applied = test.setup.applied(config)
+    applied = test.applied(config)
     return (
         applied.coupon.rate_mm_per_s
         if test.experiment == "coupon"

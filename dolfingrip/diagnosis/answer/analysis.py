@@ -16,14 +16,13 @@ from dolfingrip.diagnosis.additions.worth import told_by_shape
 from dolfingrip.diagnosis.answer.errors import Errors, Simulation, smooth_curves
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
-from dolfingrip.diagnosis.core.unknown import Cause
+from dolfingrip.diagnosis.core.unknown import Cause, Nuisance
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import Nuisance, wall
 from dolfingrip.diagnosis.simulation.simulated import scaled_moduli
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.parameter import every
-from dolfingrip.parameter.nuisances import WALL
+from dolfingrip.parameter.nuisances import WALL, wall
 from dolfingrip.sections.section import Role
 
 
@@ -69,7 +68,7 @@ class Analysis[S: Simulation](ABC):
     @property
     def applied(self) -> Config:
         """Configuration of the first test's set-up; its material is that of all."""
-        return self.measurement.tests[0].setup.applied(self.simulation.config)
+        return self.measurement.tests[0].applied(self.simulation.config)
 
     @property
     def mesh_errors(self) -> dict[str, float]:
@@ -129,7 +128,7 @@ class Analysis[S: Simulation](ABC):
         They are what the laboratory told a deviation of by its key, such as a chamber's width.
         """
         config = self.simulation.config
-        tests = [test.setup.applied(config) for test in self.measurement.tests]
+        tests = self.measurement.applied(config)
         values = [
             {(p.key, p.value(own)) for p in every(own) if p.section.role is Role.BODY}
             for own in tests

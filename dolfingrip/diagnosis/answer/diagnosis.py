@@ -30,6 +30,7 @@ from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
+from dolfingrip.jobs.run import silent
 from dolfingrip.parameter import find
 from dolfingrip.parameter.nuisances import WALL, modulus_keys
 from dolfingrip.sections.section import Role
@@ -336,7 +337,7 @@ def diagnosed(
     config: Config,
     *,
     quick: bool = False,
-    say: Callable[[str], None] = lambda text: None,
+    say: Callable[[str], None] = silent,
 ) -> Diagnosis:
     """Find out what the simulation gets wrong, and why, up to the answer.
 

@@ -11,14 +11,25 @@ exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the p
 is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
 without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
 little of it. Readings of another channel or another protocol have their own.
+
+The noise of the instruments is as told, else estimated from their readings.
+
+    σ² = Σ (Δᵈy)² / (n C(2d, d)),   d = 3,
+
+over the third differences Δ³y of the readings of one branch, in the order of the control. If rows
+are dense the curve itself has no such differences, and independent noise σ gives them a variance of
+C(6, 3) σ² = 20 σ² (von Neumann, Ann. Math. Stat. 12, 1941, with first differences). A branch of at
+least ``DATA.dense`` rows is dense. Cycles from the second on repeat one another: if branches are
+not dense, half the variance of their differences is used.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from itertools import combinations
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
+from math import comb
 from typing import Final, Protocol
 
 import numpy as np
@@ -26,14 +37,93 @@ import pandas as pd
 import scipy.linalg
 from scipy.special import logsumexp
 
-from dolfingrip.channels import TRANSVERSE_STRAIN
+from dolfingrip.channels import CHANNELS, TRANSVERSE_STRAIN
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.unknown import Unknown
-from dolfingrip.diagnosis.data import noise as instruments
-from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.policy import ADDITIONS, DATA, POLICY
 from dolfingrip.diagnosis.simulation.simulated import SimulationGroup
+
+
+@dataclass(frozen=True, slots=True)
+class InstrumentNoise:
+    """Noise of every reading, aligned with ``Measurement.listed()``.
+
+    Attributes:
+        independent: (n,) standard deviation of the part that differs from reading to reading, in
+            the column's unit.
+        correlated: (n,) standard deviation of the part that drifts along a run; 0 if none is told.
+        correlation_time_s: (n,) correlation time of that part; infinite: as long as the run.
+        control: (n,) standard deviation of the reading of the control (kPa or mm).
+        sentences: sources of the numbers that the laboratory does not tell.
+    """
+
+    independent: np.ndarray
+    correlated: np.ndarray
+    correlation_time_s: np.ndarray
+    control: np.ndarray
+    sentences: tuple[str, ...]
+
+
+def instrument_noise(measurement: Measurement) -> InstrumentNoise:
+    """The noise of each reading of ``measurement``."""
+    listed = measurement.listed()
+    independent, correlated, control = np.zeros((3, len(listed)))
+    correlation_time_s = np.full(len(listed), np.inf)
+    sentences: list[str] = []
+    for (number, column), part in listed.groupby(["test", "column"], sort=False):
+        test = measurement.tests[int(number)]
+        at = part.index.to_numpy()
+        std = test.setup.noise.get(str(column))
+        if std is None:
+            std, how = _estimated(measurement, test, str(column))
+            sentences.append(f"noise of {column} in {test}: {std:.3g}, {how}")
+        independent[at] = std
+        correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
+        if test.setup.correlation_time_s is not None:
+            correlation_time_s[at] = test.setup.correlation_time_s
+        control[at] = test.sigma
+    return InstrumentNoise(
+        independent, correlated, correlation_time_s, control, tuple(dict.fromkeys(sentences))
+    )
+
+
+def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tuple[float, str]:
+    """A standard deviation, and a sentence about its source."""
+    rows = measurement.rows(test.number)
+    for parts, how in (
+        (_differences(rows, test.control, column), "estimated from its scatter along a branch"),
+        (_repeats(rows, test.control, column), "estimated from repeated cycles"),
+    ):
+        found = np.concatenate([np.empty(0), *parts])
+        # rounded readings may not differ at all
+        if len(found) >= DATA.fewest_differences and found.any():
+            return float(np.sqrt(np.mean(found**2))), how
+    usual = CHANNELS[column].noise
+    return usual, "an engineering guess, as the readings are too few to estimate it"
+
+
+def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
+    """Third differences of dense ramps, divided by those of noise of 1."""
+    for (branch, _), part in rows.groupby(["branch", "leg"], sort=False):
+        in_order = part if branch == "hold" else part.sort_values(control)
+        value, order = in_order[column].dropna().to_numpy(), DATA.differences
+        if len(value) >= DATA.dense:
+            yield np.diff(value, order) / np.sqrt(comb(2 * order, order))
+
+
+def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
+    """Differences between successive cycles from the second on, divided by √2."""
+    for _, branch in rows[rows["cycle"] > 1].groupby("branch", sort=False):
+        cycles = [part for _, part in branch.groupby("cycle", sort=True)]
+        for before, after in pairwise(cycles):
+            if len(before) != len(after):
+                continue
+            away = after[control].to_numpy() - before[control].to_numpy()
+            if np.abs(away).max() > DATA.same_place * max(float(np.ptp(before[control])), 1e-9):
+                continue
+            change = after[column].to_numpy() - before[column].to_numpy()
+            yield change[~np.isnan(change)] / np.sqrt(2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,17 +382,16 @@ class Simulation(Protocol):
     measurement: Measurement
     config: Config
 
-    @property
-    def groups(self) -> Sequence[SimulationGroup]:
-        """Tests that are simulated together."""
-
 
 def errors_of(
     simulation: Simulation,
+    groups: Sequence[SimulationGroup],
     base: np.ndarray,
     slope: np.ndarray,
-    nuisances: Callable[[np.ndarray], Sequence[Nuisance]],
+    rig: Sequence[Nuisance],
     columns: Iterable[np.ndarray] = (),
+    *,
+    scaled: bool = False,
 ) -> Errors:
     """Everything but causes, as one covariance.
 
@@ -312,21 +401,23 @@ def errors_of(
 
     Args:
         simulation: of the model without causes.
+        groups: tests that are simulated together.
         base: its readings, shape (n,).
         slope: derivative of these by the control, shape (n,); 0 where the control rests.
-        nuisances: numbers of the rig, by the factor of the readings on ``base``, shape (n,).
+        rig: numbers of the rig.
         columns: what else the model may be wrong by, one standard deviation each, (n,).
+        scaled: whether the rig's changes are by the readings as ``base`` by the model's.
     """
     measurement = simulation.measurement
     listed = measurement.listed()
-    along = lying(simulation)
+    along = lying(simulation, groups)
     factor, turned = followed(listed, along, base)
     control, signal = listed["control"].to_numpy(), base * factor
     moved = (np.abs(control) > 1e-9) & (slope != 0)
     by_control = np.where(moved, along.load / np.where(moved, control, 1.0), 0.0)
     test, row = listed["test"].to_numpy(), listed["row"].to_numpy()
     steep = (slope * factor + base * turned * by_control) / np.sqrt(_in_a_mean(measurement))[row]
-    shared = [*nuisances(factor)]
+    shared = [replace(each, change=each.change * factor) for each in rig] if scaled else [*rig]
     fitted = sum((np.outer(each, each) for each in columns), np.zeros((len(test), len(test))))
     slack_mm = np.array([
         test.setup.nuisances[SLACK] if test.experiment == "coupon" else 0.0
@@ -338,7 +429,7 @@ def errors_of(
         share = float(np.sqrt(1 - POLICY.own_slack))
         slack = Unknown.marginal(SLACK, share * float(slack_mm.max()), "mm")
         shared.insert(0, Nuisance(slack, share * late))
-    instrument = instruments.noise(measurement)
+    instrument = instrument_noise(measurement)
     covariance = np.diag(np.maximum(instrument.independent, 1e-9) ** 2) + drifting(
         listed, instrument
     )
@@ -389,7 +480,7 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
     return found, turned
 
 
-def lying(simulation: Simulation) -> Along:
+def lying(simulation: Simulation, groups: Sequence[SimulationGroup]) -> Along:
     """Where a measurement's readings lie: loads by the largest of their experiment.
 
     The load of a coupon is its strain. Channels of tests that are simulated together share a
@@ -403,7 +494,7 @@ def lying(simulation: Simulation) -> Along:
     for test in measurement.tests:
         own = rows[test.control].to_numpy()[of[test.number]]
         if test.experiment == "coupon":
-            own = own / test.setup.applied(simulation.config).coupon.gauge_length_mm
+            own = own / test.applied(simulation.config).coupon.gauge_length_mm
         load[of[test.number]] = own
         largest[test.experiment] = max(largest[test.experiment], float(np.abs(own).max()))
     for test in measurement.tests:
@@ -412,7 +503,7 @@ def lying(simulation: Simulation) -> Along:
         path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine])
     row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
     group = np.zeros(len(listed), dtype=int)
-    for place, each in enumerate(simulation.groups):
+    for place, each in enumerate(groups):
         group[np.isin(listed["test"].to_numpy(), each.tests)] = place
     names, channel = np.unique(column.astype(str), return_inverse=True)
     block = group * len(names) + channel
@@ -423,7 +514,7 @@ def lying(simulation: Simulation) -> Along:
     return Along(load[row], path[row], block, size)
 
 
-def drifting(listed: pd.DataFrame, noise: instruments.InstrumentNoise) -> np.ndarray:
+def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
     """Noise that drifts along a run, told by the laboratory."""
     if not noise.correlated.any():
         return np.zeros((len(listed), len(listed)))

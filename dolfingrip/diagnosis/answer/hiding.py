@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset, Visibility, taken
-from dolfingrip.diagnosis.core.search import LEVELS, ModelPosterior
+from dolfingrip.diagnosis.core.evidence import LEVELS, NONE, MapFit, Subset, Visibility, taken
+from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 

@@ -8,12 +8,15 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.additions.checks import GAP_OFFSET, INSTRUMENTS, NumberCheck, checks
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import (
+    GAP_OFFSET,
+    INSTRUMENTS,
     Comparison,
+    NumberCheck,
     Rival,
     chance_alone,
+    checks,
     remembers_state,
     shows_memory,
     tied,
@@ -23,9 +26,8 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import wall
 from dolfingrip.files.diagnosis import NextExperiment
-from dolfingrip.parameter.nuisances import GAIN, OFFSET, WALL
+from dolfingrip.parameter.nuisances import GAIN, OFFSET, WALL, wall
 
 
 def settled_by(

@@ -30,6 +30,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 import scipy.linalg
@@ -420,6 +421,20 @@ class CovarianceModel:
             gram = gram - cross @ scipy.linalg.cho_solve(factor, cross.T)
             log_det += 2 * float(np.log(np.diag(factor[0])).sum())
         return Hypothesis(self.problem, subset, self.level, gram, log_det)
+
+
+LEVELS: Final[Mapping[float, float]] = {
+    0.0: POLICY.discrepancy_off,
+    **dict.fromkeys(
+        POLICY.discrepancy_levels, (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
+    ),
+}
+"""Prior probability of each level of the discrepancy."""
+
+
+def at_levels(problem: InferenceProblem) -> dict[float, CovarianceModel]:
+    """All columns of a problem under the covariance of each level."""
+    return {level: CovarianceModel(problem, level) for level in LEVELS}
 
 
 @dataclass(eq=False)

@@ -10,16 +10,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
-from typing import Final
 
 import numpy as np
 
 from dolfingrip.diagnosis.core.evidence import (
+    LEVELS,
     NONE,
     CovarianceModel,
     InferenceProblem,
     MapFit,
     Subset,
+    at_levels,
 )
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -78,20 +79,6 @@ class ModelPosterior:
         own = (each for each in self.weighed if causes(each[1].subset) == causes(subset))
         at_level = (each for each in own if level is None or each[1].level == level)
         return max(at_level, key=lambda each: each[0])[1]
-
-
-LEVELS: Final[Mapping[float, float]] = {
-    0.0: POLICY.discrepancy_off,
-    **dict.fromkeys(
-        POLICY.discrepancy_levels, (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
-    ),
-}
-"""Prior probability of each level of the discrepancy."""
-
-
-def at_levels(problem: InferenceProblem) -> dict[float, CovarianceModel]:
-    """All columns of a problem under the covariance of each level."""
-    return {level: CovarianceModel(problem, level) for level in LEVELS}
 
 
 def search(

@@ -299,3 +299,27 @@ def _tail(prior: Prior) -> float:
     ratio = prior.spread / prior.mean
     wide = np.log1p((POLICY.implausible_width * ratio) ** 2)
     return float(np.sqrt(wide / np.log1p(ratio**2)))
+
+
+@dataclass(frozen=True, slots=True)
+class Nuisance:
+    """One nuisance.
+
+    Attributes:
+        unknown: key of the table ``[nuisance]``, and what it is of where there are several; with
+            the standard deviation, reported or usual.
+        change: (n,) of the readings at one standard deviation, in the unit of each column.
+    """
+
+    unknown: Unknown
+    change: np.ndarray
+
+    @property
+    def name(self) -> str:
+        """Key of the unknown."""
+        return self.unknown.key
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of its prior, in the unit of the unknown."""
+        return self.unknown.prior.spread

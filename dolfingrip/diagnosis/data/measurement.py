@@ -70,6 +70,14 @@ class SpecimenTest:
         """Standard deviation of the gauge of what is prescribed, in its unit; 0 where not told."""
         return self.setup.noise.get(CONTROL[self.experiment], 0.0)
 
+    def applied(self, config: Config) -> Config:
+        """``config`` with the set-up of the laboratory.
+
+        Raises:
+            ConfigError: one line naming the key, its value and the allowed range.
+        """
+        return self.setup.applied(config)
+
     def __str__(self) -> str:
         return f"{self.experiment} of {self.specimen} ({self.file.name})"
 
@@ -108,6 +116,10 @@ class Measurement:
                 legs += int(found.leg[-1]) + 1
                 if len(cycles) == 1:
                     self.readings.loc[rows.index, "cycle"] = found.cycle
+
+    def applied(self, config: Config) -> list[Config]:
+        """``config`` with the set-up of each test."""
+        return [test.applied(config) for test in self.tests]
 
     def rows(self, test: int) -> pd.DataFrame:
         """The rows of a test."""
@@ -272,7 +284,7 @@ def _check_markers(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> None
     Raises:
         ConfigError: one line that names the column and what is allowed.
     """
-    there = test.setup.applied(base).camera.markers
+    there = test.applied(base).camera.markers
     known = {channel.name for channel in of_line(there, curve=False)}
     for name in of_markers(rows):
         if rows[name].notna().any() and name not in known:
@@ -389,7 +401,7 @@ def _of_coupon(
     test: SpecimenTest, rows: pd.DataFrame, config: Config
 ) -> Iterator[tuple[np.ndarray, str]]:
     """Iterate over a coupon's rows that are compared, and why the others are left out."""
-    coupon = test.setup.applied(config).coupon
+    coupon = test.applied(config).coupon
     strain = rows["displacement_mm"].to_numpy() / coupon.gauge_length_mm
     most = f"above a strain of {coupon.max_strain:g} (coupon.max_strain: fingers stretch less)"
     yield strain <= coupon.max_strain, f"coupons: readings {most} are left out"

@@ -155,7 +155,7 @@ def read(
 
 
 def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataFrame:
-    applied = test.setup.applied(config)
+    applied = test.applied(config)
     if test.experiment == "coupon":
         top = applied.coupon.max_strain * applied.coupon.gauge_length_mm
         count = protocol.coupon_readings

@@ -15,14 +15,14 @@ from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.model import model
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
+from dolfingrip.diagnosis.finger.model import FingerSimulation, model, not_reached
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import base_variant, by_log_modulus, nuisances
+from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
+from dolfingrip.jobs.run import silent
 from dolfingrip.parameter.nuisances import WALL, modulus_keys
 
 
@@ -76,7 +76,7 @@ class FingerAnalysis(Analysis[FingerSimulation]):
         none = np.zeros(len(run.readings))
         slopes = np.zeros((len(run.readings), len(fit.zeta)))
         c = self.factor(fit)
-        by_log = by_log_modulus(measurement, run)
+        by_log = run.by_log_modulus(measurement)
         for (number, place), key in zip(numbers, gradients, strict=True):
             slope = run.slopes.get(key, none)
             if number.modulus:
@@ -184,7 +184,7 @@ def analyse_fingers(
     config: Config,
     workers: Workers,
     names: Sequence[str] | None = None,
-    say: Callable[[str], None] = lambda text: None,
+    say: Callable[[str], None] = silent,
     *,
     fully: bool = False,
 ) -> FingerAnalysis:

@@ -39,11 +39,11 @@ from dolfingrip.config import changed
 from dolfingrip.diagnosis.core.emulator import Emulator, SimulatedChanges, places, trained
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.model import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.schedule import StopSchedule
 from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup, SimulatedReadings
+from dolfingrip.diagnosis.simulation.stops import StopSchedule
 from dolfingrip.extensions.effect import Displaying, Drifting, Flow, Relaxing, Stage
 from dolfingrip.extensions.index import effect
 

@@ -4,30 +4,450 @@ A simulation costs what its mesh and its deformation cost, and a diagnosis makes
 model is first simulated on the coarsest mesh. Where its moduli do not follow the readings, it is
 simulated anew with those that do. A finer mesh is taken where it comes farther, or where the graded
 one reads otherwise.
+
+Without weight and memory a change of all moduli scales a simulation exactly
+(:mod:`dolfingrip.diagnosis.simulation.simulated`). Where it does not, the model is simulated at
+several moduli, and what lies between them follows from a polynomial of their logarithm.
+
+The base simulation has a graded mesh. Effects are tried on an ungraded one, which takes a third of
+the time. What it gets wrong is wrong with and without an effect, so that changes are taken between
+two simulations on it; a part of what grading changes is a nuisance, for what the graded mesh still
+gets wrong.
+
+Readings on the ungraded mesh are mapped to those on the graded one by an elastic curve. What a
+coarse mesh gets wrong grows with the deformation, so it is taken at the same reading, not at the
+same pressure: δ(y) = graded − ungraded along the base model's curve, where the ungraded one reads
+y. A softer finger bends further and is off by more. With moduli c times as large a force is off by
+c δ(F/c). Displacements of the tip, which turn round or stand still on the way, keep what they are
+off by at their pressure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Final
 
 import numpy as np
+import pandas as pd
+from scipy.interpolate import PchipInterpolator
 
-from dolfingrip.config import Config
+from dolfingrip.channels import CHANNELS
+from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.emulator import Coordinate, SimulatedChanges, trained_on
-from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem, MapFit
-from dolfingrip.diagnosis.core.search import at_levels
-from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Unknown, factor_of_moduli
-from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation, coarser
+from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem, MapFit, at_levels
+from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Nuisance, Unknown, factor_of_moduli
+from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
-from dolfingrip.diagnosis.simulation.nuisances import wall
+from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.simulated import (
+    ModelVariant,
+    SimulatedReadings,
+    SimulationFailure,
+    SimulationGroup,
+    scale_all,
+    scaled_moduli,
+    simulate,
+    simulate_walls,
+)
+from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Prior
+from dolfingrip.jobs.run import silent
 from dolfingrip.parameter import moduli
-from dolfingrip.parameter.nuisances import WALL
+from dolfingrip.parameter.nuisances import WALL, neutral_stages, wall
+
+MAPPED: Final = frozenset(each.name for each in CHANNELS.values() if each.grows)
+"""Readings that grow with the load."""
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """δ of some readings by their value: ``places`` in the list."""
+
+    places: np.ndarray
+    delta: PchipInterpolator
+    in_proportion: bool
+
+
+@dataclass
+class MeshMap:
+    """The map from ungraded to graded readings.
+
+    Attributes:
+        measurement: of all arrays.
+        graded, plain: base model on both meshes.
+    """
+
+    measurement: Measurement
+    graded: SimulatedReadings
+    plain: SimulatedReadings
+    _curves: list[_Curve] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Prepare the curves; what has none keeps the difference that it has at its pressure."""
+        self._curves = []
+        for fine, rough in zip(self.graded.runs, self.plain.runs, strict=True):
+            if rough.schedule is not rough.group.curve:
+                continue
+            for name, places in self.measurement.places(rough.group.tests).items():
+                if name not in MAPPED:
+                    continue
+                at = rough.result.columns.get(name, np.empty(0))
+                values = fine.result.columns.get(name, np.empty(0))
+                count = min(len(at), len(values))
+                if rough.schedule.value[:count] != fine.schedule.value[:count]:
+                    continue
+                rising = _rising(at[:count])
+                if rising is not None:
+                    order, own = rising
+                    smooth = PchipInterpolator(own, (values[:count] - at[:count])[order])
+                    self._curves.append(_Curve(places, smooth, CHANNELS[name].in_proportion))
+
+    def to_graded(
+        self, readings: np.ndarray, jacobian: np.ndarray, factor: float = 1.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Readings, shape (n,), and derivatives, shape (n, p), as the graded mesh would have them.
+
+        Args:
+            readings, jacobian: on the ungraded mesh.
+            factor: of all moduli.
+        """
+        found = readings + np.nan_to_num(self.graded.readings - self.plain.readings)
+        slopes = jacobian.copy()
+        for curve in self._curves:
+            scale = factor if curve.in_proportion else 1.0
+            own = readings[curve.places] / scale
+            ends = curve.delta.x  # beyond them a straight line goes on
+            inside = np.clip(own, ends[0], ends[-1])
+            slope = curve.delta(inside, 1)
+            delta = curve.delta(inside) + slope * (own - inside)
+            found[curve.places] = readings[curve.places] + scale * delta
+            slopes[curve.places] *= (1 + slope)[:, None]
+        return found, slopes
+
+
+def _rising(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Order in which values rise, and the values; None where the curve turns round."""
+    if len(values) < 3:
+        return None
+    steps = np.diff(values)
+    way = 1.0 if values[-1] > values[0] else -1.0
+    if (way * steps < 0).any():
+        return None
+    order = np.arange(len(values)) if way > 0 else np.arange(len(values))[::-1]
+    at = values[order]
+    new = np.concatenate([[True], np.diff(at) > 1e-9 * max(float(np.ptp(at)), 1e-12)])
+    return (order[new], at[new]) if new.sum() > 2 else None
+
+
+def coarser(config: Config) -> list[Change]:
+    """Changes to the meshes that causes may be simulated on, the coarsest first.
+
+    The first is not graded at all, the last is the mesh as configured. Those between are for thick
+    walls: of a cast block one element, 4 mm wide, does not bear 5 kPa.
+    """
+    if config.mesh.file is not None or not config.hexahedra:
+        return [{}]
+    size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
+    between = [by * edge_mm for by in MODEL.edges if by * edge_mm < size_mm]
+    sizes_mm = [size_mm, *between] if edge_mm < size_mm else []
+    return [*({"mesh.edge_size_mm": each} for each in sizes_mm), {}]
+
+
+@dataclass(eq=False)
+class FingerSimulation:
+    """The model at any moduli, with other walls and on two meshes, simulated as it is asked for.
+
+    Attributes:
+        measurement: what is simulated.
+        config: as configured.
+        workers: where simulations are computed and kept.
+        flat: changes to the mesh that causes are simulated on.
+        centre: factor of all moduli that all is simulated at.
+        headroom: pressure that simulations go on to, by the highest of the readings.
+        rough: whether the mesh of the causes stands for the graded one; then there are no
+            nuisances and no other walls, and readings beyond the pressure at which the simulation
+            ends go on along a straight line, or are 0.
+        tried_walls: thicknesses by that configured that are simulated beside the usual ones.
+        failures: why the base simulation ended before readings that are left out.
+    """
+
+    measurement: Measurement
+    config: Config
+    workers: Workers
+    flat: Change
+    centre: float = 1.0
+    headroom: float = ROUTES.headroom
+    rough: bool = True
+    tried_walls: tuple[float, ...] = ()
+    failures: Sequence[SimulationFailure] = ()
+
+    def __post_init__(self) -> None:
+        self._weights: dict[tuple[object, ...], np.ndarray] = {}
+
+    def refined(self) -> FingerSimulation:
+        """With the graded mesh, of the readings that its simulation comes to.
+
+        Raises:
+            ConfigError: one line: a set-up that cannot be built, a test of which no reading is
+                reached, no workers, or a store in use.
+        """
+        found = replace(self, rough=False)
+        kept = _reached(self.measurement, found.base)
+        if kept is self.measurement:
+            return found
+        return replace(replace(self, measurement=kept).refined(), failures=found.base.failures)
+
+    # -- what is simulated ------------------------------------------------------------------------
+
+    def _simulated(self, *variants: ModelVariant) -> list[SimulatedReadings]:
+        own = [replace(each, headroom=self.headroom) for each in variants]
+        return simulate(self.measurement, self.config, own, self.workers)
+
+    def _by_moduli(
+        self, stages: Change, there: SimulatedReadings
+    ) -> dict[float, SimulatedReadings]:
+        """Simulations by the factor of all moduli: one where these scale it, else several."""
+        if scale_all(there.runs):
+            return {self.centre: there}
+        nodes = [self.centre * c for c in MODEL.weighing]
+        every = self._simulated(*(ModelVariant({**stages, **self.moduli(c)}) for c in nodes))
+        return dict(zip(nodes, every, strict=True))
+
+    @cached_property
+    def plain(self) -> SimulatedReadings:
+        """On the mesh that causes are simulated on, with headroom."""
+        return self._simulated(ModelVariant({**self.flat, **self.moduli(self.centre)}))[0]
+
+    @cached_property
+    def base(self) -> SimulatedReadings:
+        """On the graded mesh, with derivatives by nuisances, and with headroom."""
+        if self.rough:
+            return replace(self.plain, readings=np.nan_to_num(self.base_at(self.centre)))
+        wanted = base_variant(self.measurement, self.config, self.moduli(self.centre))
+        # where no other mesh tells its error
+        return self._simulated(replace(wanted, mesh_check=not self.flat))[0]
+
+    @cached_property
+    def fine(self) -> dict[float, SimulatedReadings]:
+        """Base simulations by the factor of all moduli."""
+        stages = neutral_stages(self.config)
+        return self.coarse if self.rough else self._by_moduli(stages, self.base)
+
+    @cached_property
+    def coarse(self) -> dict[float, SimulatedReadings]:
+        """The same on the mesh of the causes."""
+        return self._by_moduli(self.flat, self.plain)
+
+    @cached_property
+    def walls(self) -> dict[float, SimulatedReadings]:
+        """Base simulations by the thickness of the walls, by that configured.
+
+        Empty where these are a linear nuisance.
+        """
+        if self.rough:
+            return {}
+        return simulate_walls(
+            self.measurement, self.config, self.base, self.workers, self.tried_walls
+        )
+
+    @cached_property
+    def nuisances(self) -> Sequence[Nuisance]:
+        """What else the readings change by."""
+        return [] if self.rough else nuisances(self.measurement, self.base)
+
+    @cached_property
+    def mesh(self) -> np.ndarray:
+        """(n, 1) what the mesh may get wrong, with its sign; (n, 0) where it cannot be told.
+
+        It is a part of what grading changes, or as one bisection tells it.
+        """
+        none = np.zeros(len(self.base.readings))
+        error = none if self.rough else self.base.slopes.get(MESH, none)
+        if self.flat and not self.rough:
+            error = MODEL.mesh_share * (self.base.readings - self.plain.readings)
+        return np.nan_to_num(error)[:, None][:, : int(np.nan_to_num(error).any())]
+
+    @cached_property
+    def configured(self) -> np.ndarray:
+        """(n,) readings with the moduli as configured; NaN where these are not reached."""
+        if self.centre == 1.0:
+            return self.base.readings
+        variant = ModelVariant(coarser(self.config)[0], headroom=ROUTES.headroom)
+        (first,) = simulate(self.measurement, self.config, [variant], self.workers)
+        return self.graded(first.readings, 1.0)[0]
+
+    @cached_property
+    def _map(self) -> MeshMap:
+        return MeshMap(self.measurement, self.base, self.plain)
+
+    @property
+    def groups(self) -> list[SimulationGroup]:
+        """Which tests share a simulation."""
+        return [run.group for run in self.base.runs]
+
+    @property
+    def scales(self) -> bool:
+        """True if the moduli scale the base model exactly."""
+        return scale_all(self.base.runs)
+
+    @property
+    def applied(self) -> Config:
+        """Configuration of the first test's set-up; its material is that of all."""
+        return self.measurement.tests[0].applied(self.config)
+
+    @property
+    def lab(self) -> Config:
+        """A test's configuration, with weight where one has it."""
+        applied = self.measurement.applied(self.config)
+        return max(applied, key=lambda each: each.gravity.acceleration_m_s2)
+
+    def moduli(self, factor: float) -> Change:
+        """Return the change that makes all moduli ``factor`` times as large as configured."""
+        return scaled_moduli(self.applied, factor)
+
+    # -- reading a simulation ---------------------------------------------------------------------
+
+    def rows(self, simulated: SimulatedReadings, factor: float, slope: str | None = None) -> Rows:
+        """Readings of each run at the measured rows, by its tests and column, (rows,) each.
+
+        Args:
+            simulated: with headroom, where it is read at other moduli.
+            factor: of all moduli, by those of the simulation. Ignored where it has a memory.
+            slope: key of a parameter that the readings are derived by.
+        """
+        count = len(self.measurement.readings)
+        found = {}
+        for run in simulated.runs:
+            own = {}
+            for name, values in run.columns(slope).items():
+                if name == "time_s" or not len(values):
+                    continue
+                if run.schedule is not run.group.curve:
+                    own[name] = run.schedule.at_rows(values, count)
+                    continue
+                (leg,) = run.schedule.legs
+                by = 1.0 if run.group.experiment == "coupon" else 1 / factor
+                told = np.full(count, np.nan)
+                # all simulations of a group are read alike
+                key = run.group.tests, len(leg.stops), len(values), by
+                if key not in self._weights:
+                    self._weights[key] = leg.weights(len(values), leg.rows_at * by, ROUTES.beyond)
+                told[leg.rows] = self._weights[key] @ np.pad(
+                    values, (0, len(leg.stops) - len(values))
+                )
+                own[name] = told * (factor if CHANNELS[name].in_proportion else 1.0)
+            found[run.group.tests] = own
+        return found
+
+    def at(
+        self, simulated: SimulatedReadings, factor: float, slope: str | None = None
+    ) -> np.ndarray:
+        """(n,) readings; see :meth:`rows`. A slope that nothing feels is 0."""
+        found = self.measurement.collected(self.rows(simulated, factor, slope))
+        return found if slope is None else np.nan_to_num(found)
+
+    def base_rows(self, factor: float) -> Rows:
+        """Rows of the base model with all moduli ``factor`` times as configured."""
+        return self._between(self.fine, factor)
+
+    def _between(self, known: dict[float, SimulatedReadings], factor: float) -> Rows:
+        """Rows at other moduli than those of some simulations, or between these."""
+        parts = _lagrange(np.log([*known]), float(np.log(factor)))
+        every = [self.rows(s, factor / c) for c, s in known.items()]
+        return {
+            tests: {
+                name: np.sum([p * own[tests][name] for p, own in zip(parts, every, strict=True)], 0)
+                for name in columns
+            }
+            for tests, columns in every[0].items()
+        }
+
+    def base_at(self, factor: float) -> np.ndarray:
+        """(n,) readings of the base model at other moduli."""
+        return self.measurement.collected(self.base_rows(factor))
+
+    def graded(
+        self, readings: np.ndarray, factor: float, slopes: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Readings, (n,), and derivatives, (n, d), as the graded mesh would have them."""
+        jacobian = np.zeros((len(readings), 0)) if slopes is None else slopes
+        return self._map.to_graded(readings, jacobian, factor / self.centre)
+
+    def graded_at(self, factor: float) -> np.ndarray:
+        """(n,) readings of the model at other moduli, mapped from the mesh of the causes."""
+        plain = self.measurement.collected(self._between(self.coarse, factor))
+        return self.graded(plain, factor)[0]
+
+
+def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
+    """Weights of a parabola through nodes; beyond them along its tangent."""
+    inside = float(np.clip(x, nodes.min(), nodes.max()))
+
+    def weights(at: float) -> np.ndarray:
+        return np.array([
+            np.prod([(at - b) / (a - b) for b in nodes if b != a]) for a in nodes
+        ])  # fmt: skip
+
+    step = 1e-5
+    slope = (weights(inside + step) - weights(inside - step)) / (2 * step)
+    return np.asarray(weights(inside) + slope * (x - inside))
+
+
+def not_reached(
+    measurement: Measurement,
+    known: Measurement,
+    readings: np.ndarray,
+    failures: Sequence[SimulationFailure],
+) -> list[str]:
+    """For each test, readings that the base simulation does not come to, and why.
+
+    Args:
+        measurement: all that was measured.
+        known: what was compared of it.
+        readings: of the base simulation for that, (n,); NaN where it does not come so far.
+        failures: of the base simulation.
+    """
+    every = measurement.listed()["test"].to_numpy()
+    reached = known.listed()["test"].to_numpy()[np.isfinite(readings)]
+    found = []
+    for test in measurement.tests:
+        count = int((every == test.number).sum())
+        lost = count - int((reached == test.number).sum())
+        if lost:
+            why = [each.sentence for each in failures if test in each.tests]
+            found.append(
+                f"{test.experiment} of {test.specimen}: the base simulation does not reach "
+                f"{lost} of {count} readings, which are left out: {'; '.join(why)}"
+            )
+    return found
+
+
+def _reached(measurement: Measurement, graded: SimulatedReadings) -> Measurement:
+    """The measurement without readings that the base simulation does not come to.
+
+    Raises:
+        ConfigError: one line, where a test has none left.
+    """
+    kept = np.isfinite(graded.readings) & np.isfinite(graded.by_control)
+    listed = measurement.listed()
+    for test in measurement.tests:
+        if not kept[listed["test"].to_numpy() == test.number].any():
+            why = "; ".join(each.sentence for each in graded.failures if test in each.tests)
+            raise ConfigError(
+                f"{test.experiment} of {test.specimen}: the base simulation reaches no reading: "
+                f"{why}"
+            )
+    if kept.all():
+        return measurement
+    readings: pd.DataFrame = measurement.readings.copy()
+    for row, column in listed.loc[~kept, ["row", "column"]].itertuples(index=False):
+        readings.loc[readings.index[row], column] = np.nan
+    return Measurement(readings, measurement.tests, measurement.warnings)
 
 
 def errors(simulation: FingerSimulation) -> Errors:
@@ -45,7 +465,7 @@ def errors(simulation: FingerSimulation) -> Errors:
     base = simulation.base
     columns = np.nan_to_num(simulation.mesh.T)
     slope = np.nan_to_num(base.by_control)
-    return errors_of(simulation, base.readings, slope, lambda factor: shared, columns)
+    return errors_of(simulation, simulation.groups, base.readings, slope, shared, columns)
 
 
 def wall_std(simulation: FingerSimulation) -> float:
@@ -61,7 +481,7 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     listed = measurement.listed()
     n = len(listed)
     std = max(t.setup.nuisances["modulus"] for t in measurement.tests)
-    applied = [test.setup.applied(simulation.config) for test in measurement.tests]
+    applied = measurement.applied(simulation.config)
     # one factor changes the moduli of one material
     free = len({str(moduli(each)) for each in applied}) == 1 and std > 0
     std = std if free else 1e-6
@@ -82,7 +502,7 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     slopes = np.zeros((len(nodes), len(zeta), zeta.shape[1], n))
     if spread:
         slopes[:] = np.nan
-    own = [Coordinate(lambda zeta: zeta, amplitude=False)] if spread else []
+    own = [Coordinate.within(-1.0, 1.0)] if spread else []
     every = SimulatedChanges(zeta, told_values, slopes, nodes)
     baseline = trained_on(every, own, off.noise, share=1.0, left_out=())
     always = [factor_of_moduli(factor, (MODULUS,) if free else ())]
@@ -157,7 +577,7 @@ def first_pass(
     measurement: Measurement,
     config: Config,
     workers: Workers,
-    say: Callable[[str], None] = lambda text: None,
+    say: Callable[[str], None] = silent,
 ) -> FingerSimulation:
     """The model on the coarsest mesh that bears the load, with moduli that follow the readings.
 
@@ -186,10 +606,10 @@ def first_pass(
             say(f"the moduli are about {centre:.2g} times those configured; simulating there")
             told = replace(told, centre=centre)
         told = truncate_before_failure(told)
-        if found and _reached(told) <= _reached(found[-1]):
+        if found and _count_reached(told) <= _count_reached(found[-1]):
             break
         found.append(told)
-        if _reached(told) == len(told.plain.readings):
+        if _count_reached(told) == len(told.plain.readings):
             break
     return found[-1]
 
@@ -228,7 +648,7 @@ def truncate_before_failure(simulation: FingerSimulation) -> FingerSimulation:
     return replace(simulation, headroom=headroom)
 
 
-def _reached(rough: FingerSimulation) -> int:
+def _count_reached(rough: FingerSimulation) -> int:
     return int(np.isfinite(rough.plain.readings).sum())
 
 

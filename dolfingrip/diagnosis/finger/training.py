@@ -26,15 +26,20 @@ from dolfingrip.diagnosis.core.emulator import (
     principal,
     trained_on,
 )
-from dolfingrip.diagnosis.core.evidence import NONE, CovarianceModel, InferenceProblem, Subset
-from dolfingrip.diagnosis.core.search import LEVELS, Key, at_levels
+from dolfingrip.diagnosis.core.evidence import (
+    LEVELS,
+    NONE,
+    CovarianceModel,
+    InferenceProblem,
+    Subset,
+    at_levels,
+)
+from dolfingrip.diagnosis.core.search import Key
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.finger import closed_forms
-from dolfingrip.diagnosis.finger.model import even, nodes_of, plain_fit, spread
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.model import FingerSimulation, even, nodes_of, plain_fit, spread
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, TILTED, box_of, coordinates_of
 from dolfingrip.diagnosis.policy import MODEL, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
@@ -372,7 +377,7 @@ def _assembled(
                 first.append(slope if key in known else np.full(len(slope), np.nan))
             if not design.scales:
                 step = 1e-3
-                by_log = by_log_modulus(simulation.measurement, run)
+                by_log = run.by_log_modulus(simulation.measurement)
                 for key, number, zi in zip(keys, numbers, own, strict=True):
                     if number.modulus:
                         value = float(number.at(zi)) * whole

@@ -109,7 +109,7 @@ def _implausible(measurement: Measurement, config: Config) -> list[Cause]:
         )  # fmt: skip
         cause = number.implausible(name)
         if name == "plate_gap":
-            gaps = [t.setup.applied(config).plate.gap_mm for t in fingers]
+            gaps = [t.applied(config).plate.gap_mm for t in fingers]
             (number,) = cause.numbers
             nearest = replace(number, low=max(-reach, number.zeta(-min(gaps))))
             cause = replace(cause, numbers=(nearest,))

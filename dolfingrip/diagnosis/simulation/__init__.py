@@ -2,10 +2,8 @@
 
 From the bottom up:
 
-- :mod:`schedule`: the stops of a simulation, and the weights by which its readings at the stops
-  make the readings at the measured rows;
 - :mod:`stops`: which stops a measurement asks for, at round values: one elastic curve, or the
-  protocol in time;
+  protocol in time; and the weights by which readings at the stops make those at the measured rows;
 - :mod:`runner`: the requests of a diagnosis, on workers; answers are in a store, or come with the
   package;
 - :mod:`simulated`: which specimens share a simulation;

@@ -10,13 +10,12 @@ modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
-from dolfingrip.diagnosis.core.unknown import Unknown
+from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings
@@ -41,35 +40,6 @@ UNITS: Final = {
     "pressure_offset_kPa": "kPa", "plate_gap_mm": "mm", "coupon_slack_mm": "mm"
 }  # fmt: skip
 """Of nuisances that are no parameters and are not relative."""
-
-
-@dataclass(frozen=True, slots=True)
-class Nuisance:
-    """One nuisance.
-
-    Attributes:
-        unknown: key of the table ``[nuisance]``, and what it is of where there are several; with
-            the standard deviation, reported or usual.
-        change: (n,) of the readings at one standard deviation, in the unit of each column.
-    """
-
-    unknown: Unknown
-    change: np.ndarray
-
-    @property
-    def name(self) -> str:
-        """Key of the unknown."""
-        return self.unknown.key
-
-    @property
-    def std(self) -> float:
-        """Standard deviation of its prior, in the unit of the unknown."""
-        return self.unknown.prior.spread
-
-
-def wall(config: Config) -> tuple[str, float]:
-    """Key and value of the walls' thickness (mm)."""
-    return f"{config.geometry_table}.wall_mm", config.geometry.wall_mm
 
 
 def _refuse_unused(measurement: Measurement, applied: Sequence[Config]) -> None:
@@ -101,7 +71,7 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
     Raises:
         ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
     """
-    applied = [test.setup.applied(config) for test in measurement.tests]
+    applied = measurement.applied(config)
     _refuse_unused(measurement, applied)
     found = [key for each in applied for key in modulus_keys(each)]
     found += [*WALLS, BASE_LAYER, GAIN, OFFSET, GAP]
@@ -133,24 +103,6 @@ def base_variant(
     """
     stages = neutral_stages(config)
     return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=ROUTES.headroom)
-
-
-def by_log_modulus(measurement: Measurement, simulated: SimulatedReadings) -> np.ndarray:
-    """(n,) derivative of readings by the logarithm of a factor of all moduli.
-
-    Args:
-        measurement: that was simulated.
-        simulated: with the gradients :func:`modulus_keys`.
-    """
-    test = measurement.listed()["test"].to_numpy()
-    found = np.zeros(len(test))
-    for run in simulated.runs:
-        mine = np.isin(test, run.group.tests)
-        for key, amount in changes(run.config, "modulus", 1.0).items():
-            slope = simulated.slopes.get(key)
-            if slope is not None:
-                found[mine] += slope[mine] * amount
-    return found
 
 
 def _own(measurement: Measurement) -> tuple[str, ...]:

@@ -40,11 +40,10 @@ from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import stops
 from dolfingrip.diagnosis.simulation.runner import Workers, request
-from dolfingrip.diagnosis.simulation.schedule import StopSchedule
-from dolfingrip.diagnosis.simulation.stops import ControlSegment
+from dolfingrip.diagnosis.simulation.stops import ControlSegment, StopSchedule
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
-from dolfingrip.parameter.nuisances import WALL, wall_key
+from dolfingrip.parameter.nuisances import WALL, changes, wall_key
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.protocol_file import key as key_of
 
@@ -111,7 +110,7 @@ def groups(
     led = []
     for test in measurement.tests:
         segments = stops.segments(measurement.rows(test.number), test.controls, test.sigma)
-        led.append(_Led(test, test.setup.applied(config), segments))
+        led.append(_Led(test, test.applied(config), segments))
     found = []
     for of_setup in _together(led, _same_setup):
         test = of_setup[0].test
@@ -253,6 +252,21 @@ class SimulatedReadings:
     slopes: Mapping[str, np.ndarray]
     failures: Sequence[SimulationFailure]
     runs: Sequence[SimulatedGroup]
+
+    def by_log_modulus(self, measurement: Measurement) -> np.ndarray:
+        """(n,) derivative of readings by the logarithm of a factor of all moduli.
+
+        Args:
+            measurement: that was simulated, with the gradients :func:`modulus_keys`.
+        """
+        test = measurement.listed()["test"].to_numpy()
+        found = np.zeros(len(test))
+        for run in self.runs:
+            mine = np.isin(test, run.group.tests)
+            for key, amount in changes(run.config, "modulus", 1.0).items():
+                if (slope := self.slopes.get(key)) is not None:
+                    found[mine] += slope[mine] * amount
+        return found
 
 
 def simulate(

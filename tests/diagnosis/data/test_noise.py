@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from support.measured_files import TOML, written
 
+from dolfingrip.diagnosis.answer.errors import instrument_noise
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.data.noise import noise
 
 SEED = 5
 UNTOLD = 'experiment = "bending"\n'
@@ -32,7 +32,7 @@ def measured(folder: Path, rows: int, cycles: int, toml: str) -> Measurement:
 
 
 def test_told(tmp_path: Path) -> None:
-    found = noise(read([written(tmp_path)]))
+    found = instrument_noise(read([written(tmp_path)]))
     np.testing.assert_array_equal(found.independent, [*4 * [0.3], 0.02, 0.3, 0.02])
     np.testing.assert_array_equal(found.control, np.full(7, 0.5))
     assert not found.correlated.any()
@@ -47,14 +47,14 @@ def test_told(tmp_path: Path) -> None:
 )
 def test_estimated(tmp_path: Path, rows: int, cycles: int, how: str) -> None:
     """Of 150 and 64 differences: three standard errors of a standard deviation are 30 %."""
-    found = noise(measured(tmp_path, rows, cycles, UNTOLD))
+    found = instrument_noise(measured(tmp_path, rows, cycles, UNTOLD))
     assert found.independent == pytest.approx(0.4, rel=0.3)
     (said,) = found.sentences
     assert how in said
 
 
 def test_guessed_where_readings_are_few(tmp_path: Path) -> None:
-    found = noise(measured(tmp_path, 6, 1, UNTOLD))
+    found = instrument_noise(measured(tmp_path, 6, 1, UNTOLD))
     assert set(found.independent) == {0.3}
     assert "engineering guess" in found.sentences[0]
 
@@ -65,7 +65,7 @@ def test_readings_that_repeat_exactly_tell_no_noise(tmp_path: Path) -> None:
     for cycle in range(1, 5):
         for i, (branch, value) in enumerate((*_UP, *_DOWN)):
             lines.append(f"{cycle},{branch},{10 * cycle + i},{value},{value // 3}")
-    found = noise(read([written(tmp_path, "\n".join(lines) + "\n", UNTOLD)]))
+    found = instrument_noise(read([written(tmp_path, "\n".join(lines) + "\n", UNTOLD)]))
     assert set(found.independent) == {0.3}
 
 

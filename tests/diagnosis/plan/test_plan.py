@@ -10,8 +10,8 @@ from support.command import run_command
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.answer.errors import instrument_noise
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.plan import read_alike
 from dolfingrip.files.plan import PlanFile
 
@@ -110,7 +110,7 @@ def test_an_addition_is_read_by_the_rigs_instruments() -> None:
     """Its readings are 0 and alike, which tells nothing of the noise."""
     paper, _ = rig.read(None, Config(), noise={"angle_deg": 0.1})
     for proposal in proposals(paper, Config()):
-        found = noise(read_alike(proposal, paper))
+        found = instrument_noise(read_alike(proposal, paper))
         columns = proposal.measurement.listed()["column"]
         assert (found.independent[columns == "force_N"] == 0.02).all()
         assert (found.independent[columns == "angle_deg"] == 0.1).all()

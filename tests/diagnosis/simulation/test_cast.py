@@ -16,7 +16,7 @@ from dolfingrip import config as configuration
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
+from dolfingrip.diagnosis.finger.model import FingerSimulation, not_reached
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import (

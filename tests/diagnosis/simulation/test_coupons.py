@@ -13,7 +13,7 @@ from support.measured_files import written
 
 from dolfingrip.config import Change, Config, changed, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.model import FingerSimulation
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.experiments import run, synthetic
 from dolfingrip.experiments.request import Answer, Request

@@ -14,7 +14,7 @@ from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.core.unknown import Factor, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger import closed_forms
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.model import FingerSimulation
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
     SimulatedReadings,

@@ -11,8 +11,8 @@ from support.measured_files import written
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.simulation.schedule import StopSchedule
 from dolfingrip.diagnosis.simulation.simulated import groups
+from dolfingrip.diagnosis.simulation.stops import StopSchedule
 from dolfingrip.experiments.index import find
 
 SEED = 11

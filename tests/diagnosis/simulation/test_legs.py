@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.simulation.schedule import StopInterpolant, StopSchedule
+from dolfingrip.diagnosis.simulation.stops import StopInterpolant, StopSchedule
 
 
 def leg(stops: np.ndarray, rows_at: np.ndarray) -> StopInterpolant:

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.finger.simulation import MeshMap
+from dolfingrip.diagnosis.finger.model import MeshMap
 
 PRESSURE_kPa = np.linspace(0, 250, 11)
 

@@ -14,7 +14,7 @@ from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.simulation import coarser
+from dolfingrip.diagnosis.finger.model import coarser
 from dolfingrip.diagnosis.simulation import runner
 from dolfingrip.diagnosis.simulation.runner import Shipped, Workers, request, staying
 from dolfingrip.diagnosis.simulation.simulated import groups
@@ -48,7 +48,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def opened(file: Path) -> Shipped:
-    runner.runner.cache_clear()
+    runner.shipped.cache_clear()
     found = runner.shipped(file)
     assert found is not None
     return found
