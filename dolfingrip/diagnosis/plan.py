@@ -286,16 +286,7 @@ def analyse_plan(
             why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
             raise ConfigError(f"the simulation does not reach all readings: {why}")
         readings = base.readings
-    return analyse(_reading(measurement, readings), config, workers, names, fully=True)
-
-
-def _reading(measurement: Measurement, values: np.ndarray) -> Measurement:
-    """The measurement with these readings, shape (n,)."""
-    rows = measurement.readings.copy()
-    places = measurement.listed()[["row", "column"]].itertuples(index=False)
-    for (row, column), value in zip(places, values, strict=True):
-        rows.loc[rows.index[row], column] = value
-    return Measurement(rows, measurement.tests, measurement.warnings)
+    return analyse(measurement.reading(readings), config, workers, names, fully=True)
 
 
 def joined(first: Measurement, second: Measurement) -> Measurement:

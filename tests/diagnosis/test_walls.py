@@ -14,13 +14,12 @@ from support.measured_files import written
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger.model import FingerSimulation, baseline_problem, errors, wall_std
+from dolfingrip.diagnosis.finger.model import FingerSimulation, baseline_problem, errors
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
     scaled_moduli,
     simulate,
-    simulate_walls,
 )
 from dolfingrip.parameter.nuisances import WALL
 
@@ -86,7 +85,7 @@ def test_the_model_leads_through_what_was_simulated(
     """At ±δ nearly exactly, between them far nearer to a simulation than along the derivative."""
     measurement, base = simulation.measurement, simulation.base
     model = baseline_problem(simulation, errors(simulation))
-    std = wall_std(simulation)
+    std = simulation.wall_std
 
     def told(walls: float) -> np.ndarray:
         return model.predicted((), np.array([0.0, (walls - 1) / std]))
@@ -143,9 +142,10 @@ def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: 
     told = TOLD.replace("force_N = 0.002\n", "").replace("force_N = 0.0004\n", "")
     measured = written_with(tmp_path, None, (told if names == "bending" else TOLD) + more, names)
     own = simulated(measured, finger(), Here(store))
-    assert simulate_walls(measured, finger(), own.base, Here(tmp_path / "none")) == {}
-    assert not (tmp_path / "none").exists()
     assert WALL in [each.name for each in own.nuisances]
+    own.workers = Here(tmp_path / "none")
+    assert own.walls == {}
+    assert not (tmp_path / "none").exists()
 
 
 def test_walls_far_from_those_configured_are_simulated(

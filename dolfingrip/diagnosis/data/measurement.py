@@ -137,6 +137,14 @@ class Measurement:
         kept = [replace(t, number=number[t.number]) for t in self.tests if t.number in number]
         return Measurement(rows.assign(test=rows["test"].map(number)), kept, self.warnings)
 
+    def reading(self, values: np.ndarray) -> Measurement:
+        """Replace single readings, (n,); those that are NaN are left out."""
+        rows = self.readings.copy()
+        places = self.listed()[["row", "column"]].itertuples(index=False)
+        for (row, column), value in zip(places, values, strict=True):
+            rows.loc[rows.index[row], column] = value
+        return Measurement(rows, self.tests, self.warnings)
+
     @property
     def columns(self) -> list[str]:
         """Columns of readings: those of the format, and those of markers that were seen."""

@@ -280,55 +280,36 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
     """Check the rows of one specimen in one experiment together."""
     for (experiment, specimen), rows in table.groupby(["experiment", "specimen"], sort=False):
         who = f"{experiment} of {specimen}"
+        numbers = [TIME.name, *filter(cavity_of_supply, rows.columns)]
+        for name in (*numbers, "branch"):
+            absent = rows[name].isna() | (rows[name] == "")
+            if absent.any() and not absent.all():
+                what = f"{', '.join(BRANCHES)}, or in no row"
+                if name in numbers:
+                    what = f"a number in each row of {who}, or in none"
+                line = int(rows["line"][absent].iloc[0])
+                raise _Line(file, line).refuse(f"{name}: missing; allowed: {what}")
         _check_time(file, rows, who)
-        _check_supplies(file, rows, who)
-        _check_twice(file, rows, who)
         count = int(rows[[*READING_COLUMNS, *of_markers(rows)]].count().sum())
         if count < 2:
             raise ConfigError(
                 f"{file}: {who}: {count} reading{'' if count == 1 else 's'}; allowed: at least 2"
             )
-        named = rows["branch"] != ""
-        if named.any() and not named.all():
-            line = _first(file, rows, ~named)
-            raise line.refuse(f"branch: missing; allowed: {', '.join(BRANCHES)}, or in no row")
-
-
-def _first(file: Path, rows: pd.DataFrame, wrong: pd.Series) -> _Line:
-    return _Line(file, int(rows["line"][wrong].iloc[0]))
 
 
 def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
+    """Check that time goes on, and that no row is there twice; rows without times may be."""
     time_s = rows[TIME.name]
-    absent = time_s.isna()
-    if absent.any() and not absent.all():
-        line = _first(file, rows, absent)
-        raise line.refuse("time_s: missing; allowed: a number in each row, or in none")
     back = time_s.diff() < 0
     if back.any():
         before, now = time_s.shift()[back].iloc[0], time_s[back].iloc[0]
-        raise _first(file, rows, back).refuse(
+        raise _Line(file, int(rows["line"][back].iloc[0])).refuse(
             f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
         )
-
-
-def _check_supplies(file: Path, rows: pd.DataFrame, who: str) -> None:
-    for name in filter(cavity_of_supply, rows.columns):
-        absent = rows[name].isna()
-        if absent.any() and not absent.all():
-            line = _first(file, rows, absent)
-            raise line.refuse(
-                f"{name}: missing; allowed: a number in each row of {who}, or in none"
-            )
-
-
-def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
-    if rows[TIME.name].isna().any():
-        return
     told = [name for name in rows.columns if name != "line"]
     first = rows.groupby(told, dropna=False, sort=False)["line"].transform("first")
-    again = rows["line"] > first
+    again = (rows["line"] > first) & time_s.notna()
     if again.any():
-        raise _first(file, rows, again).refuse(
+        raise _Line(file, int(rows["line"][again].iloc[0])).refuse(
             f"the same as line {first[again].iloc[0]} ({who}); allowed: each row once"
         )

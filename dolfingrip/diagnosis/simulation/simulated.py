@@ -14,21 +14,12 @@ Without weight and without time, equilibrium depends on pressure by modulus alon
 
 where the contacts' stiffness, an energy per volume, too, is c times as large. A change of ±20 %
 taken as linear leaves 1.6 standard deviations unexplained, this none.
-
-Other walls are simulated. Where bellows touch one another, the derivative of the blocked force by
-the walls' thickness jumps, and other walls move that jump. Taken as linear, walls that are 10 % too
-thin leave 3 standard deviations of the reference finger's readings unexplained. So the base model
-is simulated with walls to either side, and with others that readings may ask for. A polynomial
-leads through all (:func:`dolfingrip.diagnosis.finger.model.baseline_problem`). Moduli scale each of
-the simulations exactly.
-
-Which specimens share a simulation: those of the same set-up that went the same way.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -37,13 +28,12 @@ from dolfingrip import parameter
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest
 from dolfingrip.diagnosis.data.table import CONTROL
-from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import stops
 from dolfingrip.diagnosis.simulation.runner import Workers, request
 from dolfingrip.diagnosis.simulation.stops import ControlSegment, StopSchedule
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
-from dolfingrip.parameter.nuisances import WALL, changes, wall_key
+from dolfingrip.parameter.nuisances import changes
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.protocol_file import key as key_of
 
@@ -357,60 +347,6 @@ def _assembled(
             tests = tuple(measurement.tests[number] for number in run.group.tests)
             failures.append(SimulationFailure(tests, run.result.failure or ""))
     return SimulatedReadings(variant, readings, by_control, slopes, failures, runs)
-
-
-def simulate_walls(
-    measurement: Measurement,
-    config: Config,
-    base: SimulatedReadings,
-    workers: Workers,
-    further: Collection[float] = (),
-) -> dict[float, SimulatedReadings]:
-    """Simulate a finger with other walls, if it is blocked or readings have no derivative by them.
-
-    Args:
-        measurement: that ``base`` was simulated for.
-        config: the model that is diagnosed.
-        base: of it.
-        workers: where simulations are computed and kept.
-        further: thicknesses by that configured that are to be simulated, too; left out where not
-            all readings are reached.
-
-    Returns:
-        By the walls' thickness by that configured, the base simulation among them. Empty where a
-        linear nuisance serves, as nothing is blocked or the walls are known; where there are no
-        walls; or where moduli do not scale, specimens have different walls, or thinner ones do not
-        reach all readings.
-
-    Raises:
-        ConfigError: one line: no workers, or a store in use.
-        SchedulerGone: the workers are gone; what was computed is kept.
-    """
-    bodies = [run for run in base.runs if run.group.experiment != "coupon"]
-    blocked = any(run.group.experiment == "blocked_force" for run in bodies)
-    spread = min(test.setup.nuisances[WALL] for test in measurement.tests)
-    found = {(wall_key(run.config), run.config.geometry.wall_mm) for run in bodies}
-    linear = all(run.config.geometry.movable("wall_mm") for run in bodies)
-    known = spread < MODEL.walls_known or len(found) != 1
-    if known or not scale_all(base.runs) or (linear and not blocked):
-        return {}
-    ((key, wall_mm),) = found
-    if key is None:
-        return {}
-    stages = base.variant.overrides
-    usual = (1 - MODEL.walls_by, 1 + MODEL.walls_by)
-    variants = [  # coupons do not feel them: these are the base simulation's
-        replace(base.variant, overrides={**stages, key: wall_mm * by}, gradients=())
-        for by in (*usual, *further)
-    ]
-    simulated = simulate(measurement, config, variants, workers)
-    kept = np.isfinite(base.readings)
-    reached = {
-        by: each
-        for by, each in zip((*usual, *further), simulated, strict=True)
-        if np.isfinite(each.readings[kept]).all()
-    }
-    return {**reached, 1.0: base} if set(usual) <= set(reached) else {}
 
 
 def scales(config: Config) -> bool:

@@ -48,7 +48,7 @@ def refused(file: Path) -> str:
         ("25.2", "2520", "line 4: angle_deg = 2520: allowed: -720 to 720 deg"),
         ("2,50,", "2,-150,", "line 4: pressure_kPa = -150: allowed: -101.3 (absolute vacuum) to "),
         ("2,50,", "2,,", "line 4: pressure_kPa: missing; allowed: a number in each row of bending"),
-        ("2,50,", ",50,", "line 4: time_s: missing; allowed: a number in each row, or in none"),
+        ("2,50,", ",50,", "line 4: time_s: missing; allowed: a number in each row of bending"),
         ("2,50,", "0.5,50,", "line 4: time_s = 0.5: before the row above of bending of A"),
         ("25.2,", "25.2", "line 4: 7 entries; allowed: as many as the header, 8"),
         ("25.2,", "25.2,0.3", "line 4: force_N = 0.3: bending does not read it; are columns swap"),
