@@ -27,10 +27,10 @@ STEP_S: Final = 0.001
 """Time step."""
 
 GRASPING: Final = {"integrator": "discrete", "impratio": 5}
-"""How a gripper is integrated: contact forces are found with the springs and damping of a step, which
-are up to twenty times the inertia of a light link. The other integrators find them without, so that
-contacts tremble, and steps have to be half as long. At ``impratio`` 10 a potato that jumped up between
-the fingers is held with 2.2 N, at 5 with 2.5 N, as friction creeps more."""
+"""How a gripper is integrated: contact forces are found with the springs and damping of a step,
+which are up to twenty times the inertia of a light link. Other integrators find them without, so
+that contacts tremble, and steps have to be half as long. A potato that jumped up between the
+fingers is held with 2.2 N at ``impratio`` 10, with 2.5 N at 5, as friction creeps more."""
 
 SWINGING: Final = {"integrator": "implicitfast"}
 """How one finger is integrated: the other way damps its swinging as much as its material does."""
