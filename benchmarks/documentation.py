@@ -1,18 +1,19 @@
 """Every code block of README and documentation, copied into an empty clone and run whole.
 
     scripts/run env PYTHONPATH=tests python -m benchmarks.documentation
-    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation README films  # these pages
+    scripts/run env PYTHONPATH=tests python -m benchmarks.documentation README report  # these anew
 
 writes ``benchmarks/documentation.csv``: a row for each block. Pages are run one by one in a clone
 of the last commit, emptied before each, and the blocks of a page one after another. A comment
 before a block says what is special about it (``tests/support/pages.py``). Blocks that are marked
 as dear take the sizes of their marks, those that need what a machine may lack are listed with the
-reason. Pages that have not changed are not run again, so a second call goes on.
+reason. Pages whose blocks are those of the table are not run again, so a second call goes on.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import hashlib
 import json
 import os
@@ -21,14 +22,14 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from support import pages
 from support.pages import ROOT, Block
 
-from dolfingrip.files import table, whole
+from dolfingrip.files import table
 
 TABLE: Final = Path(__file__).with_suffix(".csv")
 LIMIT_S: Final = 3600
@@ -137,29 +138,38 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("out/documentation"))
     asked = parser.parse_args(arguments)
     asked.out.mkdir(parents=True, exist_ok=True)
-    kept = asked.out / "rows.json"
-    known: dict[str, Any] = json.loads(kept.read_text("utf-8")) if kept.exists() else {}
     clone = Clone(asked.out.resolve() / "clone")
-    rows: list[dict[str, object]] = []
-    for page in documents():
-        blocks = list(pages.blocks(page))
-        name = page.relative_to(ROOT).as_posix()
-        said = [[block.comment, block.text] for block in blocks]
-        digest = hashlib.sha256(json.dumps(said).encode()).hexdigest()
-        told = known.get(name, {})
-        if told.get("digest") != digest and (not asked.page or page.stem in asked.page):
-            commit = clone.empty()[:8]
-            told = {"digest": digest, "rows": [of_block(each, clone) | {"commit": commit}
-                                               for each in blocks]}  # fmt: skip
-            known[name] = told
-            whole.write(kept, json.dumps(known, indent=1))
-        if told.get("digest") == digest:  # the page's other text may have moved its blocks
-            own = zip(blocks, told["rows"], strict=True)
-            rows += [row | {"line": block.line} for block, row in own]
-        if rows:
-            table.write(TABLE, rows)
+    known: list[dict[str, str]] = []
+    if TABLE.exists():
+        with TABLE.open(encoding="utf-8", newline="") as file:
+            known = list(csv.DictReader(file))
+    told = {page: _told(page, known) for page in documents()}
+    for page in told:
+        if page.stem in asked.page or not (asked.page or told[page]):
+            commit, digest = clone.empty()[:8], _digest(page)
+            told[page] = [of_block(block, clone) | {"commit": commit, "blocks": digest}
+                          for block in pages.blocks(page)]  # fmt: skip
+            table.write(TABLE, [row for rows in told.values() for row in rows])
+    rows = [row for rows in told.values() for row in rows]
+    table.write(TABLE, rows)
     failed = [row for row in rows if row["ended"] == "FAILED"]
     print(f"{len(rows)} blocks, {len(failed)} failed:", *failed, sep="\n")
+
+
+def _digest(page: Path) -> str:
+    """Digest of the blocks of a page: the same as long as they say the same."""
+    said = [[block.comment, block.text] for block in pages.blocks(page)]
+    return hashlib.sha256(json.dumps(said).encode()).hexdigest()[:8]
+
+
+def _told(page: Path, known: Sequence[Mapping[str, object]]) -> list[dict[str, object]]:
+    """Rows of the table that hold for a page as it is, at the lines where its blocks are today."""
+    kept = [row for row in known if row["page"] == page.relative_to(ROOT).as_posix()]
+    if any(row["blocks"] != _digest(page) for row in kept):
+        return []
+    return [
+        row | {"line": block.line} for row, block in zip(kept, pages.blocks(page), strict=False)
+    ]
 
 
 def _git(folder: Path, *words: str) -> str:
