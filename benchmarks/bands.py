@@ -3,7 +3,7 @@
     scripts/run python -m benchmarks.bands
 
 writes ``benchmarks/bands.csv``. Runs are kept in ``--out``, so that a second call goes on. It takes
-about three minutes of one core. Seeds are those of the runs' numbers, 0, 1, ….
+about five minutes of one core. Seeds are those of the runs' numbers, 0, 1, ….
 """
 
 from __future__ import annotations
@@ -26,17 +26,16 @@ from dolfingrip.parameter import find as parameters
 from dolfingrip.parameter.nuisances import STIFFNESSES, changes
 from dolfingrip.sections.tables import assignments
 
-RUNS: Final = 60
 TABLE: Final = Path(__file__).with_suffix(".csv")
 _SHORT: Final = (
     "finger.bellows=3 finger.length_mm=45 plate.contact_length_mm=10 mesh.edge_size_mm=7 "
     "experiment.max_pressure_kPa=100 experiment.step_kPa=50"
 )
 ROWS: Final = (
-    ("bending", _SHORT, ("angle_deg", "tip_x_mm", "tip_z_mm")),
-    ("blocked_force", f"{_SHORT} plate.gap_mm=1", ("force_N",)),
+    ("bending", 120, _SHORT, ("angle_deg", "tip_x_mm", "tip_z_mm")),
+    ("blocked_force", 60, f"{_SHORT} plate.gap_mm=1", ("force_N",)),
 )
-"""Experiment, settings, readings; no plate can be nearer than at 0 mm."""
+"""Experiment, random runs, settings, readings; no plate can be nearer than at 0 mm."""
 
 
 def drawn(bands: Bands, seed: int) -> dict[str, float]:
@@ -69,13 +68,13 @@ def rows(folder: Path) -> list[dict[str, object]]:
     file = folder / "bands.json"
     known: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.exists() else {}
     found: list[dict[str, object]] = []
-    for name, settings, columns in ROWS:
+    for name, number, settings, columns in ROWS:
         experiment = find(name)
         config = experiment.settings(load(None, assignments(settings.split())))
         one = run(name, config, bands={})
         bands = Bands.of(experiment, config, {})
         drawn_rows = []
-        for seed in range(RUNS):
+        for seed in range(number):
             key = f"{name} {settings} {seed}"
             if key not in known:
                 values = drawn(bands, seed)

@@ -179,8 +179,8 @@ def _once(
             for each in derived:
                 each.record(place)
             if bands is not None:
-                slopes = (one for each in derived for one in each.rows if one["row"] == place)
-                row |= bands.ends(row, slopes, banded)
+                slopes = (one for each in derived for one in each.rows)
+                row |= bands.ends(result.rows, slopes, banded)
             if recorder is not None:
                 recorder.append(row)
             if place in wanted:

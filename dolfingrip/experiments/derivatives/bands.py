@@ -2,35 +2,39 @@
 
 A reading y changes by c_k = Σ_m ∂y/∂m Δm_k at one standard deviation of number k, where Δm_k are
 the changes of parameters (:mod:`dolfingrip.parameter.nuisances`). The numbers are independent, so
-that an interval of y reaches from
+that a reading which is linear in them has the variance Σ_k c_k², beside that of its instrument.
 
-    y − √(Σ_k (z c_k)² + (z σ_n)²)   to   y + √(Σ_k (z c_k)² + (z σ_n)²),
+The stiffness is the least known of them, and readings are not linear in it. But the run has solved
+other stiffnesses as well: a softer body is the same body under more pressure, and its reading is
+ψ(t) by the softness t (:mod:`dolfingrip.experiments.derivatives.softness`). A number counts as a
+change κ_k of t as far as that explains what it changes of the readings that grow with the load.
+The rest r_k = c_k − κ_k ψ'(0) counts as linear:
 
-with σ_n the noise of the instrument that reads it. That is exact where y is linear in the numbers.
+    y = ψ(Σ_k κ_k ζ_k) + Σ_k r_k ζ_k,   ζ_k independent standard normal numbers.
 
-The stiffness is a factor exp(s ζ) of all moduli and the least known of them. An angle grows about
-as a power of the pressure by the moduli, y ∝ exp(t ζ) with t = c_k / y, so that its own part is
-y (exp(z t) − 1) upwards and y (1 − exp(−z t)) downwards. Where a reading has just begun to grow, as
-a force at the first touch, t is large and y no such power: what exp(z t) adds to 1 + z t counts up
-to z t = 1.
+The ends of a band are quantiles of that. ψ is known in pressure control alone. Else all is linear.
 """
 
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import ndtr
 
 from dolfingrip.channels import CHANNELS, PRESSURE, of_band
 from dolfingrip.config import Config, ConfigError, changed
+from dolfingrip.experiments.derivatives.softness import ReadingAt, Softness
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.parameter import every
-from dolfingrip.parameter.nuisances import NUISANCES, STIFFNESSES, USUAL, changes, neutral_stages
+from dolfingrip.parameter.nuisances import NUISANCES, USUAL, changes, neutral_stages
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.result import Result
@@ -38,8 +42,11 @@ if TYPE_CHECKING:
 LEVEL: Final = 0.95
 """Probability that a reading is within its band."""
 
-WIDTH: Final = 1.959964
-"""Half of that band by the standard deviation of a normal number."""
+GRID: Final = np.linspace(-6.0, 6.0, 2401)
+"""Values of a standard normal number."""
+
+CHANCES: Final = np.exp(-(GRID**2) / 2) / np.exp(-(GRID**2) / 2).sum()
+"""Their probabilities."""
 
 LEAST: Final = 0.01
 """Part of a reading's variance below which what makes it is not named."""
@@ -76,8 +83,9 @@ class Bands:
             ConfigError: one line with a key that is nothing of this run, or a value that is no
                 standard deviation.
         """
-        pressurised = experiment.control is PRESSURE and config.experiment.control == "pressure"
-        own = changed(config, neutral_stages(config)) if pressurised else config
+        own = config
+        if cls(experiment, config, {})._pressurised:
+            own = changed(config, neutral_stages(config))
         known = _felt(experiment, own)
         noisy = [each.name for each in CHANNELS.values() if each.noise]
         for key, value in told.items():
@@ -103,6 +111,16 @@ class Bands:
         each = {k: changes(self.config, k, std) for k, std in self.spreads.items()}
         return {k: found for k, found in each.items() if found and known.issuperset(found)}
 
+    @cached_property
+    def _softening(self) -> dict[str, float]:
+        """All moduli, the changes that double them; none where stops have no pressure."""
+        return changes(self.config, "modulus", 1.0) if self._pressurised else {}
+
+    @property
+    def _pressurised(self) -> bool:
+        """Whether stops are pressures."""
+        return self.experiment.control is PRESSURE and self.config.experiment.control == "pressure"
+
     def keys(self, further: Sequence[str] | None) -> tuple[str, ...]:
         """Return the parameters that readings are derived by.
 
@@ -111,7 +129,7 @@ class Bands:
         """
         if further is not None and not further:
             return ()
-        own = [key for found in self.changes.values() for key in found]
+        own = [key for found in (*self.changes.values(), self._softening) for key in found]
         return tuple(dict.fromkeys([*(further or ()), *own]))
 
     def parts(self, column: str, slopes: Mapping[tuple[str, str], float]) -> dict[str, float]:
@@ -132,42 +150,88 @@ class Bands:
         noise = {column: self.spreads[column]} if column in self.spreads else {}
         return {**found, **noise} if found else {}
 
-    def ends(self, row: Row, entries: Iterable[Mapping[str, Any]], columns: Container[str]) -> Row:
-        """Return the ends of the bands of a row.
+    def ends(
+        self, rows: Sequence[Row], entries: Iterable[Mapping[str, Any]], columns: Container[str]
+    ) -> Row:
+        """Return the ends of the bands of the last row.
 
         Args:
-            row: readings.
-            entries: derivatives at this row, as dictionaries of ``sensitivity.csv``.
+            rows: readings at all stops up to this one.
+            entries: derivatives at these rows, as dictionaries of ``sensitivity.csv``.
             columns: that have a band.
 
         Returns:
             Both ends by column, in the readings' units.
         """
-        slopes = by_column_and_parameter(entries)
+        row, before = rows[-1], self._before(rows)
+        slopes = _by_row(entries, (len(rows) - 1, before))
+        here = slopes[len(rows) - 1]
+        parts = {column: self.parts(column, here) for column in dict.fromkeys(c for c, _ in here)
+                 if column in row and column in columns}  # fmt: skip
+        softer = {column: self._softer(column, rows, slopes, before) for column in parts}
+        equal = self._equal(parts, softer, row)
         found: Row = {}
-        for column in dict.fromkeys(name for name, _ in slopes):
-            parts = self.parts(column, slopes)
-            if column not in row or column not in columns or not math.isfinite(sum(parts.values())):
+        for column, own in parts.items():
+            if not math.isfinite(sum(own.values())):
                 continue
-            value = row[column]
-            if value == 0:  # at rest, where instruments are zeroed; a force has a kink there
-                parts = {key: part for key, part in parts.items() if key == column}
-            grows = column in CHANNELS and CHANNELS[column].grows
-            down, up = (
-                math.hypot(
-                    *(
-                        _of_power(WIDTH * part, value, side)
-                        if grows and key in STIFFNESSES
-                        else WIDTH * part
-                        for key, part in parts.items()
-                    )
-                )
-                for side in (-1.0, 1.0)
-            )
-            if value < 0:
-                down, up = up, down
-            found |= dict(zip(of_band(column), (value - down, value + up), strict=True))
+            if row[column] == 0:  # at rest, where instruments are zeroed; a force has a kink there
+                own = {key: part for key, part in own.items() if key == column}
+            ends = _ends(row[column], own, equal, softer[column])
+            found |= dict(zip(of_band(column), ends, strict=True))
         return found
+
+    def _before(self, rows: Sequence[Row]) -> int | None:
+        """The last stop at half the pressure of the last row, or less; None where there is none."""
+        loads = np.array([row[self.experiment.control.name] for row in rows])
+        lower = np.flatnonzero(np.abs(loads) <= abs(loads[-1]) / 2)
+        return int(lower[-1]) if self._softening and lower.size and loads[-1] else None
+
+    def _softer(
+        self,
+        column: str,
+        rows: Sequence[Row],
+        slopes: Mapping[int, Mapping[tuple[str, str], float]],
+        before: int | None,
+    ) -> Softness | None:
+        """A reading by the softness; None where that is not known."""
+        if before is None or column not in rows[before]:
+            return None
+        here, there = (
+            ReadingAt(
+                rows[i][self.experiment.control.name], rows[i][column],
+                sum(slopes[i].get((column, key), math.nan) * amount
+                    for key, amount in self._softening.items()),
+            )
+            for i in (len(rows) - 1, before)
+        )  # fmt: skip
+        if not math.isfinite(here.slope + here.value + there.value):
+            return None
+        proportion = column in CHANNELS and CHANNELS[column].in_proportion
+        return Softness(here, there, in_proportion=proportion)
+
+    def _equal(
+        self,
+        parts: Mapping[str, Mapping[str, float]],
+        softer: Mapping[str, Softness | None],
+        row: Row,
+    ) -> dict[str, float]:
+        """Softness that one standard deviation of each number is equal to, by least squares.
+
+        It explains the relative changes of the readings that grow with the load.
+        """
+        known = [
+            (curve.slope / row[column], {key: part / row[column] for key, part in own.items()})
+            for column, own in parts.items()
+            if (curve := softer[column]) and column in CHANNELS and CHANNELS[column].grows
+            if row[column]
+        ]
+        whole = sum(slope**2 for slope, _ in known)
+        if not whole:
+            return {}
+        return {
+            key: sum(slope * own[key] for slope, own in known if key in own) / whole
+            for key in self.changes
+        }
 
 
 def _felt(experiment: Experiment, config: Config) -> set[str]:
@@ -175,27 +239,57 @@ def _felt(experiment: Experiment, config: Config) -> set[str]:
     return {each.key for each in every(config) if each.section.felt_on(experiment.parts)}
 
 
-def _of_power(change: float, value: float, side: float) -> float:
-    """How far a reading moves away from zero (side 1) or towards it, by its change to first order.
+def _ends(
+    value: float, parts: Mapping[str, float], equal: Mapping[str, float], softer: Softness | None
+) -> tuple[float, float]:
+    """Ends of the band of a reading.
 
     Args:
-        change: at the width of the band.
         value: of the reading.
-        side: 1 or −1.
+        parts: its changes at one standard deviation of each number.
+        equal: softness that each number is equal to.
+        softer: the reading by the softness; None: it is linear in all numbers.
     """
-    t = abs(change / value) if value else math.inf
-    if side < 0:
-        return -abs(value) * math.expm1(-t)
-    return abs(change) + abs(value) * (math.expm1(min(t, 1.0)) - min(t, 1.0))
+    rest = np.array(list(parts.values()))
+    kappa = np.zeros_like(rest)
+    if softer is not None:
+        kappa += np.array([equal.get(key, 0.0) for key in parts])
+        rest = rest - kappa * softer.slope
+    size = float(np.linalg.norm(kappa))
+    along = float(rest @ kappa) / size if size else 0.0
+    across = max(float(rest @ rest) - along**2, 0.0)
+    center = along * GRID + (value if softer is None else softer(size * GRID))
+    # each node of the grid is as wide as their distance
+    widths = np.sqrt(across + np.gradient(center) ** 2) + 1e-12 * abs(value)
+    if not widths.any():
+        return value, value
+    reach = 8.0 * float(widths.max())
+
+    def beyond(end: float, chance: float) -> float:
+        return float(CHANCES @ ndtr((end - center) / widths)) - chance
+
+    low, high = (
+        brentq(beyond, center.min() - reach, center.max() + reach, args=(chance,))
+        for chance in (0.5 - LEVEL / 2, 0.5 + LEVEL / 2)
+    )
+    return min(low, value), max(high, value)
 
 
-def by_column_and_parameter(entries: Iterable[Mapping[str, Any]]) -> dict[tuple[str, str], float]:
-    """Return the derivatives of one row by column and parameter.
+def _by_row(
+    entries: Iterable[Mapping[str, Any]], rows: Container[int | None]
+) -> dict[int, dict[tuple[str, str], float]]:
+    """Derivatives by row, and by column and parameter.
 
     Args:
         entries: as dictionaries of ``sensitivity.csv``.
+        rows: that are looked for.
     """
-    return {(each["column"], each["parameter"]): float(each["derivative"]) for each in entries}
+    found: dict[int, dict[tuple[str, str], float]] = defaultdict(dict)
+    for each in entries:
+        if each["row"] in rows:
+            place = each["column"], each["parameter"]
+            found[each["row"]][place] = float(each["derivative"])
+    return found
 
 
 def band_sentences(experiment: Experiment, result: Result) -> list[str]:
@@ -218,8 +312,7 @@ def band_sentences(experiment: Experiment, result: Result) -> list[str]:
         if low not in result:
             continue
         row = int(np.nanargmax(np.abs(result.column(experiment.control.name))))
-        at = [each for each in result.sensitivities if each["row"] == row]
-        parts = bands.parts(curve.column, by_column_and_parameter(at))
+        parts = bands.parts(curve.column, _by_row(result.sensitivities, (row,))[row])
         whole = sum(part**2 for part in parts.values())
         if not whole:
             continue
