@@ -6,7 +6,7 @@ import csv
 import datetime
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -33,7 +33,14 @@ MISSING: Final = frozenset(
 COMMENT: Final = re.compile(r"\s*(#|%|//)+\s*")
 _GROUPS: Final = " '’\u00a0\u202f\u2009"
 _NUMBER: Final = re.compile(rf"[+\-−]?[\d{_GROUPS}.,]*\d[.,]?([eE][+\-−]?\d+)?")
-_CLOCK: Final = re.compile(r"(\d{4}-\d\d-\d\d[ T])?(\d+:\d\d:\d\d([.,]\d+)?|\d+:\d\d[.,]\d+)")
+_CLOCK: Final = re.compile(
+    r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4}(?:[ T]|, ?))?"
+    r"(?P<time>\d+:\d\d:\d\d(?:[.,]\d+)?|\d+:\d\d[.,]\d+|\d+:\d\d(?= ?[ap]\.?m))"
+    r"(?P<half> ?[ap]\.?m\.?)?",
+    re.IGNORECASE,
+)
+_PAIR: Final = re.compile(r"(\d+):([0-5]\d)")
+_DAY_S: Final = 86400.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +71,47 @@ def is_clock(cell: str) -> bool:
     return bool(_CLOCK.fullmatch(cell.strip()))
 
 
-def seconds(cell: str) -> float:
-    """A time of day, or a date with one, in seconds; NaN where it is none."""
-    text = cell.strip().replace(",", ".")
-    if text.count(":") == 1:  # minutes and seconds
-        text = f"00:{text}"
-    if "-" in text:
-        return float(pd.Timestamp(text).timestamp())
-    return float(pd.Timedelta(text).total_seconds())
+def seconds(texts: Sequence[str]) -> list[float] | None:
+    """Times of day, or dates with one, in seconds; a day is over where they fall by half of it.
+
+    Args:
+        texts: cells of a column; empty ones are NaN.
+
+    Returns:
+        The times; None where a cell is none, or where the order of day and month is not certain.
+    """
+    found = [_CLOCK.fullmatch(text.strip()) for text in texts if text.strip()]
+    told = [each for each in found if each]
+    dates = [each["date"] for each in told]
+    iso = all(date and re.fullmatch(r"\d{4}-\d\d-\d\d[ T]", date) for date in dates)
+    if len(told) < len(found) or not told or (not iso and len(set(dates)) > 1):
+        return None
+    clock = [_of_day(each) + (_days(each["date"]) if iso else 0.0) for each in told]
+    for i in range(1, len(clock) if not iso else 0):
+        while clock[i] < clock[i - 1] - _DAY_S / 2:
+            clock[i] += _DAY_S
+    times = iter(clock)
+    return [next(times) if text.strip() else float("nan") for text in texts]
+
+
+def _of_day(told: re.Match[str]) -> float:
+    """Seconds of a time of day; two numbers are minutes and seconds, before am and pm hours."""
+    parts = [float(each.replace(",", ".")) for each in told["time"].split(":")]
+    if told["half"]:
+        parts = [parts[0] % 12 + 12 * ("p" in told["half"].casefold()), *parts[1:], 0.0][:3]
+    return float(sum(each * 60.0**i for i, each in enumerate(reversed(parts))))
+
+
+def _days(date: str) -> float:
+    """Seconds to the beginning of a day, from that of another."""
+    return datetime.date.fromisoformat(date[:10]).toordinal() * _DAY_S
+
+
+def pairs(texts: Sequence[str]) -> list[float] | None:
+    """Hours and minutes as hours, minutes and seconds as minutes; None where a cell is no such."""
+    found = [_PAIR.fullmatch(text.strip()) for text in texts]
+    told = [float(each[1]) + float(each[2]) / 60.0 for each in found if each]
+    return told if len(told) == len(found) else None
 
 
 def number(cell: str, decimal: str) -> float:

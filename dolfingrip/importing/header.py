@@ -291,7 +291,9 @@ def recognise(header: str) -> Recognised:
     fitting = [t for t in TARGETS.values() if t in MEASURED and _unit_of(t) != NO_UNIT]
     fits = tuple(("", t) for t in fitting if unit and factor(unit, t))
     if found:
-        return Recognised(header, (), f"{unit} is no unit of {' or '.join(found)}", fits)
+        other = [("*FACTOR", column) for each in found for column in _known()["columns"][each]]
+        why = f"{unit} is no unit of {' or '.join(found)}"
+        return Recognised(header, (), why, fits or tuple(other))
     return Recognised(header, (), UNNAMED if fits else "", fits)
 
 

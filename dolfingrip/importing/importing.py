@@ -38,6 +38,9 @@ from dolfingrip.importing.header import (
 from dolfingrip.importing.told import Question, Told, column_line, line
 from dolfingrip.sections import tables
 
+CLOCK: Final = "time of day"
+"""What stands for the unit of such a column."""
+
 BENDING: Final = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm")
 
 REST: Final = (*BENDING, "force_N", "displacement_mm")
@@ -183,10 +186,13 @@ def _about(known: Recognised) -> Question:
 
 def _with_clock(known: Recognised, cells: Cells, place: int) -> Recognised:
     """A column of times of day, whose unit they tell."""
-    clock = [reading.is_clock(cell) for cell in cells.column(place) if cell]
-    if clock and all(clock):
-        return Recognised(known.header, (ColumnReading(TIME.name, "time of day"),))
-    return known
+    texts = cells.column(place)
+    if reading.seconds(texts) is not None:
+        return Recognised(known.header, (ColumnReading(TIME.name, CLOCK),))
+    if reading.pairs(texts) is None or any(each.unit in ("min", "h") for each in known.readings):
+        return known
+    why = f"{texts[0]} may be minutes and seconds, or hours and minutes"
+    return Recognised(known.header, (), why, (("", "time_min"), ("", "time_h")))
 
 
 def _one_each(found: ImportedTable) -> None:
@@ -221,9 +227,11 @@ def _convert(found: ImportedTable) -> None:
         texts = found.cells.column(place)
         if taken.target in (*WHO, "mode") and taken.target != "cycle":
             columns[taken.target] = texts
-        elif taken.unit == "time of day":
-            times = np.array([reading.seconds(each) for each in texts])
-            columns[taken.target] = times - times[0]
+        elif taken.unit == CLOCK:
+            columns[taken.target] = np.array(reading.seconds(texts))
+            columns[taken.target] -= columns[taken.target][0]
+        elif taken.unit in ("min", "h") and (parts := reading.pairs(texts)) is not None:
+            columns[taken.target] = taken.factor * np.array(parts)
         else:
             columns[taken.target] = taken.factor * _numbers(found, header, texts) + taken.offset
     found.table = pd.DataFrame(columns)
@@ -237,8 +245,8 @@ def _numbers(found: ImportedTable, header: str, texts: Sequence[str]) -> np.ndar
         except ValueError:
             raise ConfigError(
                 f"{found.file}: line {number}: {header} = {text}: not a number; allowed: numbers "
-                f"with a decimal {found.cells.how.rpartition(' ')[2]}, or nothing; or add "
-                f"{column_line(header, IGNORE)}"
+                f"with a decimal {found.cells.how.rpartition(' ')[2]}, or nothing; "
+                f"remove a line that is no reading, or add {column_line(header, IGNORE)}"
             ) from None
     return np.array(values)
 

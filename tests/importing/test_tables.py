@@ -129,6 +129,21 @@ Uhrzeit;Unterdruck [mbar];Winkel [°]
 10:00:05;-200;4,1
 10:00:12;-400;8,3
 """
+MIDNIGHT = """Clock,Pressure (mmHg),Angle (deg)
+11:59:50 PM,0,0
+11:59:55 PM,75,3.2
+12:00:10 AM,150,6.9
+"""
+DATED = """Datum;Druck [Pa];Kraft [gf]
+11.03.2024 14:00:05;0;0
+11.03.2024 14:00:10;25'000;51,2
+11.03.2024 14:00:15;50'000;1'236
+"""
+MINUTES = """Time (min),Pressure (cmH2O),Angle (deg)
+0:00,0,0
+0:30,100,3.2
+1:15,200,6.9
+"""
 STRESS = [
     ["Uniaxial tension", None, None],
     ["Dehnung", "Nennspannung", "Bemerkung"],
@@ -139,6 +154,21 @@ STRESS = [
 ]
 
 TABLES = (
+    LabTable(
+        "midnight.csv", MIDNIGHT.encode("utf-16"),
+        {"time_s": [0, 5, 20], "pressure_kPa": [0, 9.9991776, 19.998355],
+         "angle_deg": [0, 3.2, 6.9]},
+    ),
+    LabTable(
+        "dated.csv", DATED.encode("utf-8-sig"),
+        {"time_s": [0, 5, 10], "pressure_kPa": [0, 25, 50],
+         "force_N": [0, 0.0512 * 9.80665, 1.236 * 9.80665]},
+        experiment="blocked_force",
+    ),
+    LabTable(
+        "minutes.csv", MINUTES.encode(),
+        {"time_s": [0, 30, 75], "pressure_kPa": [0, 9.80665, 19.6133], "angle_deg": [0, 3.2, 6.9]},
+    ),
     LabTable(
         "german.csv", GERMAN.encode("latin-1"),
         {"time_s": [0, 0.5, 1], "pressure_kPa": [0, 12.5, 25], "angle_deg": [0, 3.42, 7.91]},
@@ -260,6 +290,8 @@ def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_pat
         ("Weg [mm];Kraft [N]\n0,5;0\n1,5;2\n", ["--gauge-length VALUE", "--area VALUE"]),
         ("t [s],x [kPa],angle [°]\n0,0,0\n1,50,12\n", ['--column "x [kPa]=pressure_kPa"']),
         ("p [inWG],angle [°]\n0,0\n0.5,12\n", ['--column "p [inWG]*FACTOR=pressure_kPa"']),
+        ("t [s],p [%],angle [°]\n0,0,0\n1,5,12\n", ['--column "p [%]*FACTOR=pressure_kPa"']),
+        ("t [s],p [kPa],angle [°]\n0:00,0,0\n0:30,5,12\n", ['--column "t [s]=time_min"']),
     ],
 )  # fmt: skip
 def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
@@ -295,6 +327,7 @@ def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
         ("t [s],p [kPa]\n0,0\n1,2\n", "allowed: pressure and an angle"),
         ("t [s],vacuum [kPa],angle [°]\n0,-40,0\n1,50,3\n", "suction and pressure in one table"),
         ("lambda,true stress [MPa]\n1,0\n2,3\n", "allowed: "),
+        ("t [s],p [kPa],angle [°]\n0,0,0\n1,2,3\nMean,1,2\n", "remove a line that is no reading"),
     ],
 )
 def test_what_is_no_table_of_a_measurement_is_one_line(
