@@ -118,7 +118,7 @@ class Bands:
 
     @property
     def _pressurised(self) -> bool:
-        """Whether stops are pressures."""
+        """Say if stops are pressures."""
         return self.experiment.control is PRESSURE and self.config.experiment.control == "pressure"
 
     def keys(self, further: Sequence[str] | None) -> tuple[str, ...]:
