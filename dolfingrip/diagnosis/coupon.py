@@ -94,7 +94,7 @@ class CouponSimulation:
         return self.measurement.collected(
             {
                 group.tests: {
-                    name: group.in_time.slopes(own[0], count) for name, own in values.items()
+                    name: group.in_time.at_rows(own[0], count, 1) for name, own in values.items()
                 }
                 for group, values in solved
             }

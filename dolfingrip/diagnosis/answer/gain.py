@@ -7,7 +7,7 @@ readings tell. Of a specimen that was left out its own scale is fitted, for all 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -34,17 +34,16 @@ class Fold:
     Attributes:
         kind: what was left out.
         part: which they are, shape (n,) of bool.
-        configured, nuisances, process, cause: predictions of all readings, shape (n,).
+        predictions: of all readings, shape (n,), as configured (``before``), and by the other
+            readings with ``nuisances`` refitted, a ``process`` without cause and with the
+            ``cause``.
         log_odds: ln of how much more probable the left-out readings are with the cause than with
             the nuisances refitted, and than with a process without cause.
     """
 
     kind: str
     part: np.ndarray
-    configured: np.ndarray
-    nuisances: np.ndarray
-    process: np.ndarray
-    cause: np.ndarray
+    predictions: dict[str, np.ndarray]
     log_odds: tuple[float, float]
 
 
@@ -127,14 +126,12 @@ def _fold(analysis: Analysis[Any], whole: ModelPosterior, kind: str, part: np.nd
         factor = float(prediction[own] @ problem.value[own]) / square if square > 0 else 1.0
         return np.where(own, factor, 1.0) * prediction
 
-    return Fold(
-        kind, part,
-        configured=scale(problem.base),
-        nuisances=scale(conditioned(plain, 0.0)),
-        process=scale(conditioned(analysis.exact(free), free.level)),
-        cause=scale(conditioned(cause, 0.0)),
-        log_odds=_log_odds(whole, rest),
-    )  # fmt: skip
+    told = {
+        "before": problem.base, "nuisances": conditioned(plain, 0.0),
+        "process": conditioned(analysis.exact(free), free.level), "cause": conditioned(cause, 0.0),
+    }  # fmt: skip
+    predictions = {name: scale(each) for name, each in told.items()}
+    return Fold(kind, part, predictions, _log_odds(whole, rest))
 
 
 def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float]:
@@ -163,25 +160,23 @@ def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float
 def _error(
     folds: list[Fold], kind: str, channel: str, which: np.ndarray, value: np.ndarray
 ) -> HeldOutError:
-    def rms(of: Callable[[Fold], np.ndarray], chosen: np.ndarray) -> float:
-        squares = [((of(folds[i]) - value)[folds[i].part & which]) ** 2 for i in chosen]
-        together = np.concatenate(squares)
+    def rms(by: str, chosen: Iterable[int]) -> float:
+        own = [folds[i] for i in chosen]
+        off = [(each.predictions[by] - value)[each.part & which] for each in own]
+        together = np.concatenate(off) ** 2
         return float(np.sqrt(together.mean())) if together.size else 0.0
 
-    every = np.arange(len(folds))
     rng = np.random.default_rng(0)
     drawn = [rng.integers(0, len(folds), len(folds)) for _ in range(200)]
-    errors = np.array(
-        [(rms(lambda f: f.cause, chosen), rms(lambda f: f.nuisances, chosen)) for chosen in drawn]
-    )
+    errors = np.array([(rms("cause", chosen), rms("nuisances", chosen)) for chosen in drawn])
     tail = (1 - POLICY.interval) / 2
     ends = np.quantile(errors[:, 0], [tail, 1 - tail])
     ratios = np.quantile(errors[:, 0] / np.maximum(errors[:, 1], 1e-300), [tail, 1 - tail])
     odds = np.sum([fold.log_odds for fold in folds], axis=0)
     return HeldOutError(
-        left_out=kind, channel=channel, folds=len(folds), before=rms(lambda f: f.configured, every),
-        nuisances=rms(lambda f: f.nuisances, every), process=rms(lambda f: f.process, every),
-        cause=rms(lambda f: f.cause, every), cause_low=float(ends[0]), cause_high=float(ends[1]),
+        left_out=kind, channel=channel, folds=len(folds),
+        **{name: rms(name, range(len(folds))) for name in folds[0].predictions},
+        cause_low=float(ends[0]), cause_high=float(ends[1]),
         by_nuisances_low=float(ratios[0]), by_nuisances_high=float(ratios[1]),
         log_odds_nuisances=float(odds[0]), log_odds_process=float(odds[1]),
     )  # fmt: skip

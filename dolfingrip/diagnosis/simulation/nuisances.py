@@ -9,7 +9,6 @@ modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -42,12 +41,17 @@ UNITS: Final = {
 """Of nuisances that are no parameters and are not relative."""
 
 
-def _refuse_unused(measurement: Measurement, applied: Sequence[Config]) -> None:
-    """Refuse nuisances that the laboratory tells and none of its tests feels."""
-    tests = measurement.tests
+def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
+    """Parameters that a base simulation is derived by; the base layer's serves an effect.
+
+    Raises:
+        ConfigError: one line, where nothing in the tests feels a nuisance that the laboratory told.
+    """
+    applied, tests = measurement.applied(config), measurement.tests
+    known = dict.fromkeys(parameter.key for each in applied for parameter in every(each))
     coupons = any(each.experiment == "coupon" for each in tests)
     fingers = any(each.of_finger for each in tests)
-    used = {
+    felt = {
         WALL: fingers and any(map(wall_key, applied)),
         "pressure_gain": fingers,
         "pressure_offset_kPa": fingers,
@@ -55,34 +59,16 @@ def _refuse_unused(measurement: Measurement, applied: Sequence[Config]) -> None:
         "coupon_area": coupons,
         "coupon_slack_mm": coupons,
     }
+    usual = [key for key in NUISANCES if felt.get(key, True)]
     for each in tests:
-        if unused := sorted(key for key in each.setup.told if not used.get(key, True)):
-            allowed = ", ".join(key for key in NUISANCES if used.get(key, True))
-            value = each.setup.nuisances[unused[0]]
+        for key in sorted(each.setup.told - {*usual, *known}):
+            allowed = ", ".join([*usual, *(sorted(known) if "." in key else ())])
             raise ConfigError(
-                f"[nuisance] {unused[0]} = {value:g}: nothing in these tests feels it; "
-                f"allowed: {allowed}"
+                f"[nuisance] {key} = {each.setup.nuisances[key]:g}: nothing in these tests feels "
+                f"it; allowed: {allowed}"
             )
-
-
-def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
-    """Parameters that a base simulation is derived by; the base layer's serves an effect.
-
-    Raises:
-        ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
-    """
-    applied = measurement.applied(config)
-    _refuse_unused(measurement, applied)
     found = [key for each in applied for key in modulus_keys(each)]
-    found += [*WALLS, BASE_LAYER, GAIN, OFFSET, GAP]
-    known = {parameter.key for each in applied for parameter in every(each)}
-    for key in _own(measurement):
-        if key not in known:
-            raise ConfigError(
-                f"[nuisance] {key}: no parameter of these tests; allowed: {', '.join(NUISANCES)}, "
-                f"{', '.join(sorted(known))}"
-            )
-        found.append(key)
+    found += [*WALLS, BASE_LAYER, GAIN, OFFSET, GAP, *_own(measurement)]
     return tuple(dict.fromkeys(found))
 
 
@@ -99,7 +85,7 @@ def base_variant(
         moved: changes of the moduli.
 
     Raises:
-        ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
+        ConfigError: one line, where nothing in the tests feels a nuisance that the laboratory told.
     """
     stages = neutral_stages(config)
     return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=ROUTES.headroom)

@@ -322,22 +322,17 @@ def _assembled(
 ) -> SimulatedReadings:
     count = len(measurement.readings)
 
-    def at_rows(slope: str | None = None) -> Rows:
+    def at_rows(slope: str | None = None, derivative: int = 0) -> Rows:
         return {
             run.group.tests: {
-                name: run.schedule.at_rows(values, count)
+                name: run.schedule.at_rows(values, count, derivative)
                 for name, values in run.columns(slope).items()
             }
             for run in runs
         }
 
     readings = measurement.collected(at_rows())
-    by_control = measurement.collected({
-        run.group.tests: {
-            name: run.schedule.slopes(values, count) for name, values in run.columns().items()
-        }
-        for run in runs
-    })  # fmt: skip
+    by_control = measurement.collected(at_rows(derivative=1))
     keys = dict.fromkeys(key for run in runs for _, key in run.result.slopes)
     slopes = {key: measurement.collected(at_rows(key), 0.0) for key in keys}
     failures: list[SimulationFailure] = []

@@ -62,7 +62,11 @@ class StopInterpolant:
     core: int = 0
 
     def weights(
-        self, reached: int, rows_at: np.ndarray | None = None, outside: float = ROUTES.outside
+        self,
+        reached: int,
+        rows_at: np.ndarray | None = None,
+        outside: float = ROUTES.outside,
+        derivative: int = 0,
     ) -> np.ndarray:
         """(rows, stops) weights with the first ``reached`` stops of the simulation.
 
@@ -70,30 +74,12 @@ class StopInterpolant:
             reached: number of stops that there are readings of; the rest have no weight.
             rows_at: in place of the leg's own.
             outside: how far beyond the stops that were reached rows are read.
+            derivative: 1 for that by what the leg is read by.
 
         Returns:
             NaN in the rows that cannot be read, as the simulation did not come so far.
         """
         where = self.rows_at if rows_at is None else rows_at
-        return self._spread(where, reached, 0, outside)
-
-    def read(self, values: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """(places,) readings at any place, however far beyond the leg.
-
-        Args:
-            values: (reached,) of one column, at the first stops of the simulation.
-            at: (places,) by what the leg is read by.
-        """
-        padded = np.pad(values, (0, len(self.stops) - len(values)))
-        return np.asarray(self.weights(len(values), at, ROUTES.anywhere) @ padded)
-
-    def slopes(self, reached: int) -> np.ndarray:
-        """(rows, stops) weights of the derivative by what the leg is read by."""
-        return self._spread(self.rows_at, reached, 1)
-
-    def _spread(
-        self, where: np.ndarray, reached: int, derivative: int, outside: float = ROUTES.outside
-    ) -> np.ndarray:
         there = np.flatnonzero(self.stops < reached)
         found = np.zeros((len(where), len(self.stops)))
         if not there.size:
@@ -110,6 +96,16 @@ class StopInterpolant:
             margin = outside * (high - low)
             found[(where > high + margin) | (where < low - margin)] = np.nan
         return found
+
+    def read(self, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """(places,) readings at any place, however far beyond the leg.
+
+        Args:
+            values: (reached,) of one column, at the first stops of the simulation.
+            at: (places,) by what the leg is read by.
+        """
+        padded = np.pad(values, (0, len(self.stops) - len(values)))
+        return np.asarray(self.weights(len(values), at, ROUTES.anywhere) @ padded)
 
 
 def _spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
@@ -164,31 +160,23 @@ class StopSchedule:
             "branch": list(self.branch),
         }
 
-    def at_rows(self, values: np.ndarray, count: int) -> np.ndarray:
-        """Readings at the measured rows from those at the stops.
+    def at_rows(self, values: np.ndarray, count: int, derivative: int = 0) -> np.ndarray:
+        """Readings at the measured rows from those at the stops, or their derivatives.
 
         Args:
             values: (reached,) of one column, at the stops that were reached.
             count: number of rows of the measurement.
+            derivative: 1 for that by the control; 0 where that rests.
 
         Returns:
             (count,) NaN in rows that are not on this route or were not reached.
         """
-        return self._spread(values, count, [leg.weights(len(values)) for leg in self.legs])
-
-    def slopes(self, values: np.ndarray, count: int) -> np.ndarray:
-        """Derivatives of the readings at the measured rows by the control; 0 where that rests."""
-        weights = []
-        for leg in self.legs:
-            rests = self.branch[int(leg.stops[-1])] == "hold"
-            weights.append(leg.slopes(len(values)) * float(not rests))
-        return self._spread(values, count, weights)
-
-    def _spread(self, values: np.ndarray, count: int, weights: Sequence[np.ndarray]) -> np.ndarray:
         found = np.full(count, np.nan)
         padded = np.pad(values, (0, len(self.value) - len(values)))
-        for leg, weight in zip(self.legs, weights, strict=True):
-            found[leg.rows] = weight @ padded[leg.stops]
+        for leg in self.legs:
+            moves = not derivative or self.branch[int(leg.stops[-1])] != "hold"
+            weights = leg.weights(len(values), derivative=derivative) * float(moves)
+            found[leg.rows] = weights @ padded[leg.stops]
         return found
 
 

@@ -174,7 +174,7 @@ def test_a_nuisance_of_no_test_is_refused(tmp_path: Path) -> None:
     told = TOLD.partition("[specimen")[0]
     other = written(tmp_path, lines, told + "[nuisance.finger]\ngap_mm=1\n")
     with pytest.raises(
-        ConfigError, match=r"^\[nuisance\] finger.gap_mm: no parameter of these tes"
+        ConfigError, match=r"^\[nuisance\] finger.gap_mm = [0-9.]+: nothing in these tes"
     ):
         keys(read([other], block()), block())
     wrong = written(tmp_path, lines, told + "[nuisance.cast]\nwal_mm=1\n")

@@ -22,7 +22,7 @@ def test_a_cubic_is_met_and_a_stop_is_itself() -> None:
     np.testing.assert_allclose(made.weights(5) @ cubic(stops), cubic(made.rows_at), rtol=1e-12)
     np.testing.assert_allclose(made.weights(5)[2], [0, 0, 1, 0, 0], atol=1e-14)
     slope = 1 - 0.2 * made.rows_at + 3e-3 * made.rows_at**2
-    np.testing.assert_allclose(made.slopes(5) @ cubic(stops), slope, rtol=1e-12)
+    np.testing.assert_allclose(made.weights(5, derivative=1) @ cubic(stops), slope, rtol=1e-12)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -61,5 +61,7 @@ def test_a_route_puts_legs_together() -> None:
     found = made.at_rows(np.array([0.0, 5.0, 10.0, 12.0]), 4)
     np.testing.assert_allclose(found[:3], [0.0, 7.5, 11.0])
     assert np.isnan(found[3])
-    np.testing.assert_allclose(made.slopes(np.array([0.0, 5.0, 10.0, 12.0]), 4)[:3], [0.5, 0.5, 0])
+    np.testing.assert_allclose(
+        made.at_rows(np.array([0.0, 5.0, 10.0, 12.0]), 4, 1)[:3], [0.5, 0.5, 0]
+    )
     assert made.protocol()["pressure_kPa"] == [0.0, 10.0, 20.0, 20.0]
