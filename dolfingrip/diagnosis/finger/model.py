@@ -58,6 +58,7 @@ from dolfingrip.diagnosis.simulation.simulated import (
     scaled_moduli,
     simulate,
 )
+from dolfingrip.diagnosis.simulation.stops import spline_weights
 from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.jobs.run import silent
@@ -394,7 +395,7 @@ class FingerSimulation:
 
     def _between(self, known: dict[float, SimulatedReadings], factor: float) -> Rows:
         """Rows at other moduli than those of some simulations, or between these."""
-        parts = _lagrange(np.log([*known]), float(np.log(factor)))
+        parts = spline_weights(np.log([*known]), np.log([factor]), 0)[0]
         every = [self.rows(s, factor / c) for c, s in known.items()]
         return {
             tests: {
@@ -419,20 +420,6 @@ class FingerSimulation:
         """(n,) readings of the model at other moduli, mapped from the mesh of the causes."""
         plain = self.measurement.collected(self._between(self.coarse, factor))
         return self.graded(plain, factor)[0]
-
-
-def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
-    """Weights of a parabola through nodes; beyond them along its tangent."""
-    inside = float(np.clip(x, nodes.min(), nodes.max()))
-
-    def weights(at: float) -> np.ndarray:
-        return np.array([
-            np.prod([(at - b) / (a - b) for b in nodes if b != a]) for a in nodes
-        ])  # fmt: skip
-
-    step = 1e-5
-    slope = (weights(inside + step) - weights(inside - step)) / (2 * step)
-    return np.asarray(weights(inside) + slope * (x - inside))
 
 
 def not_reached(

@@ -85,12 +85,12 @@ class StopInterpolant:
         if not there.size:
             found[:] = np.nan
             return found
-        found[:, there] = _spline_weights(self.at[there], where, derivative)
+        found[:, there] = spline_weights(self.at[there], where, derivative)
         if 0 < self.core < there.size:
             own = there[: self.core]
             inside = where <= self.at[own].max()
             found[inside] = 0.0
-            found[np.ix_(inside, own)] = _spline_weights(self.at[own], where[inside], derivative)
+            found[np.ix_(inside, own)] = spline_weights(self.at[own], where[inside], derivative)
         if there.size < len(self.stops):
             low, high = self.at[there].min(), self.at[there].max()
             margin = outside * (high - low)
@@ -108,8 +108,14 @@ class StopInterpolant:
         return np.asarray(self.weights(len(values), at, ROUTES.anywhere) @ padded)
 
 
-def _spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
-    """(where, at) weights of a value, or of a derivative."""
+def spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
+    """(where, at) weights of values by those at some places, or of a derivative.
+
+    Args:
+        at: places, shape (at,); of three the spline is a parabola.
+        where: values are wanted, shape (where,); beyond the ends a straight line goes on.
+        derivative: 0 or 1.
+    """
     if len(set(at.tolist())) == 1:
         found = np.zeros((len(where), len(at)))
         found[:, -1] = float(derivative == 0)
