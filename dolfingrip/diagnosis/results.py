@@ -21,7 +21,6 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.ten_lines import (
     answer_sentence,
     chance,
-    channels,
     scatter,
     ten_lines,
 )
@@ -189,7 +188,7 @@ def _outcome_of(
 ) -> outcome.DiagnosisFile:
     """All that was found, by the schema."""
     decision, posterior = found.decision, found.posterior
-    errors = found.analysis.errors
+    errors, channels = found.analysis.errors, found.analysis.measurement.channels()
     reference = posterior.best(NONE, level=0.0).log_evidence
     total = posterior.subsets
     shown = sorted(total, key=lambda subset: -total[subset])[:8]
@@ -233,7 +232,7 @@ def _outcome_of(
         ),
         sentences=tuple(_off(found)),
         noise=outcome.AssumedNoise(
-            std={name: float(np.median(errors.noise[at])) for name, at in channels(found).items()},
+            std={name: float(np.median(errors.noise[at])) for name, at in channels.items()},
             sentences=(*errors.sentences, scatter(found)),
         ),
         under_other_priors={
@@ -274,7 +273,7 @@ def _off(found: Diagnosis) -> list[str]:
     experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
     sentences = []
     for of in dict.fromkeys(experiment):
-        for name, at in channels(found).items():
+        for name, at in found.analysis.measurement.channels().items():
             here = at & (experiment == of)
             for band in range(int(1 / PAGE.band)):
                 low, high = band * PAGE.band, (band + 1) * PAGE.band

@@ -278,11 +278,11 @@ class Diagnosis:
     def undecided(self) -> list[str]:
         """Channels whose mesh is off by much of what the model misses, a sentence each."""
         value, simulated = self.analysis.problem.value, self.analysis.configured
-        listed, found = self.analysis.measurement.listed()["column"].to_numpy(), []
+        channels, found = self.analysis.measurement.channels(), []
         for name, error in self.analysis.mesh_errors.items():
-            at = (listed == name) & np.isfinite(simulated)
+            at = channels[name] & np.isfinite(simulated)
             missed = float(np.sqrt(np.mean((value - simulated)[at] ** 2))) if at.any() else 0.0
-            noise = float(np.median(self.analysis.errors.noise[listed == name]))
+            noise = float(np.median(self.analysis.errors.noise[channels[name]]))
             if error > max(POLICY.mesh_decides * missed, noise):
                 unit = CHANNELS[name].unit
                 found.append(

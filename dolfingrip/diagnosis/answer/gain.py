@@ -65,13 +65,12 @@ class HeldOut:
 
 def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
     """Leave out each specimen in turn, and bands and branches where there are some."""
-    channel = analysis.measurement.listed()["column"].to_numpy()
     folds = [_fold(analysis, whole, kind, part) for kind, part in _parts(analysis)]
     errors = []
     for kind in dict.fromkeys(fold.kind for fold in folds):
         own = [fold for fold in folds if fold.kind == kind]
-        for name in dict.fromkeys(channel):
-            errors.append(_error(own, kind, str(name), channel == name, analysis.problem.value))
+        for name, which in analysis.measurement.channels().items():
+            errors.append(_error(own, kind, name, which, analysis.problem.value))
     by_nuisances = sum(fold.log_odds[0] for fold in folds)
     by_process = sum(fold.log_odds[1] for fold in folds)
     claimed = by_nuisances >= POLICY.predicted_log_odds and by_process > 0

@@ -280,7 +280,7 @@ def _fit(found: Diagnosis) -> str:
     named = bool(found.analysis.problem.causes(found.decision.best.subset))
     parts = []
     what = "the cause, and " if named else "another modulus, and "
-    for name, at in channels(found).items():
+    for name, at in found.analysis.measurement.channels().items():
         unit = CHANNELS[name].unit
         errors = [_rms((each - problem.value)[at]) for each in (before, plain, after)]
         noise = np.median(found.analysis.errors.noise[at])
@@ -389,12 +389,6 @@ def _settling(each: NextExperiment) -> str:
     return (
         f"{each.name}: {each.minutes:.0f} minutes, {', '.join(told) or 'may not tell them apart'}"
     )
-
-
-def channels(found: Diagnosis) -> dict[str, np.ndarray]:
-    """Which readings are of each channel."""
-    column = found.analysis.measurement.listed()["column"].to_numpy()
-    return {str(name): column == name for name in dict.fromkeys(column)}
 
 
 def scatter(found: Diagnosis) -> str:

@@ -217,6 +217,11 @@ class Measurement:
                     found[at] = columns[name][row[at]]
         return found
 
+    def channels(self) -> dict[str, np.ndarray]:
+        """Tell which single readings are of each column, (n,) of bool."""
+        column = self.listed()["column"].to_numpy()
+        return {str(name): column == name for name in dict.fromkeys(column)}
+
     def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
         """Where readings of these tests stand in the list, by column."""
         column, test = (self.listed()[name].to_numpy() for name in ("column", "test"))

@@ -551,14 +551,6 @@ def fitted_moduli(plain: InferenceProblem, known: float, slack: float) -> float:
     return float(np.exp(step * np.round(np.log(factor) / step)))
 
 
-def fitted_walls(plain: InferenceProblem) -> float:
-    """The fitted thickness of the walls by that configured, in few steps."""
-    prior = plain.always[1].prior
-    walls = prior.at(float(_fitted(plain)[1])) / prior.at(0.0)
-    step = MODEL.walls_by / 2
-    return float(np.round(step * np.round(walls / step), 9))
-
-
 def plain_fit(plain: InferenceProblem, level: CovarianceModel) -> MapFit:
     """The fit of the model without causes, under one discrepancy; its numbers may be far off."""
     rest = np.zeros(plain.nuisance_count - 1)
@@ -652,11 +644,10 @@ def _count_reached(rough: FingerSimulation) -> int:
 
 def _off(found: FingerSimulation) -> float:
     """Largest difference of a channel between both meshes, by its size; root mean squares."""
-    column = found.measurement.listed()["column"].to_numpy()
     graded, plain = found.base.readings, found.plain.readings
     off = []
-    for name in set(column):
-        mine = (column == name) & np.isfinite(graded + plain)
+    for own in found.measurement.channels().values():
+        mine = own & np.isfinite(graded + plain)
         size = float(np.square(graded[mine]).mean())
         off.append(float(np.square(graded[mine] - plain[mine]).mean()) / size if size else 0.0)
     return float(np.sqrt(max(off)))
@@ -686,12 +677,17 @@ def model(
 
 
 def _beyond(simulation: FingerSimulation, plain: InferenceProblem) -> float | None:
-    """Walls that the readings ask for beyond those that were simulated; None where they do not."""
-    known = simulation.walls
+    """Walls by those configured that the readings ask for, in few steps.
+
+    None where they do not ask beyond those that were simulated.
+    """
+    known, tried = simulation.walls, simulation.tried_walls
     if not known:
         return None
-    walls = fitted_walls(plain)
-    tried = simulation.tried_walls
+    prior = plain.always[1].prior
+    walls = prior.at(float(_fitted(plain)[1])) / prior.at(0.0)
+    step = MODEL.walls_by / 2
+    walls = float(np.round(step * np.round(walls / step), 9))
     if min(known) <= walls <= max(known) or walls in tried or walls <= 0:
         return None
     return walls
