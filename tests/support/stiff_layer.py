@@ -1,13 +1,14 @@
 """A stiff layer in a part of the base, which no effect of the catalogue is.
 
-    PYTHONPATH=tests scripts/run python -m support.stiff_layer
+    scripts/run env PYTHONPATH=tests python -m support.stiff_layer [FOLDER]
 
 prints angle and force of the reference finger with it, on a mesh of tetrahedra (half a minute of
-processor; an AMD EPYC). ``READINGS`` has them.
+processor; an AMD EPYC). ``READINGS`` has them; they are written into a folder as measured ones.
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, ClassVar, Final
 
@@ -85,7 +86,11 @@ def measured(folder: Path) -> Path:
 
 
 def main() -> None:
-    """Simulate the truth, and print it."""
+    """Simulate the truth, and print it; or write readings as a laboratory hands them over."""
+    if folders := sys.argv[1:]:
+        Path(folders[0]).mkdir(parents=True, exist_ok=True)
+        print(measured(Path(folders[0])))
+        return
     finger = trial.configured(
         {StiffLayer: {}}, *TETRAHEDRA, finger=lambda *own: config.load(None, assignments(own))
     )
