@@ -122,6 +122,13 @@ class Analysis[S: Simulation](ABC):
                 found[name] += POLICY.implausible_width * float(fit.zeta[places[0]])
         return found
 
+    def configured_number(self, each: Nuisance) -> tuple[str, float]:
+        """Key of a nuisance, of the configuration where it is one, and its deviation there."""
+        if each.name != WALL:
+            return each.name, each.std
+        key, wall_mm = wall(self.applied)
+        return key, each.std * wall_mm
+
     def nuisance_parameters(self) -> dict[str, tuple[Nuisance, float]]:
         """The body's own numbers that are linear nuisances, with their unit of change, by key.
 
@@ -136,10 +143,7 @@ class Analysis[S: Simulation](ABC):
         known = {key for key, _ in set.intersection(*values)}  # alike in all tests
         found = {}
         for each in self.errors.shared:
-            key, std = each.name, each.std
-            if key == WALL:
-                key, wall_mm = wall(self.applied)
-                std *= wall_mm
+            key, std = self.configured_number(each)
             if key in known:
                 found[key] = each, std
         return found

@@ -27,7 +27,7 @@ from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis import NextExperiment
-from dolfingrip.parameter.nuisances import GAIN, OFFSET, WALL, wall
+from dolfingrip.parameter.nuisances import GAIN, OFFSET
 
 
 def settled_by(
@@ -128,10 +128,7 @@ def _checked(
     own = np.diag(np.square(check.std))
     cross = np.zeros((len(analysis.problem.value), len(check.std)))
     for each in analysis.errors.shared:
-        key, std = each.name, each.std
-        if key == WALL:
-            key, wall_mm = wall(analysis.applied)
-            std *= wall_mm
+        key, std = analysis.configured_number(each)
         known = {"pressure_gain": GAIN, "pressure_offset_kPa": OFFSET, "plate_gap_mm": GAP_OFFSET}
         read = check.read({known.get(key, key): std})
         own += np.outer(read, read)

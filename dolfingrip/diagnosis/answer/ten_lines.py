@@ -15,7 +15,6 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, SetupEstimate
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.answer.settling import advice
-from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import NONE
 from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
@@ -149,15 +148,13 @@ def _survives(found: Diagnosis) -> str:
         return ""
     low, *_, high = sorted(POLICY.widths)
     if lost := found.sensitivity.lost:
-        told = [f"{each}{_then(found.sensitivity.answers[each])}" for each in lost]
+        told = []
+        for prior in lost:
+            other = found.sensitivity.answers[prior]
+            names = [*other.first, *other.second] or other.nearest
+            told.append(f"{prior} (these lead to {' or '.join(names)})" if names else prior)
         return f" It is not more probable than not with {', nor with '.join(told)}."
     return f" It stays with priors from {low:g} to {high:g} times as wide."
-
-
-def _then(other: Decision) -> str:
-    """Tell which causes other priors lead to."""
-    names = [*other.first, *other.second] or other.nearest
-    return f" (these lead to {' or '.join(names)})" if names else ""
 
 
 def answer_sentence(found: Diagnosis) -> str:
