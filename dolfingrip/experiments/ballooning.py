@@ -4,7 +4,8 @@ A chamber whose walls are thin and soft becomes round long before its pressure i
 is a spherical balloon. Its membrane of thickness t and radius r at rest bears p = 2 t/r P(λ)/λ²,
 P being the law's nominal stress in equibiaxial tension. The greatest value is 1.24 μ t/r of
 neo-Hooke's law, at λ = 1.38 (Ogden, Non-Linear Elastic Deformations, 1984, section 5.2). Beyond it
-the walls grow while the pressure falls. Bending, contact and walls that differ are left out: two
+the walls grow while the pressure falls. A film in a wall counts as the thickness of material that
+is as stiff. Bending, contact and walls that differ are left out: two
 solved fingers bear 174 kPa where 191 kPa are forecast (examples/thin_bellows.toml), and 21 kPa
 where 11 kPa are (one chamber of the default pneu-net in Ecoflex 00-50).
 """
@@ -77,7 +78,11 @@ def forecast(config: Config) -> Ballooning | None:
     for cavity in solid.cavity:
         second, longest = sorted(high - low for low, high in cavity)[1:]
         radius = (longest if longest <= CHANNEL * second else second) / 2
-        wall = min(_thickness(cavity, axis, side, solid) for axis in range(3) for side in (0, 1))
+        wall = min(
+            _thickness(cavity, axis, side, solid) + _film(cavity, axis, side, solid, config)
+            for axis in range(3)
+            for side in (0, 1)
+        )
         found.append(Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio))
     return min(found, key=lambda each: each.pressure_kPa)
 
@@ -128,3 +133,18 @@ def _thickness(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:
     ]
     beyond = (sign * (end - face) for end in ends)
     return min((each for each in beyond if each > TOLERANCE_MM), default=np.inf)
+
+
+def _film(cavity: Box, axis: int, side: int, solid: BoxSolid, config: Config) -> float:
+    """Thickness (mm) of the walls' material that is as stiff as the films beyond a face."""
+    if axis:
+        return 0.0
+    young_MPa = 3 * config.material.shear_MPa
+    face, sign = cavity[0][side], (1 if side else -1)
+    return sum(
+        film.Et_N_per_mm / young_MPa
+        for film in config.film.all.values()
+        for _, region in film.regions
+        for box in solid.regions.get(region, ())
+        if sign * (box[0][1 - side] - face) > -TOLERANCE_MM
+    )

@@ -46,6 +46,18 @@ def test_the_thin_bellows_balloon_near_their_forecast() -> None:
     assert found.pressure_kPa == pytest.approx(174, rel=0.15)
 
 
+def test_a_film_that_hardly_stretches_does_not_balloon() -> None:
+    """Measured actuators of this block balloon at 35 kPa, and its model has a limit point at 29."""
+    changes = ("film.silk.Et_N_per_mm=1e-6",)
+    file = EXAMPLES / "ecoflex_actuators" / "coupon_alone.toml"
+    found = ballooning.forecast(config.load(file))
+    alone = ballooning.forecast(config.load(file, assignments(changes)))
+    assert found is not None
+    assert alone is not None
+    assert (found.wall_mm, alone.wall_mm) == pytest.approx((7.0, 0.5), rel=1e-3)
+    assert 29 / 2 < found.pressure_kPa < 29 * 2
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [

@@ -27,6 +27,7 @@ from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
 from dolfingrip.diagnosis.data.motion import motion, smallest_change
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, of_markers
 from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.sections.section import Role
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,10 +286,28 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
             warnings += doubts + _doubts(test, own)
             tests.append(test)
             tables.append(timed.assign(test=test.number))
+    tests = _of_one_body(tests)
     readings = pd.concat(tables, ignore_index=True)
     found = Measurement(readings, tests, warnings)
     warnings += [line for test in tests for line in _contradictions(found, test, readings)]
     return found
+
+
+def _of_one_body(tests: Sequence[SpecimenTest]) -> list[SpecimenTest]:
+    """Tests of fingers with what any file tells of their body: all tests are of the same one."""
+    bodies = [n for n, each in Config.classes().items() if each.role is Role.BODY]
+    told = {
+        key: test.setup.nuisances[key]
+        for test in reversed(tests)
+        for key in test.setup.told
+        if test.of_finger and key.split(".")[0] in bodies and "." in key
+    }
+    return [
+        replace(test, setup=replace(test.setup, nuisances=told | dict(test.setup.nuisances)))
+        if test.of_finger
+        else test
+        for test in tests
+    ]
 
 
 def _check_markers(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> None:

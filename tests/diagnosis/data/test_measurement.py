@@ -57,6 +57,22 @@ gap_mm = 2.0
     assert (last.correlated_noise["angle_deg"], last.correlation_time_s) == (0.2, 30.0)
 
 
+def test_what_one_file_tells_of_the_body_holds_in_the_others(tmp_path: Path) -> None:
+    """Walls and chambers are the same in both tests, the regulator's scale is of one file."""
+    bent, blocked, *_ = CSV.split("blocked_force", 1)
+    own = "[nuisance]\nfinger.gap_mm = 0.1\npressure_gain = 0.005\nplate.tilt_deg = 1.0\n"
+    head = CSV.splitlines()[0]
+    files = [
+        written(tmp_path, bent, TOML.replace(', "blocked_force"', "") + own, "bent"),
+        written(tmp_path, f"{head}\nblocked_force{blocked}",
+                TOML.replace('"bending", ', ""), "blocked"),
+    ]  # fmt: skip
+    told, other = (test.setup.nuisances for test in read(files).tests)
+    assert told["finger.gap_mm"] == other["finger.gap_mm"] == 0.1
+    assert (told["pressure_gain"], other["pressure_gain"]) == (0.005, 0.015)
+    assert "plate.tilt_deg" not in other
+
+
 def test_a_specimen_that_hangs_otherwise_has_the_common_weight(tmp_path: Path) -> None:
     more = "[gravity]\nacceleration_m_s2 = 1.62\n[specimen.A.gravity]\ndirection = [0, 0, 1]\n"
     (first, *_) = read([written(tmp_path, toml=TOML + more)]).tests
