@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.case import Case, Hidden
+from benchmarks.outcomes import commit
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.search import ModelPosterior
@@ -20,6 +21,7 @@ COLUMNS = (
     "protocol", "kind", "number", "wide", "hidden", "outsider", "outsider_strength", "sigma",
     "answer", "first", "second", "probability", "least", "unexplained", "exact_first",
     "exact_second", "rank_modulus", "rank_cause", "covers", "inclusion", "processor_s",
+    "seed", "commit",
 )  # fmt: skip
 SHOWN = (
     "protocol", "kind", "number", "hidden", "outsider", "sigma", "answer", "first", "second",
@@ -91,7 +93,8 @@ def said[T: Hidden](bench: Bench[Case[T]], case: Case[T]) -> dict[str, Any]:
         "exact_first": " ".join(exact.first) if exact else "",
         "exact_second": " ".join(exact.second) if exact else "",
         "inclusion": " ".join(f"{name}:{p}" for name, p in visible.items()),
-        "processor_s": f"{spent:.1f}", **ranks,
+        "processor_s": f"{spent:.1f}", "seed": " ".join(map(str, case.seed)), "commit": commit(),
+        **ranks,
     }  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 from scipy.stats import beta
@@ -94,6 +95,12 @@ def table(rows: Sequence[Row]) -> str:
             f"{sum(covers) / len(covers):.2f} ({low:.2f}–{high:.2f}), {len(covers)} |"
         )
     spent = [float(row["processor_s"]) for row in rows]
+    told = Counter(row["commit"] for row in rows)
+    lines.append(
+        "\nCases by the commit whose package answered: "
+        + ", ".join(f"{commit} {count}" for commit, count in told.items())
+        + "."
+    )
     lines.append(f"\n{len(rows)} cases, {sum(spent) / max(len(spent), 1):.1f} s of processor each.")
     return "\n".join(lines)
 
