@@ -12,11 +12,18 @@ Instruments are asked beside them: a camera whose scale is off, and a regulator'
 
     scripts/run python examples/diagnose_actuator.py
 
+With ``--blocked`` the force of the tip on a load cell is diagnosed beside the free bending, and
+what holds and touches the actuator is asked, too: its clamp, and the place, tilt, friction and
+compliance of the block on the cell.
+
+    scripts/run python examples/diagnose_actuator.py --blocked c5-w7    # or c7-w7
+
 Source of the readings: P. Moseley et al., Advanced Engineering Materials 18 (2016).
 """
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import pandas as pd
@@ -28,35 +35,51 @@ from dolfingrip.diagnosis.results import write
 from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
 
 ACTUATORS = Path(__file__).with_name("ecoflex_actuators")
-HIGHEST_kPa = 17.0
-"""Far below ballooning."""
+FIRST = "c5-w7"
+"""The actuator with five chambers."""
+HIGHEST_kPa = {"bending": 17.0, "blocked_force": 25.0}
+"""Below ballooning."""
 TRIED = ("angle_gain", "angle_offset")
+TOUCHES = (
+    "clamp_compliance", "gravity_pitch", "plate_compliance", "plate_friction", "plate_gap",
+    "plate_tilt", "force_gain", "force_offset", "pressure_gain",
+)  # fmt: skip
+"""What a blocked actuator feels beside its body."""
 COARSE = {"mesh.edge_size_mm": 2.0}
+CLOSED = {"cast.tube": False}
+"""A clamp that moves asks for a cavity that is closed at the clamp."""
 
 
-def readings(out: Path) -> Path:
-    """Write the readings of the five chambers up to 17 kPa, as a CSV beside its TOML."""
+def readings(out: Path, experiment: str = "bending", specimen: str = FIRST) -> Path:
+    """Write the readings of one actuator below ballooning, as a CSV beside its TOML."""
     out.mkdir(parents=True, exist_ok=True)
-    file = out / "bending.csv"
-    table = pd.read_csv(ACTUATORS / "bending.csv")
-    own = (table["specimen"] == "c5-w7") & (table["pressure_kPa"] < HIGHEST_kPa)
+    file = out / f"{experiment}.csv"
+    table = pd.read_csv(ACTUATORS / file.name)
+    own = (table["specimen"] == specimen) & (table["pressure_kPa"] <= HIGHEST_kPa[experiment])
     table[own].to_csv(file, index=False)
-    setup = tomlkit.parse((ACTUATORS / "bending.toml").read_text("utf-8"))
-    del setup["specimen"]["c7-w7"]
+    setup = tomlkit.parse((ACTUATORS / file.name).with_suffix(".toml").read_text("utf-8"))
+    for other in [name for name in setup["specimen"] if name != specimen]:
+        del setup["specimen"][other]
     file.with_suffix(".toml").write_text(tomlkit.dumps(setup), "utf-8")
     return file
 
 
-def main(out: Path) -> DiagnosisFile:
-    """Diagnose and read ``diagnosis.json``."""
-    file = readings(out)
-    model = config.load(ACTUATORS / "coupon_alone.toml", COARSE)
-    found = diagnose([file], model, out, DiagnosisSettings(effects=TRIED))
-    write(found, [file], out)
+def main(out: Path, blocked: str = "") -> DiagnosisFile:
+    """Diagnose and read ``diagnosis.json``; with its force where a blocked actuator is named."""
+    files = [readings(out, specimen=blocked or FIRST)]
+    if blocked:
+        files.append(readings(out, "blocked_force", blocked))
+    model = config.load(ACTUATORS / "coupon_alone.toml", COARSE | (CLOSED if blocked else {}))
+    tried = (*TRIED, *TOUCHES) if blocked else TRIED
+    found = diagnose(files, model, out, DiagnosisSettings(effects=tried))
+    write(found, files, out)
     return DiagnosisFile.read(out)
 
 
 if __name__ == "__main__":
-    brief = main(Path("out/diagnose_actuator")).brief
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--blocked", default="", choices=("c5-w7", "c7-w7"))
+    asked = parser.parse_args()
+    brief = main(Path("out/diagnose_actuator") / asked.blocked, asked.blocked).brief
     for line, heading in HEADINGS.items():
         print(f"{heading}: {getattr(brief, line)}")

@@ -136,18 +136,20 @@ class FingerAnalysis(Analysis[FingerSimulation]):
             known.add(causes)
             finger = replace(finger, problem=finger.problem.corrected(fit.subset, fit.zeta, exact))
             posterior = search(finger.problem, np.random.default_rng(0))
-        return *_verify_nuisances(finger, posterior, say), worst
+        finger, posterior, own = _verify_nuisances(finger, posterior, say)
+        return finger, posterior, float(np.maximum(worst, own))
 
 
 def _verify_nuisances(
     finger: FingerAnalysis, posterior: ModelPosterior, say: Callable[[str], None]
-) -> tuple[FingerAnalysis, ModelPosterior]:
+) -> tuple[FingerAnalysis, ModelPosterior, float]:
     """The finger's own numbers simulated where they are fitted, if any reading feels it."""
+    worst = 0.0
     for _ in range(POLICY.rounds):
         fit = sensitivity(posterior)[0].best
         change = finger.nuisance_change(fit)
         if np.abs(change / finger.errors.noise).max() < 1.0:
-            break
+            return finger, posterior, 0.0
         overrides = {**finger.overrides(fit), **finger.nuisance_overrides(fit)}
         simulation = finger.simulation
         (run,) = simulate(
@@ -155,7 +157,7 @@ def _verify_nuisances(
         )
         if not np.isfinite(run.readings).all():
             say("the finger's own numbers, as fitted, could not be simulated")
-            break
+            return finger, posterior, float("nan")
         worst = finger.emulator_error(fit, run.readings - change)
         say(
             f"a simulation at the finger's own fitted numbers differs by {worst:.2g} standard "
@@ -164,9 +166,9 @@ def _verify_nuisances(
         if worst <= 1.0:
             break
         missed = run.readings - change - finger.problem.predicted(fit.subset, fit.zeta)
-        finger = finger.relinearised(fit, missed)
+        finger = finger.relinearised(missed)
         posterior = search(finger.problem, np.random.default_rng(0))
-    return finger, posterior
+    return finger, posterior, worst
 
 
 def _leading(posterior: ModelPosterior, known: set[Subset]) -> MapFit:
