@@ -64,8 +64,8 @@ def is_wide(kind: str, number: int) -> bool:
     return number % 2 == 1 and kind not in ("prior", "none")
 
 
-def truncated(rng: np.random.Generator, box: np.ndarray, width: float) -> np.ndarray:
-    """ζ of a cause's numbers within their ranges (numbers, 2), from normals of a width."""
+def truncated(rng: np.random.Generator, box: np.ndarray, width: float | np.ndarray) -> np.ndarray:
+    """ζ of a cause's numbers within their ranges (numbers, 2), from normals of some width."""
     while True:
         zeta = width * rng.standard_normal(len(box))
         if ((zeta >= box[:, 0]) & (zeta <= box[:, 1])).all():
@@ -76,9 +76,7 @@ def ordinary(
     rng: np.random.Generator, cause: Cause, width: float, reach: float = POLICY.reach
 ) -> np.ndarray:
     """ζ of a cause's numbers, drawn from the ordinary part of their priors alone."""
-    ends = [[float(n.ordinary(end)) for end in (n.low, n.high)] for n in cause.numbers]
-    own = truncated(rng, np.clip(ends, -reach, reach), width)
-    return np.array([n.standard(float(z)) for n, z in zip(cause.numbers, own, strict=True)])
+    return truncated(rng, np.clip(cause.box(), -reach, reach), width)
 
 
 def stiffened(causes: Change, modulus: float) -> Change:

@@ -384,7 +384,7 @@ def analyse_coupons(
         (factor_of_moduli(factor, (MODULUS, "coupon_area")),),
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
         off.covariance, kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
-        rig=frozenset(rig),
+        rig=frozenset(rig), tails={name: each.tails for name, each in felt.items()},
     )  # fmt: skip
     return CouponAnalysis(problem, felt, off, simulation, tuple(unseen))
 
@@ -435,8 +435,7 @@ def _beyond(
         together = together - emulator.at(alone) @ emulator.columns.T
         at += d
     solved = np.isfinite(together).all(axis=1)
-    stretches = [each for name in effects for each in coupons.causes[name].stretches]
-    found = trained(zeta[solved], together[solved], coupons.errors.noise, box, stretches)
+    found = trained(zeta[solved], together[solved], coupons.errors.noise, box)
     return Scaled.of(found, coupons.scaled, problem.factor)
 
 
@@ -450,4 +449,4 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulat
     white = changes[solved] / off.noise
     if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < POLICY.invisible:
         return None
-    return trained(zeta[solved], changes[solved], off.noise, box, cause.stretches)
+    return trained(zeta[solved], changes[solved], off.noise, box)

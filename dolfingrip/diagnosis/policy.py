@@ -226,7 +226,7 @@ class InferencePolicy:
             fewer pairs would be named.
         implausible_width: prior standard deviation of a number of rig or finger that is
             implausible, by that of its ordinary prior.
-        rare: probability that an instrument is off by the wide part of its prior, which is
+        rare: probability that the strength of a cause is of the wide part of its prior, which is
             ``implausible_width`` times as wide as the ordinary one.
         mesh_decides: part of what the model is off by from which on the mesh's own error leaves
             nothing to decide.
@@ -248,6 +248,8 @@ class InferencePolicy:
         implausible_places: simulations of a nuisance that is implausible by its prior.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
             many times √(2/n).
+        farther: simulations of causes whose best numbers lie beyond that, at most.
+        farthest: largest |ζ| of these, by the standard deviation of the wide part of the prior.
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
         scaled_by: the same of coupons, which moduli scale exactly.
         least_std: of the moduli's logarithm, by which its range is counted.
@@ -350,6 +352,8 @@ class InferencePolicy:
     finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
     implausible_places: int = 6
     finger_reach: float = 2.5
+    farther: int = 6
+    farthest: float = 4.0
     stiffest: float = 4.0
     scaled_by: float = 1000.0
     least_std: float = 0.01

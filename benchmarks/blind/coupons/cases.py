@@ -106,7 +106,7 @@ class Bench:
         """Tell whether readings feel a cause within the ordinary part of its prior."""
         cause, problem, found = self.plain.causes[name], self.plain.problem, []
         for reach in (-POLICY.reach, POLICY.reach):
-            ends = [n.standard(np.clip(reach, *n.ordinary([n.low, n.high]))) for n in cause.numbers]
+            ends = np.clip(reach, *cause.box().T)
             change = problem.predicted((name,), np.r_[0.0, ends]) - problem.base
             found.append(np.sqrt(np.square(change / self.plain.errors.noise).mean()))
         return max(found) >= POLICY.invisible
@@ -164,7 +164,8 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
             cause = bench.plain.causes[name]
             by_prior = kind == "prior"  # else as strong as is usual
             wider = 2.0 if wide else 1.0
-            own = truncated(rng, cause.box(), 1.0) if by_prior else ordinary(rng, cause, wider)
+            width = np.where(rng.random(len(cause.numbers)) < POLICY.rare, cause.tails, 1.0)
+            own = truncated(rng, cause.box(), width) if by_prior else ordinary(rng, cause, wider)
             there = bench.plain.problem.predicted((name,), np.r_[0.0, own])
             sigma.append(bench.sigma(there - bench.plain.problem.base))
             overrides |= cause.overrides(own)

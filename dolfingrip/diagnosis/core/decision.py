@@ -15,6 +15,7 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior
+from dolfingrip.diagnosis.core.unknown import mixture
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 
@@ -62,7 +63,7 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
         **{
             f"priors {by:g} times as wide": _reweighted(
                 posterior,
-                [_wider(fit, posterior.problem.nuisance_count, by) for fit in posterior.fits],
+                [_wider(fit, posterior.problem.tail(fit.subset), by) for fit in posterior.fits],
             )
             for by in POLICY.widths
         },
@@ -91,19 +92,24 @@ def _pairs_by(posterior: ModelPosterior, factor: float) -> list[float]:
     return [np.log(factor) if len(causes(fit.subset)) == 2 else 0.0 for fit in posterior.fits]
 
 
-def _wider(fit: MapFit, first: int, by: float) -> float:
-    """Change of ln evidence where the priors of the causes' numbers are wider (Laplace)."""
-    d = len(fit.zeta)
-    if d == first:
-        return 0.0
-    own, part = np.r_[np.zeros(first), np.ones(d - first)], 1 - by**-2
-    relaxed = fit.hessian - part * np.diag(own)
-    pull = own * fit.zeta
+def _wider(fit: MapFit, tails: np.ndarray, by: float) -> float:
+    """Change of ln evidence where the priors of the causes' numbers are wider (Laplace).
+
+    Args:
+        fit: of the hypothesis.
+        tails: of these priors, shape (d,).
+        by: factor of their widths.
+    """
+    d = len(tails)
+    own, first = fit.zeta[len(fit.zeta) - d :], np.zeros(len(fit.zeta) - d)
+    (old, stiff), (new, soft) = (mixture(own / w, tails) for w in (1.0, by))
+    relaxed = np.r_[first, stiff - soft / by**2]
+    pull = relaxed * fit.zeta
+    hessian = fit.hessian - np.diag(relaxed)
     # the numbers follow where the prior pulls less
-    gain = 0.5 * part * float(pull @ pull)
-    gain += 0.5 * part**2 * float(pull @ np.linalg.solve(relaxed, pull))
-    determinants = np.linalg.slogdet(relaxed)[1] - np.linalg.slogdet(fit.hessian)[1]
-    return gain - (d - first) * float(np.log(by)) - 0.5 * float(determinants)
+    gain = float((old - new).sum()) + 0.5 * float(pull @ np.linalg.solve(hessian, pull))
+    determinants = np.linalg.slogdet(hessian)[1] - np.linalg.slogdet(fit.hessian)[1]
+    return gain - d * float(np.log(by)) - 0.5 * float(determinants)
 
 
 def _reweighted(posterior: ModelPosterior, logs: Sequence[float]) -> ModelPosterior:

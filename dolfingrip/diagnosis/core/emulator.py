@@ -23,7 +23,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement, zip_longest
+from itertools import combinations_with_replacement
 from typing import Final, Self
 
 import numpy as np
@@ -117,6 +117,32 @@ def _related(zeta: np.ndarray, places: np.ndarray, length: float) -> tuple[np.nd
     )
     slopes = np.concatenate([first[:, None], second], axis=1)
     return value.ravel(), slopes.reshape(-1, len(zeta))
+
+
+@dataclass(frozen=True, eq=False)
+class Straight(Emulator):
+    """An emulator that goes on straight beyond where it was trained.
+
+    Attributes:
+        inner: the emulator.
+        box: ranges of ζ that it was trained in, (d, 2).
+    """
+
+    inner: Emulator
+    box: np.ndarray
+
+    @classmethod
+    def of(cls, inner: Emulator, box: np.ndarray) -> Straight:
+        """Go on with an emulator beyond a box."""
+        return cls(inner.columns, inner.errors, inner, box)
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        return np.array([self.with_slopes(each)[0] for each in zeta])
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        inside = np.clip(zeta, *self.box.T)
+        value, slopes = self.inner.with_slopes(inside)
+        return value + slopes @ (zeta - inside), slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,17 +243,10 @@ class Coordinate:
     rate: float | None = None
 
     @classmethod
-    def within(
-        cls, low: float, high: float, of: int = 0, stretch: Warp | None = None
-    ) -> Coordinate:
-        """ζ itself, or a function of it, from −1 to 1 between two values."""
-        stretched = stretch or (lambda zeta: zeta)
-        low, high = (float(stretched(np.array(end))) for end in (low, high))
+    def within(cls, low: float, high: float, of: int = 0) -> Coordinate:
+        """ζ itself from −1 to 1 between two values."""
         middle, half = (low + high) / 2, max((high - low) / 2, 1e-6)
-        return cls(
-            lambda zeta: (stretched(zeta) - middle) / half, amplitude=False, of=of,
-            rate=None if stretch else 1 / half,
-        )  # fmt: skip
+        return cls(lambda zeta: (zeta - middle) / half, amplitude=False, of=of, rate=1 / half)
 
     def rates(self, zeta: np.ndarray) -> np.ndarray:
         """Derivatives by ζ, of its shape."""
@@ -341,6 +360,14 @@ class SimulatedChanges:
     slopes: np.ndarray
     nodes: np.ndarray | None
 
+    def beside(self, more: SimulatedChanges) -> SimulatedChanges:
+        """Return these and others of the same cause, read at the same moduli."""
+        return replace(
+            self, zeta=np.vstack([self.zeta, more.zeta]),
+            values=np.concatenate([self.values, more.values], axis=1),
+            slopes=np.concatenate([self.slopes, more.slopes], axis=1),
+        )  # fmt: skip
+
 
 def trained_on(
     simulations: SimulatedChanges,
@@ -435,7 +462,6 @@ def trained(
     changes: np.ndarray,
     scale: np.ndarray,
     box: np.ndarray | None = None,
-    stretches: Sequence[Warp | None] = (),
 ) -> PolynomialEmulator:
     """An emulator from many simulated changes without derivatives.
 
@@ -444,15 +470,11 @@ def trained(
         changes: shape (places, n).
         scale: noise of the readings, shape (n,).
         box: ranges of ζ, shape (d, 2); the reach of every number where None.
-        stretches: functions of ζ that a change is a polynomial of; ζ itself where None.
     """
     count, d = zeta.shape
     if box is None:
         box = np.tile([-POLICY.reach, POLICY.reach], (d, 1))
-    own = [
-        Coordinate.within(float(low), float(high), i, stretch)
-        for i, ((low, high), stretch) in enumerate(zip_longest(box, stretches))
-    ]
+    own = [Coordinate.within(float(low), float(high), i) for i, (low, high) in enumerate(box)]
     slopes = np.full((1, count, d, changes.shape[1]), np.nan)
     return trained_on(
         SimulatedChanges(zeta, changes[None], slopes, None), own, scale,

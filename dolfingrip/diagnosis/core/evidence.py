@@ -6,11 +6,11 @@ discrepancy
 
     G = Zᵀ C⁻¹ Z
 
-is computed once; each hypothesis then costs the same for any number of readings. With precisions W
-of the priors, 1 but for numbers that are implausible by the prior, and H = JᵀGJ + W at the most
-probable ζ (Laplace's method; MacKay, Information Theory, 2003, chapter 27)
+is computed once; each hypothesis then costs the same for any number of readings. With the prior's
+density p(ζ), its precisions W at the most probable ζ, and H = JᵀGJ + W there (Laplace's method;
+MacKay, Information Theory, 2003, chapter 27)
 
-    ln p(y) = −½ bᵀGb − ½ ζᵀWζ + ½ ln|W| − ½ ln|H| − ½ ln|C| − n/2 ln 2π
+    ln p(y) = −½ bᵀGb + ln p(ζ) + d/2 ln 2π − ½ ln|H| − ½ ln|C| − n/2 ln 2π
 
 Columns of an emulator's error are integrated out like a nuisance.
 
@@ -38,7 +38,7 @@ import scipy.stats
 from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.core.emulator import Emulator, Local
-from dolfingrip.diagnosis.core.unknown import Factor, Unknown
+from dolfingrip.diagnosis.core.unknown import Factor, Unknown, mixture
 from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
@@ -70,6 +70,8 @@ class InferenceProblem:
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         boxes: ranges of ζ of each cause, (d, 2).
+        tails: standard deviations of the wide parts of its numbers' priors, (d,); it has none where
+            it is not among them.
         corrections: what simulations give beyond the sum of the emulators, by the causes that act;
             functions of the nuisances and of the numbers of all these causes.
         local: ranges of ζ, (d, 2), of effects in which that holds, and what each emulator misses,
@@ -91,6 +93,7 @@ class InferenceProblem:
     baseline: Emulator
     corrections: Mapping[Subset, Emulator] = field(default_factory=dict)
     local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
+    tails: Mapping[str, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
@@ -140,6 +143,13 @@ class InferenceProblem:
             if name in subset:
                 found[place] = POLICY.implausible_width
         return found
+
+    def tail(self, subset: Subset) -> np.ndarray:
+        """Standard deviations of the wide parts of the priors of a hypothesis' causes, (d,)."""
+        return np.concatenate([
+            np.zeros(0),
+            *(self.tails.get(each, np.ones(len(self.boxes[each]))) for each in self.causes(subset)),
+        ])  # fmt: skip
 
     def causes(self, subset: Subset) -> Subset:
         """Return the names with numbers of their own: all but the nuisances."""
@@ -450,8 +460,14 @@ class Hypothesis:
     def __post_init__(self) -> None:
         self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
         self._parts = self.problem.parts(self.subset)
-        self._precision = np.ones(len(self._box))
-        self._precision[: self.problem.nuisance_count] = self.problem.widths(self.subset) ** -2
+        own, tails = self.problem.widths(self.subset), self.problem.tail(self.subset)
+        self._width = np.r_[own, np.ones(len(tails))]
+        self._tail = np.r_[np.ones(len(own)), tails]
+
+    def _prior(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """−ln of the prior's density, but for ½ ln 2π a number, and each one's precision there."""
+        value, precision = mixture(zeta / self._width, self._tail)
+        return (value + np.log(self._width)).sum(axis=-1), precision / self._width**2
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
@@ -486,7 +502,7 @@ class Hypothesis:
             -value - 0.5 * float(np.linalg.slogdet(hessian)[1]) for value, _, hessian, _ in modes
         ]
         _, zeta, hessian, misfit = modes[int(np.argmax(logs))]
-        log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det + self._norm
+        log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det
         return MapFit(self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta))
 
     def misfit(self, zeta: np.ndarray) -> float:
@@ -494,23 +510,19 @@ class Hypothesis:
         b, _ = self._factors(zeta)
         return float(b @ self.gram @ b)
 
-    @property
-    def _norm(self) -> float:
-        return 0.5 * float(np.log(self._precision).sum())
-
     def _descend(
         self, start: np.ndarray, settled: float
     ) -> tuple[float, np.ndarray, np.ndarray, float]:
         low, high = self._box.T
-        prior = self._precision
         zeta = np.clip(start, low, high)
         b, slopes = self._factors(zeta)
         pull = self.gram @ b
-        value = 0.5 * float(b @ pull + zeta @ (prior * zeta))
+        told_prior, precision = self._prior(zeta)
+        value = 0.5 * float(b @ pull) + float(told_prior)
         damping = 1e-3
         for _ in range(60):
-            gradient = slopes.T @ pull + prior * zeta
-            hessian = slopes.T @ self.gram @ slopes + np.diag(prior)
+            gradient = slopes.T @ pull + precision * zeta
+            hessian = slopes.T @ self.gram @ slopes + np.diag(precision)
             held = ((zeta <= low) & (gradient > 0)) | ((zeta >= high) & (gradient < 0))
             better = False
             for _ in range(12):
@@ -524,7 +536,8 @@ class Hypothesis:
                 new = np.clip(zeta + step, low, high)
                 told, told_slopes = self._factors(new)
                 told_pull = self.gram @ told
-                there = 0.5 * float(told @ told_pull + new @ (prior * new))
+                told_prior, told_precision = self._prior(new)
+                there = 0.5 * float(told @ told_pull) + float(told_prior)
                 if there < value:
                     better = True
                     break
@@ -533,10 +546,11 @@ class Hypothesis:
                 break
             gain = value - there
             zeta, b, slopes, pull, value = new, told, told_slopes, told_pull, there
+            precision = told_precision
             damping = max(damping / 10, 1e-9)
             if gain < settled:
                 break
-        hessian = slopes.T @ self.gram @ slopes + np.diag(prior)
+        hessian = slopes.T @ self.gram @ slopes + np.diag(precision)
         return value, zeta, hessian, float(b @ pull)
 
     def _strengths(self, zeta: np.ndarray) -> tuple[float, ...]:
@@ -545,8 +559,9 @@ class Hypothesis:
         The model's own numbers follow a cause's change as far as their priors let them.
         """
         b, slopes = self._factors(zeta)
-        free = slopes[:, : self.problem.nuisance_count]
-        inner = free.T @ self.gram @ free + np.diag(self._precision[: self.problem.nuisance_count])
+        own = slice(0, self.problem.nuisance_count)
+        free = slopes[:, own]
+        inner = free.T @ self.gram @ free + np.diag(self._width[own] ** -2)
         found: dict[str, float] = {
             name: abs(float(zeta[place])) for name, place in self.problem.implausible.items()
         }
@@ -554,11 +569,11 @@ class Hypothesis:
         for name, emulator, _ in self._parts:
             k = emulator.columns.shape[1]
             if name in self.subset:
-                own = np.zeros(len(b))
-                own[row : row + k] = b[row : row + k]
-                pull = self.gram @ own
+                change = np.zeros(len(b))
+                change[row : row + k] = b[row : row + k]
+                pull = self.gram @ change
                 cross = free.T @ pull
-                square = float(own @ pull - cross @ np.linalg.solve(inner, cross))
+                square = float(change @ pull - cross @ np.linalg.solve(inner, cross))
                 found[name] = float(np.sqrt(max(square, 0.0)))
             row += k
         return tuple(found[name] for name in self.subset)
@@ -573,8 +588,8 @@ class Hypothesis:
         def log_density(zeta: np.ndarray) -> np.ndarray:
             inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
             b = self._many(np.clip(zeta, low, high))
-            value = 0.5 * (((b @ self.gram) * b).sum(axis=1) + zeta**2 @ self._precision)
-            norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi) - self._norm
+            value = 0.5 * ((b @ self.gram) * b).sum(axis=1) + self._prior(zeta)[0]
+            norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
         found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)

@@ -7,14 +7,11 @@ be named. One that is integrated out is a cause, too, where it is implausible by
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any, Final, Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.stats import norm
 
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.policy import POLICY
@@ -24,18 +21,21 @@ from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.search import scaled_priors
 
 
-def _standard(ordinary: float | np.ndarray, tail: float) -> np.ndarray:
-    """Standard normal numbers of a mixture of N(0, 1) and, more rarely, N(0, tail²)."""
-    size, rare = np.abs(ordinary), POLICY.rare
-    beyond = (1 - rare) * norm.sf(size) + rare * norm.sf(size / tail)
-    return np.asarray(np.sign(ordinary) * norm.isf(beyond))
+def mixture(zeta: np.ndarray, tail: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Density of priors of which a rare part is wide: a mixture of N(0, 1) and N(0, tail²).
 
+    Args:
+        zeta: numbers by the standard deviation of the ordinary part, shape (..., d).
+        tail: standard deviation of the wide part of each, shape (d,); 1 where there is none.
 
-@cache
-def _mixture(tail: float) -> CubicSpline:
-    """The inverse of :func:`_standard`, as far as an emulator may reach."""
-    ordinary = np.sinh(np.linspace(-4.0, 4.0, 801))
-    return CubicSpline(_standard(ordinary, tail), ordinary)
+    Returns:
+        −ln of the density less ½ ln 2π, and its slope by ζ as a part of ζ, (..., d) each: the
+        precision of the normal distribution that pulls as much there.
+    """
+    near = np.log1p(-POLICY.rare) - 0.5 * zeta**2
+    far = np.log(POLICY.rare / tail) - 0.5 * (zeta / tail) ** 2
+    both = np.logaddexp(near, far)
+    return -both, 1 - np.exp(far - both) * (1 - tail**-2.0)
 
 
 MODULUS: Final = "modulus"
@@ -124,23 +124,16 @@ class Unknown:
         """Make a cause of the number where it is implausible by its prior, by its key or a name."""
         spread = POLICY.implausible_width * self.prior.spread
         prior = replace(self.prior, spread=spread, source="implausible by the prior")
-        return Cause(name or self.key, (replace(self, prior=prior, role="candidate"),), ())
+        own = replace(self, prior=prior, role="candidate", tail=1.0)
+        return Cause(name or self.key, (own,), ())
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
-        ordinary = self.ordinary(zeta)
-        return np.clip(np.vectorize(self.prior.at, otypes=[float])(ordinary), *self.bounds)
-
-    def ordinary(self, zeta: float | Sequence[float] | np.ndarray) -> np.ndarray:
-        """Standard deviations of the ordinary part of the prior, of the shape of ``zeta``."""
-        return np.asarray(zeta if self.tail == 1.0 else _mixture(self.tail)(zeta))
+        return np.clip(np.vectorize(self.prior.at, otypes=[float])(zeta), *self.bounds)
 
     def slope(self, zeta: float) -> float:
         """Derivative of the value by ζ."""
-        if self.tail == 1.0:
-            return self.prior.slope(zeta)
-        stretch = _mixture(self.tail)
-        return self.prior.slope(float(stretch(zeta))) * float(stretch(zeta, 1))
+        return self.prior.slope(zeta)
 
     def zeta(self, value: float) -> float:
         """Standard normal number of a value.
@@ -148,11 +141,16 @@ class Unknown:
         Raises:
             ValueError: where the prior is of positive numbers and the value is not.
         """
-        return self.standard(self.prior.zeta(value))
+        return self.prior.zeta(value)
 
-    def standard(self, ordinary: float) -> float:
-        """Standard normal number of standard deviations of the ordinary part of the prior."""
-        return ordinary if self.tail == 1.0 else float(_standard(ordinary, self.tail))
+    def reaching(self, reach: float) -> Unknown:
+        """Return it with the range ±``reach`` of ζ, as far as its bounds let it."""
+        (least, most), low, high = self.bounds, -reach, reach
+        if np.isfinite(least) and (not self.prior.positive or least > 0):
+            low = max(low, self.zeta(least))
+        if np.isfinite(most):
+            high = min(high, self.zeta(most))
+        return replace(self, low=low, high=high)
 
     @property
     def gradient(self) -> str:
@@ -232,9 +230,9 @@ class Cause:
         return np.array(found)
 
     @property
-    def stretches(self) -> list[Callable[[np.ndarray], np.ndarray] | None]:
-        """For each number what its change is nearly straight in; None: ζ itself."""
-        return [None if each.tail == 1.0 else each.ordinary for each in self.numbers]
+    def tails(self) -> np.ndarray:
+        """Standard deviations of the wide parts of its numbers' priors, (numbers,)."""
+        return np.array([each.tail for each in self.numbers])
 
 
 def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:
@@ -280,19 +278,16 @@ def _listed(each: type[Effect], key: str) -> bool:
 
 
 def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> Unknown:
-    low, high = bounds_of(each, key)
-    reach = POLICY.reach
-    found = Unknown(
-        f"extensions.{each.name()}.{key}", prior, -reach, reach, (low, high), amplitude,
-        _listed(each, key), each.is_modulus(key),
-        tail=_tail(prior) if amplitude and issubclass(each, Displaying) else 1.0,
-    )  # fmt: skip
-    if np.isfinite(low) and (not prior.positive or low > 0):
-        found = replace(found, low=max(-reach, found.zeta(low)))
-    return replace(found, high=min(reach, found.zeta(high))) if np.isfinite(high) else found
+    tail = tail_of(prior) if amplitude else 1.0
+    # what an instrument shows follows from the readings, however far it is off
+    reach = POLICY.reach * (tail if issubclass(each, Displaying) else 1.0)
+    return Unknown(
+        f"extensions.{each.name()}.{key}", prior, -reach, reach, bounds_of(each, key), amplitude,
+        _listed(each, key), each.is_modulus(key), tail=tail,
+    ).reaching(reach)  # fmt: skip
 
 
-def _tail(prior: Prior) -> float:
+def tail_of(prior: Prior) -> float:
     """Standard deviation of the wide part by the ordinary one; of a positive number's logarithm."""
     if not prior.positive:
         return POLICY.implausible_width

@@ -16,8 +16,8 @@ from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.model import FingerSimulation, model, not_reached
-from dolfingrip.diagnosis.finger.training import trained_causes
-from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, unknowns
+from dolfingrip.diagnosis.finger.training import CauseTraining
+from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -206,16 +206,11 @@ def analyse_fingers(
     simulation, off, plain = model(measurement, config, workers, say)
     causes = unknowns(simulation.measurement, simulation.lab, names, walls=bool(simulation.walls))
     say(f"simulating what {len(causes)} causes change")
-    emulators, unseen, failed = trained_causes(
-        simulation, causes, off.noise, plain, say, fully=fully
-    )  # fmt: skip
-    felt = {each.name: each for each in causes if each.name in emulators}
-    problem = replace(
-        plain, emulators=emulators, boxes={name: box_of(each) for name, each in felt.items()},
-        rig=frozenset(IMPLAUSIBLE) & frozenset(felt),
-    )  # fmt: skip
+    training = CauseTraining(simulation, causes, plain, off.noise)
+    training.run(say, fully=fully)
     return FingerAnalysis(
-        problem, felt, off, simulation, unseen, failed,
+        training.problem, {each.name: each for each in training.felt}, off, simulation,
+        training.unseen, training.failed,
         not_reached=not_reached(
             measurement, simulation.measurement, simulation.base.readings,
             simulation.failures or simulation.base.failures,

@@ -39,8 +39,7 @@ from dolfingrip.config import changed
 from dolfingrip.diagnosis.core.emulator import Emulator, SimulatedChanges, places, trained
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
-from dolfingrip.diagnosis.finger.model import FingerSimulation
-from dolfingrip.diagnosis.finger.unknowns import box_of
+from dolfingrip.diagnosis.finger.model import FingerSimulation, even, spread
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup, SimulatedReadings
 from dolfingrip.diagnosis.simulation.stops import StopSchedule
@@ -56,20 +55,27 @@ def known(simulation: FingerSimulation, cause: Cause) -> bool:
 
 
 def simulations(
-    simulation: FingerSimulation, cause: Cause, nodes: np.ndarray, factor: Factor
+    simulation: FingerSimulation,
+    cause: Cause,
+    box: np.ndarray,
+    nodes: np.ndarray,
+    factor: Factor,
 ) -> SimulatedChanges:
     """Compute what a cause changes, as if it had been simulated.
 
     Args:
         simulation: of the model without it.
         cause: of which a closed form is :func:`known`.
+        box: ranges of its numbers' ζ, (d, 2).
         nodes: ζ of the moduli.
         factor: of all moduli by that ζ.
     """
-    box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
+    reach = np.abs(box).max(axis=1, keepdims=True) - POLICY.read_beyond
+    box = np.clip(box, -reach, reach)
     zeta = places(box, 5 * POLICY.closed_form_places)
     if len(box) == 1:
-        zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), POLICY.closed_form_places)[:, None]
+        low, high = map(float, even(box[0]))
+        zeta = spread(np.linspace(low, high, POLICY.closed_form_places))[:, None]
     values = []
     for node in nodes:
         c = float(factor(node))
@@ -117,25 +123,24 @@ def _displayed(
 def approximate(
     simulation: FingerSimulation,
     cause: Cause,
+    box: np.ndarray,
     scale: np.ndarray,
     factor: Factor,
-    moduli: tuple[float, float],
 ) -> Emulator | None:
     """Emulate a cause by an approximate law, which simulations correct.
 
     Args:
         simulation: of the model without it.
         cause: whose change it is.
+        box: ranges of the moduli's ζ and of its numbers', (1 + d, 2).
         scale: noise of the readings, shape (n,).
         factor: of all moduli by their ζ.
-        moduli: range of that ζ.
 
     Returns:
         The law as an emulator; None where there is none.
     """
     if not issubclass(effect(cause.name), Relaxing) or not simulation.scales:
         return None
-    box = np.vstack([moduli, box_of(cause)])
     zeta = places(box, POLICY.tabulated)
     changes = []
     for z in zeta:

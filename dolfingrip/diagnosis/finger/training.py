@@ -9,7 +9,7 @@ further simulation can tell of it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Final
 
@@ -22,6 +22,7 @@ from dolfingrip.diagnosis.core.emulator import (
     Emulator,
     SimulatedChanges,
     Stacked,
+    Straight,
     places,
     principal,
     trained_on,
@@ -34,11 +35,11 @@ from dolfingrip.diagnosis.core.evidence import (
     Subset,
     at_levels,
 )
-from dolfingrip.diagnosis.core.search import Key
+from dolfingrip.diagnosis.core.search import Key, one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause, Factor
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import FingerSimulation, even, nodes_of, plain_fit, spread
-from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, TILTED, box_of, coordinates_of
+from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, TILTED, box_of, coordinates_of, wider
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.extensions.effect import Energetic
@@ -168,121 +169,240 @@ class _Design:
         return replace(self, zeta=self.zeta[some], variants=[self.variants[i] for i in some])
 
 
-def trained_causes(
-    simulation: FingerSimulation,
-    causes: Sequence[Cause],
-    scale: np.ndarray,
-    plain: InferenceProblem,
-    say: Callable[[str], None],
-    *,
-    fully: bool,
-) -> tuple[dict[str, Emulator], tuple[str, ...], dict[str, str]]:
-    """Simulate causes, and make emulators of what they change.
+@dataclass(eq=False)
+class CauseTraining:
+    """Simulations of causes, and emulators of what they change.
 
-    Each is simulated once at first, and further where it could be seen.
+    Each is simulated once at first, further where it could be seen, and beyond the ordinary part of
+    its prior where the readings ask for that.
 
-    Args:
+    Attributes:
         simulation: of the model without them.
         causes: that may be named.
-        scale: noise of the readings, shape (n,).
         plain: the model without causes.
-        say: told what is being done.
-        fully: simulate every cause further.
-
-    Returns:
-        Emulators by name, causes that no reading feels, and why others could not be simulated, by
-        name.
+        scale: noise of the readings, shape (n,).
+        failed: why causes could not be simulated, by name.
+        boxes: ranges of ζ that each emulator is read in, (d, 2), by name.
     """
-    factor = plain.factor
-    # where causes are simulated
-    middle = float(np.clip(np.log(simulation.centre) / factor.std, *plain.baseline_box[0]))
-    nodes = nodes_of(plain.baseline_box[0])
-    closed = {each.name: each for each in causes if closed_forms.known(simulation, each)}
-    designs = {
-        each.name: _design(simulation, each, factor, middle)
-        for each in causes
-        if each.name not in closed
-    }
-    told: dict[str, SimulatedChanges | None] = {
-        name: closed_forms.simulations(simulation, each, nodes, factor)
-        for name, each in closed.items()
-    }
-    failed: dict[str, str] = {}
 
-    def compute(some: dict[str, _Design]) -> None:
+    simulation: FingerSimulation
+    causes: Sequence[Cause]
+    plain: InferenceProblem
+    scale: np.ndarray
+    failed: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        simulation, plain = self.simulation, self.plain
+        # where causes are simulated
+        middle = np.log(simulation.centre) / plain.factor.std
+        self._middle = float(np.clip(middle, *plain.baseline_box[0]))
+        self._nodes = nodes_of(plain.baseline_box[0])
+        self.boxes = {each.name: box_of(each) for each in self.causes}
+        self._designs: dict[str, _Design] = {}
+        self._told: dict[str, SimulatedChanges | None] = {}
+        for each in self.causes:
+            if closed_forms.known(simulation, each):
+                self._told[each.name] = self._closed_form(each)
+            else:
+                zeta = _zeta(each, None if _scales(simulation, each) else self._middle)
+                self._designs[each.name] = _design(simulation, each, plain.factor, zeta)
+
+    def run(self, say: Callable[[str], None], *, fully: bool) -> None:
+        """Simulate all causes.
+
+        Args:
+            say: told what is being done.
+            fully: simulate every cause as far as one that could be seen.
+
+        Raises:
+            ConfigError: one line, where nothing can be simulated.
+        """
+        designs, more = self._designs, self._designs
+        if not fully:
+            self._compute({name: each.first() for name, each in designs.items()})
+            more = {name: each for name, each in designs.items() if self._told[name] is None}
+        further = {name for name in designs if name not in more and effect(name).by_slopes}
+        closed = set(self._told) - set(designs)
+        while True:
+            self._compute(more)
+            further |= set(more)
+            if further == set(designs):
+                break
+            known = {
+                name: columns_of(each, self.scale)
+                for name, each in self._told.items() if each is not None
+            }  # fmt: skip
+            wanted = worth_simulating(self.plain, known, further | closed)
+            if not wanted:
+                break
+            say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
+            more = {name: designs[name] for name in wanted}
+        if not fully:
+            self._reach(say)
+
+    @property
+    def problem(self) -> InferenceProblem:
+        """The problem with those causes that some reading feels."""
+        emulators = {each.name: self._emulator(each) for each in self.felt}
+        return replace(
+            self.plain, emulators=emulators, rig=frozenset(IMPLAUSIBLE) & frozenset(emulators),
+            boxes={name: self.boxes[name] for name in emulators},
+            tails={each.name: each.tails for each in self.felt},
+        )  # fmt: skip
+
+    @property
+    def felt(self) -> list[Cause]:
+        """Causes that some reading feels."""
+        return [each for each in self.causes if self._told[each.name] and not self._faint(each)]
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Names of those that no reading feels."""
+        return tuple(e.name for e in self.causes if self._told[e.name] and self._faint(e))
+
+    def _faint(self, cause: Cause) -> bool:
+        own = self._told[cause.name]
+        assert own is not None
+        rms = np.sqrt(np.square(own.values / self.scale).mean(axis=2))
+        return float(rms.max()) < POLICY.invisible
+
+    def _closed_form(self, cause: Cause) -> SimulatedChanges:
+        box, factor = self.boxes[cause.name], self.plain.factor
+        return closed_forms.simulations(self.simulation, cause, box, self._nodes, factor)
+
+    def _compute(self, some: Mapping[str, _Design]) -> None:
+        """Simulate designs, beside what is known of their causes."""
+        simulation, factor = self.simulation, self.plain.factor
         every = [variant for each in some.values() for variant in each.variants]
-        workers = simulation.workers
-        runs = iter(simulate(simulation.measurement, simulation.config, every, workers))
+        runs = iter(simulate(simulation.measurement, simulation.config, every, simulation.workers))
         for name, each in some.items():
             own = [next(runs) for _ in each.variants]
-            told[name], failed[name] = _assembled(simulation, each, own, nodes, factor)
+            self._told[name], why = _assembled(simulation, each, own, self._nodes, factor)
+            self.failed.pop(name, None)
+            if why:
+                self.failed[name] = why
 
-    more = designs
-    if not fully:
-        compute({name: each.first() for name, each in designs.items()})
-        more = {name: each for name, each in designs.items() if told[name] is None}
-    further = {name for name in designs if name not in more and effect(name).by_slopes}
-    while True:
-        compute(more)
-        further |= set(more)
-        if further == set(designs):
-            break
-        known = {name: columns_of(each, scale) for name, each in told.items() if each is not None}
-        wanted = worth_simulating(plain, known, further | set(closed))
-        if not wanted:
-            break
-        say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
-        more = {name: designs[name] for name in wanted}
+    def _emulator(self, cause: Cause) -> Emulator:
+        own, name = self._told[cause.name], cause.name
+        assert own is not None
+        if name in self._designs and not self._designs[name].scales:
+            return _by_moduli(
+                self.simulation, cause, own, self.boxes[name], self.scale, self.plain.factor,
+                self._middle,
+            )  # fmt: skip
+        degree = POLICY.curved_degree
+        if name not in self._designs:
+            degree = POLICY.closed_form_places - 1
+        elif effect(name).by_slopes:
+            degree = 1
+        own_coordinates = coordinates_of(cause, self.boxes[name])
+        return trained_on(own, own_coordinates, self.scale, degree=degree)
 
-    emulators: dict[str, Emulator] = {}
-    unseen: list[str] = []
-    for cause in causes:
-        own = told[cause.name]
-        if own is None:
-            continue
-        if np.sqrt(np.square(own.values / scale).mean(axis=2)).max() < POLICY.invisible:
-            unseen.append(cause.name)
-            continue
-        if cause.name in designs and not designs[cause.name].scales:
-            emulator = _by_moduli(simulation, cause, own, scale, factor, middle)
-        else:
-            degree = POLICY.closed_form_places - 1 if cause.name in closed else POLICY.curved_degree
-            degree = 1 if effect(cause.name).by_slopes else degree
-            emulator = trained_on(own, coordinates_of(cause), scale, degree=degree)
-        emulators[cause.name] = emulator
-    return emulators, tuple(unseen), {name: why for name, why in failed.items() if why}
+    # -- beyond what was simulated ----------------------------------------------------------------
+
+    def _reach(self, say: Callable[[str], None]) -> None:
+        """Simulate farther out causes whose best numbers lie beyond what was simulated."""
+        given_up: set[str] = set()
+        for _ in range(POLICY.farther):
+            wanted = self.beyond(given_up)
+            if wanted is None:
+                break
+            cause, zeta = wanted
+            name, own = cause.name, zeta[1:]
+            say(f"the best numbers of {name} lie beyond what was simulated; simulating there")
+            self.boxes[name], before = _as_far_as(self.boxes[name], own), self.boxes[name]
+            if name not in self._designs:
+                self._told[name] = self._closed_form(cause)
+                continue
+            known, place = self._told[name], own if self._designs[name].scales else zeta
+            self._compute({name: _design(self.simulation, cause, self.plain.factor, place[None])})
+            more = self._told[name]
+            self._told[name] = known.beside(more) if known and more else known
+            if more is None:
+                say(f"{name} could not be simulated there: {self.failed.pop(name)}")
+                given_up.add(name)
+                self.boxes[name] = before
+
+    def beyond(self, given_up: Set[str]) -> tuple[Cause, np.ndarray] | None:
+        """Find what may follow the readings best, by itself, beyond where it was simulated.
+
+        It goes on straight there. No discrepancy is beside it, as that would follow in its place.
+
+        Args:
+            given_up: causes that could not be simulated farther.
+
+        Returns:
+            The cause and its numbers there, the moduli's ζ first, as far out as the readings leave
+            them; None where none lies at such an end, or those that do are hopeless.
+        """
+        problem = self.problem
+        alone = one_at_a_time(at_levels(problem), {}).fits
+        best = max(fit.log_evidence + np.log(LEVELS[fit.level] / LEVELS[0.0]) for fit in alone)
+        least, nearest = best - POLICY.hopeless, None
+        fits = {fit.subset: fit for fit in alone if not fit.level}
+        for cause in self.felt:
+            name, fit = cause.name, fits.get((cause.name,))
+            if fit is None or name in given_up or effect(name).by_slopes:
+                continue
+            own, before = problem.places((name,))[name], self.boxes[name]
+            box = wider(cause, before, fit.zeta[own])
+            if box is None:
+                continue
+            inside = np.vstack([[-np.inf, np.inf], before])
+            straight = Straight.of(problem.emulators[name], inside)
+            trial = replace(
+                problem, emulators={**problem.emulators, name: straight},
+                boxes={**problem.boxes, name: box},
+            )  # fmt: skip
+            found = CovarianceModel(trial, 0.0).of((name,)).fit([fit.zeta])
+            out = np.sign(found.zeta[own] - np.clip(found.zeta[own], *before.T))
+            if found.log_evidence > least and out.any():
+                least = found.log_evidence
+                std = np.sqrt(np.diag(np.linalg.inv(found.hessian)))[own]
+                there = np.clip(found.zeta[own] + POLICY.visible_sigma * out * std, *box.T)
+                nearest = cause, np.r_[found.zeta[0], there]
+        return nearest
+
+
+def _as_far_as(box: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+    """Ranges, (d, 2), as wide as a place, (d,), asks for."""
+    low, high = box.T
+    low = np.where(zeta < low, zeta - POLICY.read_beyond, low)
+    return np.column_stack([low, np.where(zeta > high, zeta + POLICY.read_beyond, high)])
 
 
 def _by_moduli(
     simulation: FingerSimulation,
     cause: Cause,
     simulated: SimulatedChanges,
+    box: np.ndarray,
     scale: np.ndarray,
     factor: Factor,
     middle: float,
 ) -> Emulator:
     """The emulator of a cause whose simulations the moduli do not scale."""
     by_moduli = Coordinate(lambda zeta: zeta - middle, amplitude=False)
-    own = (by_moduli, *coordinates_of(cause, 1))
-    low, high = spread(even(middle) + 1.5 * MODEL.beside * np.array([-1.0, 1.0]))
-    moduli = (float(low), float(high))
-    approximation = closed_forms.approximate(simulation, cause, scale, factor, moduli)
+    own = (by_moduli, *coordinates_of(cause, box, 1))
+    moduli = spread(even(middle) + 1.5 * MODEL.beside * np.array([-1.0, 1.0]))
+    every = np.vstack([moduli, box])
+    approximation = closed_forms.approximate(simulation, cause, every, scale, factor)
     if approximation is None:
         return trained_on(simulated, own, scale)
     return Stacked.of(approximation, trained_on(_without(simulated, approximation), own, scale))
 
 
-def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:
+def _scales(simulation: FingerSimulation, cause: Cause) -> bool:
+    """Tell whether the moduli scale the model with a cause, too."""
     kind = effect(cause.name)
-    scales = (
-        simulation.scales
-        and kind.kind not in ("dissipative", "loading")
-        and not kind.clock
-        and cause.name != TILTED
-    )
-    zeta = _zeta(cause, None if scales else middle)
-    if not scales:
-        zeta[:, 0] = spread(zeta[:, 0])
+    remembers = kind.kind in ("dissipative", "loading") or kind.clock
+    return simulation.scales and not remembers and cause.name != TILTED
+
+
+def _design(
+    simulation: FingerSimulation, cause: Cause, factor: Factor, zeta: np.ndarray
+) -> _Design:
+    """Simulations at places, the moduli's ζ first where these do not scale the cause."""
+    scales = _scales(simulation, cause)
     experiments = _felt_in(cause.name, simulation.lab)
     flat = simulation.flat
     variants = []
@@ -310,14 +430,17 @@ def _zeta(cause: Cause, middle: float | None) -> np.ndarray:
     """Places of a cause's simulations, evenly spread; the moduli's first where these have one."""
     if effect(cause.name).by_slopes:
         neutral = [number.zeta(cause.neutral(number)) for number in cause.numbers]
-        return np.array([neutral if middle is None else [even(middle), *neutral]])
+        return np.array([neutral if middle is None else [middle, *neutral]])
     reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
     box = np.clip(box_of(cause), -reach, reach)
     if middle is not None:
         box = np.vstack([even(middle) + MODEL.beside * np.array([-1.0, 1.0]), box])
     d = len(box)
     count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
-    return _places(box, POLICY.implausible_places if cause.name in IMPLAUSIBLE else count, cause)
+    zeta = _places(box, POLICY.implausible_places if cause.name in IMPLAUSIBLE else count, cause)
+    if middle is not None:
+        zeta[:, 0] = spread(zeta[:, 0])
+    return zeta
 
 
 def _felt_in(name: str, config: Config) -> frozenset[str]:
@@ -337,7 +460,7 @@ def _places(box: np.ndarray, count: int, cause: Cause) -> np.ndarray:
     if len(box) > 1:
         return places(box, count)
     low, high = box[0]
-    signed = coordinates_of(cause)[0].signed
+    signed = coordinates_of(cause, box)[0].signed
     # of either sign both ends count; of a positive amplitude the strong one does
     ends, count = (POLICY.signed_ends, count + 1) if signed else (POLICY.positive_ends, count)
     return np.asarray(low + (high - low) * np.linspace(*ends, count))[:, None]

@@ -18,7 +18,15 @@ from dolfingrip.diagnosis.core.emulator import (
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli
-from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, box_of, coordinates_of, unknowns
+from dolfingrip.diagnosis.finger.training import CauseTraining
+from dolfingrip.diagnosis.finger.unknowns import (
+    IMPLAUSIBLE,
+    box_of,
+    coordinates_of,
+    unknowns,
+    wider,
+)
+from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import NAMES, effect
 
 SEED = 11
@@ -151,7 +159,7 @@ def test_numbers_of_the_rig_are_causes_where_all_are_tried() -> None:
     assert not set(IMPLAUSIBLE) & {each.name for each in unknowns(measurement, Config(), ["gent"])}
     asked = unknowns(measurement, Config(), ["gent", "pressure_gain"])
     assert [each.name for each in asked] == ["gent", "pressure_gain"]
-    tilt = coordinates_of(found["plate_tilt"])
+    tilt = coordinates_of(found["plate_tilt"], box_of(found["plate_tilt"]))
     assert len(tilt) == 2  # one for either side
     zeta = np.array([-1.0, 0.0, 2.0])
     np.testing.assert_allclose(tilt[0].value(zeta), [0.0, 0.0, 2.0])
@@ -170,3 +178,55 @@ def test_the_whole_catalogue_is_tried_but_the_mesh() -> None:
             Config(), each.overrides(np.zeros(len(each.numbers)))
         ).extensions.active()
         assert [other.name() for other in on] == [each.name]
+
+
+@pytest.mark.parametrize("size", [1.0, 9.0, -9.0])
+def test_a_cause_whose_best_number_lies_beyond_is_simulated_there(size: float) -> None:
+    """Readings that a strong cause explains lead to its number; weak ones ask for no simulation."""
+    cause = next(each for each in causes(Config()) if each.name == "base_layer_offset")
+    change, box = 0.2 * np.sin(5 * X), box_of(cause)
+    zeta, nodes = np.array([-2.0, 0.3, 2.0]), np.array([-2.0, 0.0, 2.0])
+    told = SimulatedChanges(
+        zeta[:, None], np.tile(np.outer(zeta, change), (3, 1, 1)), np.tile(change, (3, 3, 1, 1)),
+        nodes,
+    )  # fmt: skip
+    straight = trained_on(told, [Coordinate(lambda zeta: zeta, amplitude=True)], SCALE)
+    baseline = SimulatedChanges(
+        np.zeros((1, 0)), np.array([[bend(factor(m)) - bend(1.0)] for m in nodes]),
+        np.zeros((3, 1, 0, len(X))), nodes,
+    )  # fmt: skip
+    problem = InferenceProblem(
+        bend(1.0) + size * change, bend(1.0),
+        (factor_of_moduli(Factor.of(STD, -2.0, 2.0)),), {cause.name: straight},
+        np.diag(SCALE**2), np.outer(X, X), {cause.name: box},
+        trained_on(baseline, [], SCALE, share=1.0, left_out=()), tails={cause.name: cause.tails},
+    )  # fmt: skip
+
+    class Trained(CauseTraining):
+        def __post_init__(self) -> None:
+            self.boxes = {cause.name: box}
+
+        problem = property(lambda self: problem)
+        felt = property(lambda self: [cause])
+
+    found = Trained(None, [cause], problem, SCALE).beyond(set())
+    if abs(size) < box.max():
+        assert found is None
+        return
+    assert found is not None
+    assert found[0] is cause
+    assert found[1][1] == pytest.approx(size, rel=0.05)
+    assert not Trained(None, [cause], problem, SCALE).beyond({cause.name})
+
+
+def test_a_range_goes_on_where_an_effect_is_stronger() -> None:
+    """At the weak end of a positive number there is nothing to be found."""
+    friction = next(each for each in causes(Config()) if each.name == "plate_friction")
+    box = box_of(friction)
+    assert wider(friction, box, np.array([0.0])) is None
+    assert wider(friction, box, box[:, 0]) is None
+    found = wider(friction, box, box[:, 1])
+    assert found is not None
+    assert found[0, 0] == box[0, 0]
+    most = friction.numbers[0].zeta(friction.numbers[0].bounds[1])
+    assert found[0, 1] == pytest.approx(min(most, POLICY.farthest * friction.tails[0]))
