@@ -265,13 +265,15 @@ class DiagnosisFile(ResultFile):
                 [
                     each.name,
                     f"{each.minutes:.0f}",
+                    f"{each.chance:.2f}",
+                    ", ".join(each.tells) or "–",
                     f"{each.gain:+.1f}",
-                    "yes" if each.splits else "no",
                 ]
                 for each in self.next_experiments
             ]
-            headings = ["experiment", "minutes", "expected ln Bayes factor", "tells all apart"]
-            tables.append(TextTable(headings, rows, "Next experiment"))
+            headings = ["test or check", "minutes", "leaves one answer", "may tell",
+                        "expected ln Bayes factor"]  # fmt: skip
+            tables.append(TextTable(headings, rows, "Further checks"))
         if self.downstream is not None:
             rows = [each.cells() for each in self.downstream.designs]
             headings = ["design", "force before (N)", "after", "φ before", "after"]

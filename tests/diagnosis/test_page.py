@@ -34,7 +34,7 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
     for line, heading in zip(lines, HEADINGS.values(), strict=False):
         assert line.startswith(heading)
     assert lines[0].endswith("(pressure_gain)")
-    assert "| a hold | 3 | +4.0 | no |" in lines
+    assert "| a hold | 3 | 0.30 | – | +4.0 |" in lines
     assert lines[-1] == "- beware"
 
 

@@ -25,7 +25,7 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset
 from dolfingrip.diagnosis.core.unknown import MODULUS
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.files.diagnosis import NextExperiment
 from dolfingrip.parameter.nuisances import GAIN, OFFSET
 
@@ -161,6 +161,14 @@ def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival
     return _rival(analysis, fit, readings, slopes)
 
 
+def some(names: Sequence[str]) -> str:
+    """List the first of several causes in words, and count the others."""
+    more = len(names) - PAGE.in_a_cell
+    if more > 0:
+        return f"{', '.join(names[: PAGE.in_a_cell])} or one of {more} more"
+    return " or ".join(names)
+
+
 def advice(found: Diagnosis, told: Collection[str] = ()) -> str:
     """Advise what to do next where nothing that was weighed helps.
 
@@ -177,7 +185,7 @@ def advice(found: Diagnosis, told: Collection[str] = ()) -> str:
     if decision.answer == "none":
         if names := [each for each in found.open_names if each not in told]:
             what = "the coupon up and down, or the finger" if coupons else "a coupon"
-            return f"{what}, or another channel: it may tell whether {' or '.join(names)} acts"
+            return f"{what}, or another channel: it may tell whether {some(names)} acts"
         if coupons:
             return "measure the finger: the coupons agree with the model"
         return "nothing: the readings agree with the model within their noise"

@@ -14,7 +14,7 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, SetupEstimate
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
-from dolfingrip.diagnosis.answer.settling import advice
+from dolfingrip.diagnosis.answer.settling import advice, some
 from dolfingrip.diagnosis.core.evidence import NONE
 from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
@@ -241,9 +241,7 @@ def _untold(found: Diagnosis) -> str:
         return ""
     behind = dict.fromkeys(number for each in found.alternatives for number in each.behind)
     hiding = f", hidden behind {' and '.join(behind)}" if behind else ""
-    more = len(names) - PAGE.in_a_cell
-    told = ", ".join(names[: PAGE.in_a_cell]) + (f" or one of {more} more" if more > 0 else "")
-    return f" One of these may act{hiding}: {told}."
+    return f" One of these may act{hiding}: {some(names)}."
 
 
 def _size(found: Diagnosis) -> str:
@@ -366,23 +364,20 @@ def _assumed(found: Diagnosis) -> str:
 
 
 def _next(found: Diagnosis) -> str:
-    told: set[str] = set()
-    shown: list[NextExperiment] = []
-    for each in found.next:
-        if len(shown) < PAGE.in_words or not told.issuperset(each.tells):
-            told |= {*each.tells}
-            shown.append(each)
+    """Tell the few tests and checks that tell most, and how many more there are."""
+    shown, told = found.next[: PAGE.in_words], {name for e in found.next for name in e.tells}
     parts = [*map(_settling, shown)]
     if not parts or found.decision.by_shape or not told.issuperset(found.open_names):
         parts.append(advice(found, told))
-    return "; or ".join(parts)
+    text, further = "; or ".join(parts), len(found.next) - len(shown)
+    return f"{text}; {further} more under Further checks" if further else text
 
 
 def _settling(each: NextExperiment) -> str:
     """Tell what a test or a check would tell."""
     told = [f"leaves one answer with probability {chance(each.chance)}"] if each.chance else []
     if each.tells:
-        told.append(f"may tell {', '.join(each.tells)}")
+        told.append(f"may tell {some(each.tells)}")
     return (
         f"{each.name}: {each.minutes:.0f} minutes, {', '.join(told) or 'may not tell them apart'}"
     )
