@@ -275,7 +275,7 @@ def perform(asked: RunSettings) -> None:
         key = next(iter(asked.uncertain))
         raise ConfigError(f"--uncertain {key}: allowed: with --bands")
     wanted = {
-        "mesh_check": asked.mesh_check if kind.mesh_check else False,
+        "mesh_check": asked.mesh_check,
         "bands": asked.uncertain if asked.bands else None,
     }
     requests = [Request.of(kind, config, keys, fields=folder, **wanted) for folder, config in poses]

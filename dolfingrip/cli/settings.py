@@ -172,10 +172,7 @@ class RunSettings(ConfiguredSettings):
     video: bool = option(False, "Draw video.mp4 and video.gif of ten seconds.")
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)
-    mesh_check: bool | None = option(
-        None,
-        "Estimate the error that is due to the mesh; by default after long runs.",
-    )
+    mesh_check: bool = option(False, "Estimate the error that is due to the mesh.")
     bands: bool = option(False, "Compute intervals of the readings from what is not known exactly.")
     uncertain: Mapping[str, Any] = option(
         NOTHING,

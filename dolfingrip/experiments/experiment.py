@@ -120,7 +120,7 @@ class Experiment(ABC):
         measured: whether the format of measured data has it.
         gradients: whether its readings can be derived by parameters.
         dynamic: whether its specimen may move with inertia.
-        mesh_check: whether its command estimates the error of the mesh, unless told not to.
+        mesh_check: whether its command estimates the error of the mesh where that is asked for.
         pictures: file of ``report`` whose ``draw`` makes the pictures of its result; "finger" for
             the deformed shapes of one finger.
     """

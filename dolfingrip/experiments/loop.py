@@ -58,7 +58,7 @@ def run(
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
     gradients: Sequence[str] | None = None,
-    mesh_check: bool | None = False,
+    mesh_check: bool = False,
     bands: Mapping[str, float] | None = None,
     tell: Tell | None = None,
 ) -> Result:
@@ -73,8 +73,7 @@ def run(
         gradients: keys of parameters that all readings are derived by; (): all parameters; None:
             no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of both runs.
-        mesh_check: whether the error of the readings that is due to the mesh is estimated; None:
-            if that costs a small part of the run.
+        mesh_check: whether the error of the readings that is due to the mesh is estimated.
         bands: standard deviations by which bands of the readings are computed, beside the usual
             ones; None: no bands.
         tell: called on every rank at each iteration of a load step, with a line where that takes
@@ -166,7 +165,7 @@ def _once(
         with profile.phase("sensitivities"):
             derived = collectors(rig, built, keys, at, request.columns)
     kept: dict[int, State] = {}
-    wanted = [] if request.mesh_check is False else mesh_error.places(stops)
+    wanted = mesh_error.places(stops) if request.mesh_check else []
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
@@ -196,10 +195,7 @@ def _once(
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
         checked = None
-        check = request.mesh_check
-        if check is None:
-            check = mesh_error.POLICY.suggests(rig.newton.counts.iterations)
-        if check:
+        if request.mesh_check:
             if tell is not None:
                 tell("error of the mesh")
             with profile.phase("mesh check"):

@@ -68,9 +68,6 @@ class MeshErrorPolicy:
         rtol: residual of both solutions on the bisected mesh, by that at their starts.
         iterations: of Newton's method, after which the two meshes have too little in common.
         largest: largest error of a reading, by the reading's largest value, that is told.
-        iteration_cost: Newton's iterations of the run that an estimate costs as much as: some 100
-            with 12,243 unknowns (9 s), 400 with 29,688 where the first load fails (91 s; AMD EPYC).
-        share: part of the run's time that an estimate may take that nobody asks for.
         parts: of the highest load at which the mesh is bisected, the next where one fails.
         loads: number of loads at which it is bisected where the load cannot rise from one.
         rises: parts of the highest load to which it rises on the bisected mesh.
@@ -85,22 +82,12 @@ class MeshErrorPolicy:
     rtol: float = 1e-2
     iterations: int = 8
     largest: float = 0.25
-    iteration_cost: float = 200.0
-    share: float = 0.25
     parts: tuple[float, ...] = (0.5, 0.25, 0.1)
     loads: int = 2
     rises: tuple[float, ...] = (0.25, 0.5, 0.7, 0.85, 1.0)
     rises_to: float = 1e-4
     rise_iterations: int = 16
     change: float = 2.0
-
-    def suggests(self, iterations: int) -> bool:
-        """Tell whether the error is estimated where nobody asks for it.
-
-        Args:
-            iterations: of Newton's method in the run.
-        """
-        return iterations * self.share >= self.iteration_cost
 
     def whole(self, config: Config) -> float:
         """The error by the change from one bisection, 1 + r + r² + … of that change.

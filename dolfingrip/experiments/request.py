@@ -79,8 +79,7 @@ class Request:
         fields: folder for the result with its fields; None: none is written. It is no part of the
             key.
         ranks: MPI processes. They are no part of the key.
-        mesh_check: whether the error of the mesh is estimated, too; None: if that costs a small
-            part of the run.
+        mesh_check: whether the error of the mesh is estimated, too.
         bands: standard deviations by which bands of the readings are computed, too, beside the
             usual ones of :mod:`dolfingrip.parameter.nuisances`; None: no bands.
     """
@@ -94,7 +93,7 @@ class Request:
     made_for: Config | None = None
     fields: Path | None = None
     ranks: int = 1
-    mesh_check: bool | None = False
+    mesh_check: bool = False
     bands: Mapping[str, float] | None = None
 
     @classmethod
@@ -143,7 +142,7 @@ class Request:
             ConfigError: one line, where the mesh file cannot be read.
         """
         parts, made_for = self.experiment.parts, self.made_for
-        further: Data = {} if self.mesh_check is False else {"mesh_check": self.mesh_check}
+        further: Data = {"mesh_check": True} if self.mesh_check else {}
         further |= {} if self.bands is None else {"bands": self.bands}
         return {
             **further,
