@@ -60,6 +60,30 @@ def corner_weights(shape: CellShape, places: Floats) -> Floats:
     return np.prod(np.where(at_one, places[:, None], 1 - places[:, None]), axis=2)
 
 
+def divided(mesh: SolidMesh, refine: int, round_faces: Sequence[Cylinder] = ()) -> SolidMesh:
+    """Bisect every cell until it is divided so often along each axis.
+
+    Args:
+        mesh: of first order (mm).
+        refine: how often; a power of 2.
+        round_faces: as those of :func:`bisected`.
+
+    Returns:
+        The mesh of the parts; ``mesh`` itself where ``refine`` is 1.
+
+    Raises:
+        MeshError: where ``refine`` is no power of 2, or ``mesh`` of second order.
+    """
+    if refine & (refine - 1):
+        raise MeshError(
+            f"mesh.refine = {refine}: {mesh.shape.plural}: allowed: 1, 2, 4, 8 or 16, "
+            "as each is bisected"
+        )
+    for _ in range(refine.bit_length() - 1):
+        mesh = bisected(mesh, round_faces)
+    return mesh
+
+
 def bisected(mesh: SolidMesh, round_faces: Sequence[Cylinder] = ()) -> SolidMesh:
     """Bisect every cell.
 

@@ -118,7 +118,7 @@ def warn(experiment: Experiment, config: Config, console: Screen) -> None:
 
 
 def _run(request: Request, console: Screen) -> Result:
-    runs = 1 + len(choices(request.config, request.gradients))
+    runs = 1 + len(choices(request.config, request.gradients)) + request.mesh_check
     with _bar(request.experiment.title, runs * [request], console) as (advance, tell):
         return follow(request, MPI.COMM_WORLD, advance, tell)
 

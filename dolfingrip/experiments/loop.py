@@ -11,7 +11,7 @@ from typing import Final
 
 from mpi4py import MPI
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import mesh_error
 from dolfingrip.experiments.derivatives.bands import Bands
 from dolfingrip.experiments.derivatives.choices import choices
@@ -26,11 +26,10 @@ from dolfingrip.experiments.results import record
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.results.sensitivity_table import COLUMNS, SensitivityTable
 from dolfingrip.experiments.rigs.rig import Rig
-from dolfingrip.files.run import RunFailure
+from dolfingrip.files.run import MeshCheck, RunFailure
 from dolfingrip.mechanics.model.compilation import Tell, told_to
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 
@@ -105,7 +104,10 @@ def follow(
     progress: Callable[[Row], None] = lambda row: None,
     tell: Tell | None = None,
 ) -> Result:
-    """Follow a request's load path from stop to stop, and once more for each choice of the model.
+    """Follow a request's load path from stop to stop.
+
+    It is followed once more for each choice of the model, and on the bisected mesh where the error
+    of the mesh is asked for.
 
     Args:
         request: what is wanted, without places.
@@ -122,12 +124,12 @@ def follow(
     asked = choices(request.config, request.gradients)
     with told_to(tell):
         result = _once(request, comm, progress, tell)
+        plain = replace(request, gradients=None, fields=None, mesh_check=False, bands=None)
+        if request.mesh_check:
+            check = _mesh_check(result, plain, comm, progress, tell)
+            result.facts = result.facts.model_copy(update={"mesh_check": check})
         for choice in asked:
-            second = replace(
-                request, config=choice.other, gradients=None, fields=None, mesh_check=False,
-                bands=None,
-            )  # fmt: skip
-            other = _once(second, comm, progress, tell)
+            other = _once(replace(plain, config=choice.other), comm, progress, tell)
             assert not isinstance(other.failure, RunFailure)
             result.second_runs[choice.key] = other.failure
             result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
@@ -136,12 +138,26 @@ def follow(
             key: "complete" if failure is None else failure.sentence()
             for key, failure in result.second_runs.items()
         }
-        out, slopes = request.fields, result.sensitivities
-        facts = result.facts = result.facts.model_copy(update={"second_runs": ended})
-        if out is not None:
-            on_root(comm, lambda: write_outcome(out, facts, slopes))
+        result.facts = result.facts.model_copy(update={"second_runs": ended})
+    out, facts, slopes = request.fields, result.facts, result.sensitivities
+    if out is not None and (asked or request.mesh_check):
+        on_root(comm, lambda: write_outcome(out, facts, slopes))
     comm.Barrier()
     return result
+
+
+def _mesh_check(
+    result: Result, request: Request, comm: MPI.Comm, progress: Callable[[Row], None],
+    tell: Tell | None,
+) -> MeshCheck:  # fmt: skip
+    """Follow the load path on the bisected mesh, and tell the error of the readings."""
+    start = time.perf_counter()
+    try:
+        finer = replace(request, config=mesh_error.bisected(request.config))
+        found = mesh_error.estimate(result, _once(finer, comm, progress, tell))
+    except ConfigError as reason:  # cells that cannot be bisected, or too many for the memory
+        found = MeshCheck(why=f"the run on the bisected mesh is refused: {reason}")
+    return found.model_copy(update={"wall_s": round(time.perf_counter() - start, 3)})
 
 
 def _once(
@@ -164,8 +180,6 @@ def _once(
         at = stops if request.at_highest else None
         with profile.phase("sensitivities"):
             derived = collectors(rig, built, keys, at, request.columns)
-    kept: dict[int, State] = {}
-    wanted = mesh_error.places(stops) if request.mesh_check else []
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
@@ -182,8 +196,6 @@ def _once(
                 row |= bands.ends(result.rows, slopes, banded)
             if recorder is not None:
                 recorder.append(row)
-            if place in wanted:
-                kept[place] = rig.newton.model.state()
             progress(row)
 
         observers = [each.forward for each in derived if isinstance(each, Sensitivities)]
@@ -194,16 +206,9 @@ def _once(
         result.sensitivities = SensitivityTable(row for each in derived for row in each.rows)
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
-        checked = None
-        if request.mesh_check:
-            if tell is not None:
-                tell("error of the mesh")
-            with profile.phase("mesh check"):
-                states = [(place, kept[place]) for place in wanted if place in kept]
-                checked = mesh_error.estimate(rig, config, states, result)
         notes = experiment.notes(config)
         result.facts = record.of_run(result, rig.newton, profile, wall_s, notes).model_copy(
-            update={"mesh_check": checked, "bands": {} if bands is None else dict(bands.spreads)}
+            update={"bands": {} if bands is None else dict(bands.spreads)}
         )
         if recorder is not None:
             recorder.finish(result.facts, result.sensitivities)

@@ -219,7 +219,8 @@ def compute(request: Request, comm: MPI.Comm | None = None) -> Answer:
         return _at_places(request, comm)
     from dolfingrip.experiments.loop import follow
 
-    total, over = len(request.experiment.schedule(request.config)), request.experiment.plot.over
+    runs, over = 1 + request.mesh_check, request.experiment.plot.over
+    total = runs * len(request.experiment.schedule(request.config))
     done, reached = 0, "mesh and forms"
     tell(done, total, reached)
 

@@ -107,7 +107,6 @@ class MeshCheck(Part):
     )
     why: str = Field("", description="why none can be told; empty where one can")
     reasons: dict[str, str] = Field({}, description="by column, why its error cannot be told")
-    at: tuple[float, ...] = Field((), description="loads at which the mesh was bisected")
     wall_s: float = 0.0
 
     def reason(self, column: str) -> str:

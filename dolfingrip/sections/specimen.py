@@ -76,7 +76,11 @@ class Mesh(Section):
         "much thicker than the chambers need",
     )
     refine: int = Field(
-        1, ge=1, le=16, description="hexahedra alone: each is divided so often along each axis"
+        1,
+        ge=1,
+        le=16,
+        description="each cell is divided so often along each axis; tetrahedra "
+        "and cells of a file: 1, 2, 4, 8 or 16",
     )
     target_elements: int | None = Field(
         None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Mesh
-from dolfingrip.meshes.bisection import PARTS, bisected
+from dolfingrip.meshes.bisection import PARTS, bisected, divided
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import jacobians
 from dolfingrip.meshes.solid import MeshError, SolidMesh, second_order
@@ -71,3 +71,11 @@ def test_round_faces_come_nearer_to_the_circle() -> None:
 def test_curved_cells_are_refused() -> None:
     with pytest.raises(MeshError, match="order 2; allowed: order 1"):
         bisected(second_order(structured_mesh(Cast(), COARSE)))
+
+
+def test_cells_are_bisected_as_often_as_asked() -> None:
+    mesh = structured_mesh(Cast(), COARSE)
+    assert divided(mesh, 1) is mesh
+    assert len(divided(mesh, 4).cells) == 64 * len(mesh.cells)
+    with pytest.raises(MeshError, match=r"mesh.refine = 3: hexahedra: allowed: 1, 2, 4, 8 or 16"):
+        divided(mesh, 3)

@@ -39,7 +39,7 @@ def _mesh(check: MeshCheck | None) -> Check:
 
 @pytest.mark.parametrize(("error", "verdict"), [(-0.43, "pass"), (-8.0, "fail")])
 def test_the_told_error_is_judged(error: float, verdict: str) -> None:
-    found = _mesh(MeshCheck(errors={"angle_deg": (0.0, error)}, at=(250.0,)))
+    found = _mesh(MeshCheck(errors={"angle_deg": (0.0, error)}))
     assert found.verdict == verdict
     assert f"(mesh: {error:+.1f}°)" in found.said
 
@@ -47,7 +47,7 @@ def test_the_told_error_is_judged(error: float, verdict: str) -> None:
 def test_what_is_not_told_is_open() -> None:
     told = _mesh(MeshCheck(why="the mesh is too coarse"))
     assert (told.verdict, told.said) == ("open", "cannot tell: the mesh is too coarse")
-    told = _mesh(MeshCheck(at=(50.0,), reasons={"angle_deg": "its error changes its sign"}))
+    told = _mesh(MeshCheck(reasons={"angle_deg": "its error changes its sign"}))
     assert (told.verdict, told.said) == ("open", "cannot tell: its error changes its sign")
     assert _mesh(None).verdict == "open"
     assert "--mesh-check" in _mesh(None).said

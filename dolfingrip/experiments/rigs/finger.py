@@ -223,7 +223,6 @@ def total_potential(
     site: Site,
     base: BaseMaterial,
     loads: Sequence[ufl.Form],
-    energies: Energies | None = None,
 ) -> tuple[Potential, Sequence[Term]]:
     """The finger's total potential.
 
@@ -238,10 +237,9 @@ def total_potential(
         site: the site, with plate and contact if there are any; effects may add friction to them.
         base: material of all parts that have no material of their own.
         loads: further energies that an experiment adds.
-        energies: strain energies in place of those of ``config``.
     """
     u, mesh, space = site.u, site.domain.mesh, site.u.function_space
-    solid = strain_energies(config, site, base) if energies is None else energies
+    solid = strain_energies(config, site, base)
     pressing = pressures(config, site)
     effects = config.extensions.terms(site)
     written = Potential(
@@ -269,7 +267,6 @@ def build(
     *,
     plate: bool,
     adds: Adds = nothing,
-    energies: Energies | None = None,
 ) -> FingerModel:
     """Build the model of the finger on ``domain``.
 
@@ -278,7 +275,6 @@ def build(
         domain: reference configuration.
         plate: whether the force sensor's plate faces it.
         adds: what an experiment adds.
-        energies: strain energies in place of those of ``config``.
 
     Returns:
         The model, undeformed and without pressure.
@@ -311,7 +307,7 @@ def build(
         alpha, error_mm = config.solver.hht_alpha, config.solver.time_error_mm
         motion.append(Inertia(u, domain, densities(site), alpha, error_mm))
     loads = [*added.loads, *(each.energy for each in motion)]
-    potential, terms = total_potential(config, site, base, loads, energies)
+    potential, terms = total_potential(config, site, base, loads)
     controls, supplies = supply(config, site)
     supports = at_rest(u.function_space, site.domain, site.held)
     model = Model(

@@ -13,11 +13,13 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.regions import parts_of, sheets_of
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.meshes import copies, dimensions
+from dolfingrip.meshes.bisection import divided
 from dolfingrip.meshes.free_form import FreeForm, bent
 from dolfingrip.meshes.morph import MorphMap, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 from dolfingrip.meshes.structured import structured_mesh
+from dolfingrip.sections.geometry.boxes import Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 
 log = logging.getLogger(__name__)
@@ -55,14 +57,15 @@ def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:
     if config.mesh.file is not None:
         from dolfingrip.meshes import files
 
-        return files.read(config.mesh.file)
+        return divided(files.read(config.mesh.file), config.mesh.refine)
     geometry = made_for or config.geometry
     if config.hexahedra:
         mesh = structured_mesh(geometry, config.mesh)
     else:
         from dolfingrip.meshes.generate import finger_mesh
 
-        mesh = finger_mesh(geometry, config.mesh)
+        found = finger_mesh(geometry, config.mesh)
+        mesh = divided(found, config.mesh.refine, _round_faces(geometry))
     if made_for is None:
         return mesh
     return replace(mesh, points=dimensions.moved(mesh.points, made_for, config.geometry))
@@ -115,6 +118,14 @@ def solid(config: Config, made_for: Geometry | None = None) -> SolidMesh:
     mesh = morphed(mesh, morph(config))
     log.info(check(mesh).summary())
     return mesh
+
+
+def _round_faces(geometry: Geometry) -> list[Cylinder]:
+    """Cylinders that tetrahedra have only chords of."""
+    solid = geometry.solid()
+    if not isinstance(solid, CylinderSolid):
+        return []
+    return [*solid.cylinders, *(each for hollow in solid.cavities for each in hollow)]
 
 
 class Made(NamedTuple):
