@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from dolfingrip.channels import supply_of
 from dolfingrip.sections.errors import ConfigError
@@ -245,6 +245,58 @@ def lift_starts_s(config: Config) -> float:
     return closing_starts_s(config) + config.gripper.pressurise_s + config.gripper.settle_s
 
 
+EVEN_S: Final = 1e-9
+"""Times that differ by less are one."""
+
+
+class Lift(NamedTuple):
+    """A lift that starts and ends at rest.
+
+    Attributes:
+        rate_mm_per_s2: acceleration of its first part, and deceleration of its last; 0: none.
+        rising_s: time of each of both.
+        length_s: time of the whole.
+    """
+
+    rate_mm_per_s2: float
+    rising_s: float
+    length_s: float
+
+    @classmethod
+    def of(cls, config: Config) -> Lift:
+        """The lift of a configuration; a short one does not reach the configured speed."""
+        gripper = config.gripper
+        way_mm, speed = gripper.lift_mm, gripper.lift_mm_per_s
+        if gripper.lift_acceleration_m_s2 is None:
+            return cls(0.0, 0.0, way_mm / speed)
+        rate = 1e3 * gripper.lift_acceleration_m_s2
+        rising_s = min(speed / rate, (way_mm / rate) ** 0.5)
+        return cls(rate, rising_s, rising_s + way_mm / (rate * rising_s))
+
+    def part(self, time_s: float) -> float:
+        """Return the part of the way after a time since its start."""
+        time_s = min(max(time_s, 0.0), self.length_s)
+        if not self.rising_s:
+            return time_s / self.length_s
+        left_s = self.length_s - time_s
+        first, last = (max(self.rising_s - each, 0.0) for each in (time_s, left_s))
+        whole = self.rising_s * (self.length_s - self.rising_s)
+        went = self.rising_s * (time_s - self.rising_s / 2) + first**2 / 2 - last**2 / 2
+        return went / whole
+
+    def acceleration_mm_per_s2(self, time_s: float) -> float:
+        """Return the gripper's acceleration upwards at a time since its start."""
+        ends = (0.0, self.rising_s, self.length_s - self.rising_s, self.length_s)
+        passed = sum(time_s > each + EVEN_S for each in ends)
+        return self.rate_mm_per_s2 * (0, 1, 0, -1, 0)[passed]
+
+    def stops_s(self) -> list[float]:
+        """Return times of readings since its start: its phases' ends among even ones."""
+        even = [self.length_s * i / MOVED for i in range(1, MOVED + 1)]
+        ends = [self.rising_s, self.length_s - self.rising_s] if self.rising_s else []
+        return sorted({round(each, 9): each for each in (*ends, *even)}.values())
+
+
 def table_z_mm(config: Config, time_s: float) -> float:
     """Return the height (mm) of the table seen from the gripper, 0 where the fingers close.
 
@@ -254,8 +306,8 @@ def table_z_mm(config: Config, time_s: float) -> float:
     """
     gripper = config.gripper
     left = (closing_starts_s(config) - time_s) * gripper.lift_mm_per_s
-    way = (time_s - lift_starts_s(config)) * gripper.lift_mm_per_s
-    return 0.0 - min(max(left, 0.0), gripper.approach_mm) - min(max(way, 0.0), gripper.lift_mm)
+    way_mm = gripper.lift_mm * Lift.of(config).part(time_s - lift_starts_s(config))
+    return 0.0 - min(max(left, 0.0), gripper.approach_mm) - way_mm
 
 
 def grasp_stops(config: Config) -> Sequence[Stop]:
@@ -279,19 +331,18 @@ def grasp_stops(config: Config) -> Sequence[Stop]:
                 branch: GraspBranch = "unloading" if i and value < values[i - 1] else "loading"
                 found.append(Stop(value, time_s, branch))
 
-    def move(value: float, start_s: float, way_mm: float, branch: GraspBranch) -> None:
-        length_s = way_mm / gripper.lift_mm_per_s
+    def move(value: float, start_s: float, lift: Lift, branch: GraspBranch) -> None:
         found.append(Stop(value, start_s, "hold"))
-        for i in range(1, MOVED + 1):
-            found.append(Stop(value, start_s + i * length_s / MOVED, branch))
+        found.extend(Stop(value, start_s + each, branch) for each in lift.stops_s())
 
     closing = steps(largest, experiment.step_kPa)
     if suction:
         opening = steps(suction, experiment.step_kPa)
         ramp(opening, 0.0)
-        move(suction, gripper.pressurise_s + gripper.settle_s, gripper.approach_mm, "approach")
+        approach = Lift(0.0, 0.0, gripper.approach_mm / gripper.lift_mm_per_s)
+        move(suction, gripper.pressurise_s + gripper.settle_s, approach, "approach")
         ramp([*opening[::-1], *closing[1:]], closing_starts_s(config))
     else:
         ramp(closing, 0.0)
-    move(largest, lift_starts_s(config), gripper.lift_mm, "lift")
+    move(largest, lift_starts_s(config), Lift.of(config), "lift")
     return [*found, Stop(largest, found[-1].time_s + gripper.settle_s, "hold")]

@@ -27,7 +27,7 @@ class Gripper(Section):
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = ("gripper",)
-    later: ClassVar = {"approach_mm": 30.0}
+    later: ClassVar = {"approach_mm": 30.0, "lift_acceleration_m_s2": None}
 
     preset: Literal["coarse", "default"] = Field(
         "default", description="coarse: fingers of 11,000 dofs each, not graded to their edges"
@@ -62,6 +62,12 @@ class Gripper(Section):
     lift_mm: float = Field(30.0, gt=0, le=500, description="way up")
     lift_mm_per_s: float = Field(
         30.0, gt=0, le=1000, description="speed of the lift, and of the approach"
+    )
+    lift_acceleration_m_s2: float | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="acceleration to that speed and from it, in the lift; default: at once, unfelt",
     )
     half: bool | None = Field(
         None,

@@ -13,10 +13,11 @@ from support import small, taylor
 
 from dolfingrip.config import ConfigError, Solver
 from dolfingrip.experiments import run
+from dolfingrip.experiments.protocol import lift_starts_s
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.grasp_readings import EnergyBook, GraspReadings
-from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
+from dolfingrip.experiments.rigs.gripper import GraspSolution, GripperModel, build_gripper
 from dolfingrip.files.run import GraspKind
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
@@ -322,9 +323,13 @@ def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path]) -> 
 
 
 def test_fingers_open_by_suction_before_they_approach(light: tuple[Result, Path]) -> None:
-    """As wide as two free fingers move, and then they pick the food up as without it."""
+    """As wide as two free fingers move, and then they pick the food up as without it.
+
+    Where the lift is accelerated they bear m (g + a), at its end m (g − a).
+    """
     suction = ("experiment.min_pressure_kPa=-40", "experiment.step_kPa=20", "mesh.half=true")
-    opened = grasped(*LIGHT, *suction[:1], "gripper.approach_mm=12")
+    lift = ("gripper.approach_mm=12", "gripper.lift_acceleration_m_s2=2")
+    opened = grasped(*LIGHT, *suction[:1], *lift)
     assert opened.failure is None
     assert opened.outcome is not None
     assert opened.outcome.kind is GraspKind.PICKED_UP
@@ -341,15 +346,28 @@ def test_fingers_open_by_suction_before_they_approach(light: tuple[Result, Path]
     assert opened["table_z_mm"][np.flatnonzero(wide)[-1]] == 0
     place = np.flatnonzero(opened["branch"] == "approach")[-1]
     assert opened["object_z_mm"][place] == pytest.approx(light[0]["object_z_mm"][0], abs=0.01)
+    borne = sum(opened[f"lift_{letter}_N"] for letter in "ABC")
+    lifts = borne[opened["branch"] == "lift"]
+    felt = [1 + 2 / 9.81, *[1.0] * (len(lifts) - 2), 1 - 2 / 9.81]
+    np.testing.assert_allclose(lifts / borne[-1], felt, atol=2e-3)
     for name in ("normal_A_N", "angle_A_deg", "object_height_mm"):
         one, other = opened[name][-1], light[0][name][-1]
         assert one == pytest.approx(other, rel=0.05), name
 
 
-def test_momentum_of_food_in_free_fall_is_balanced() -> None:
-    """Steps whose velocity changes by g h: without the last velocity, g h n would be booked."""
-    made = build_gripper(small.short(*FOOD, *EVEN, "gripper.half=true"), MPI.COMM_SELF)
-    model = made.model
+@pytest.mark.parametrize("lifted", [0.0, 2.0])
+def test_momentum_of_food_in_free_fall_is_balanced(lifted: float) -> None:
+    """Steps whose velocity changes by g h: without the last velocity, g h n would be booked.
+
+    From a gripper that is lifted faster and faster it falls by its acceleration faster.
+    """
+    keys = [f"gripper.lift_acceleration_m_s2={lifted}"] if lifted else []
+    made = build_gripper(small.short(*FOOD, *EVEN, "gripper.half=true", *keys), MPI.COMM_SELF)
+    model, start_s = made.model, 0.0
+    if lifted:
+        start_s = GraspSolution().settling_s + lift_starts_s(made.finger.config)
+        model.prescribe({"time_s": start_s})
+        model.accept_step()
     made.pose.constants[2].value += 6.0
     made.motion.accept()
     reads = GraspReadings(made, 1.0)
@@ -357,12 +375,13 @@ def test_momentum_of_food_in_free_fall_is_balanced() -> None:
     weight_N = float(np.linalg.norm(made.motion.weight_N))
     for n in range(1, 4):
         before = model.state()
-        model.prescribe({"time_s": 0.005 * n})
+        model.prescribe({"time_s": start_s + 0.005 * n})
         assert newton.solve().converged
         reads.converged(before)
         model.accept_step()
-    fallen_mm = 1e3 * 9.81 * 0.005**2 * 6  # implicit Euler's n (n + 1)/2 steps of g h²
-    assert reads.moments[-1].rise_mm == pytest.approx(-fallen_mm, abs=1e-6)
+    fallen_mm = 1e3 * (9.81 + lifted) * 0.005**2 * 6  # implicit Euler's n (n + 1)/2 steps of g h²
+    table_mm = 1e3 * lifted * 0.015**2 / 2  # the table falls behind, too
+    assert reads.moments[-1].rise_mm == pytest.approx(table_mm - fallen_mm, abs=1e-6)
     assert reads.read()["momentum_error_N"] < 1e-6 * weight_N
 
 

@@ -37,7 +37,7 @@ from dolfingrip.mechanics.model.inertia import Inertia
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.model.state import Memory, State
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown
@@ -53,12 +53,14 @@ class Additions:
         terms: further terms of the potential.
         global_unknowns: unknowns of these terms.
         controls: further controls by name with unit.
+        memories: further parts of the state.
     """
 
     loads: Sequence[ufl.Form] = ()
     terms: Sequence[Term] = ()
     global_unknowns: Sequence[GlobalUnknown] = ()
     controls: Mapping[str, Prescribed] = field(default_factory=dict)
+    memories: Sequence[Memory] = ()
 
 
 AIR_SCALE_MPA = 0.01
@@ -317,7 +319,7 @@ def build(
         supports,
         {**controls, **added.controls},
         [*terms, *added.terms],
-        [site.history, *motion, *supplies],
+        [site.history, *motion, *supplies, *added.memories],
         p=site.p,
         global_unknowns=added.global_unknowns,
         constraint=moving_clamp(site, supports),

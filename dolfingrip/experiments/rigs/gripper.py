@@ -12,7 +12,8 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.protocol import table_z_mm
+from dolfingrip.experiments.protocol import Lift, lift_starts_s, table_z_mm
+from dolfingrip.experiments.rigs.base_material import REST, weight_name, weight_value
 from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.grasped import SIDEWAYS, GraspedBody, grasped, halved
@@ -29,6 +30,7 @@ from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
+from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.meshes.gripper import Stand, stands
 
 GRAVITY_M_S2, DOWN = 9.81, (0.0, 0.0, -1.0)
@@ -56,6 +58,37 @@ class RisingTable(Control):
         Control.set(self, value)
         if self.table.gaps_mm(np.empty(0)).min() <= 0:
             self.table.pose.constants[2].value += rise
+
+
+@dataclass(frozen=True, slots=True)
+class Acceleration(Memory):
+    """A gripper's acceleration in the lift: in its frame, fingers and food weigh more by it.
+
+    Attributes:
+        config: with the lift.
+        site: of the fingers, whose weights are constants of it.
+        motion: of the food.
+        height: of the table, seen from the gripper.
+        first_s: the model's time that counts as 0 s.
+    """
+
+    config: Config
+    site: Site
+    motion: RigidMotion
+    height: fem.Constant
+    first_s: float
+
+    def set_time(self, time_s: float, step_s: float) -> None:
+        """Set weights and height; between stops the table's way is curved."""
+        time_s -= self.first_s
+        rate = Lift.of(self.config).acceleration_mm_per_s2(time_s - lift_starts_s(self.config))
+        more = 1 + 1e-3 * rate / GRAVITY_M_S2
+        self.motion.gravity_m_s2[:] = more * GRAVITY_M_S2 * np.array(DOWN)
+        self.height.value = table_z_mm(self.config, time_s)
+        for part in (REST, *self.config.material.own):
+            constant = self.site.parameters.get(weight_name(part))
+            if constant is not None:
+                constant.value = more * weight_value(self.site.config, part)
 
 
 ONE_FINGER = "skin of finger B"
@@ -206,7 +239,10 @@ def _grasp(
     finger_friction = friction(contact, config.food.friction, "friction on fingers")
     table_friction = friction(table, config.food.table_friction, "friction on the table")
     mirror = [_mirror_image(config, domain, u)] if domain.half else []
+    accelerated = gripper.lift_acceleration_m_s2 is not None
+    settling_s = GraspSolution().settling_s
     additions = Additions(
+        memories=[Acceleration(config, site, motion, height, settling_s)] if accelerated else [],
         terms=[motion, contact, finger_friction, table, table_friction, *mirror],
         global_unknowns=pose.free,
         controls={"table_z_mm": RisingTable(height, table=table)},
