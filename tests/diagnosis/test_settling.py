@@ -54,6 +54,7 @@ def diagnosed(value: np.ndarray) -> Any:
         problem=problem, causes=causes, errors=errors, unseen=("mullins",), closed_form=False,
         effects={name: each for name, each in causes.items() if name != "pressure_gain"},
         applied=config, measurement=None,
+        configured_number=lambda each: (each.name, each.std),
     )  # fmt: skip
     print("seed", SEED)
     posterior = search(problem, np.random.default_rng(SEED))
