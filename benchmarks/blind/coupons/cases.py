@@ -164,8 +164,11 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
             cause = bench.plain.causes[name]
             by_prior = kind == "prior"  # else as strong as is usual
             wider = 2.0 if wide else 1.0
-            width = np.where(rng.random(len(cause.numbers)) < POLICY.rare, cause.tails, 1.0)
-            own = truncated(rng, cause.box(), width) if by_prior else ordinary(rng, cause, wider)
+            if by_prior:
+                width = np.where(rng.random(len(cause.numbers)) < POLICY.rare, cause.tails, 1.0)
+                own = truncated(rng, cause.box(), width)
+            else:
+                own = ordinary(rng, cause, wider)
             there = bench.plain.problem.predicted((name,), np.r_[0.0, own])
             sigma.append(bench.sigma(there - bench.plain.problem.base))
             overrides |= cause.overrides(own)
