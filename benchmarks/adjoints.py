@@ -24,10 +24,9 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.observation import Observation
-from dolfingrip.experiments.rigs.perturbation import velocities
+from dolfingrip.experiments.rigs.perturbation import Movement, velocities
 from dolfingrip.experiments.rigs.undeformed import load_domain, unplaced
 from dolfingrip.files import table
-from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.parameter import Entry, every

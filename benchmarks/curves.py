@@ -23,8 +23,8 @@ import numpy as np
 
 from dolfingrip.config import Change, Config, changed, load
 from dolfingrip.design.gradient import curve, run, starts
+from dolfingrip.design.gradient.descent import say_nothing
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.trial import say_nothing
 from dolfingrip.experiments.request import Place, Request
 from dolfingrip.experiments.simulate import Compute, compute, computed_in
 from dolfingrip.jobs.cluster import Where

@@ -27,11 +27,11 @@ from dolfingrip import config as configuration
 from dolfingrip.charts.theme import BLUE, INK, ORANGE, figure_theme
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
+from dolfingrip.design.gradient.descent import Descent, Trial
 from dolfingrip.design.gradient.evaluation import DesignSimulations
+from dolfingrip.design.gradient.file import FACING
 from dolfingrip.design.gradient.problem import Constraint, Problem
-from dolfingrip.design.gradient.quantity import FACING
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
 from dolfingrip.experiments import run as simulate

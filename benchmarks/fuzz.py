@@ -194,20 +194,20 @@ def _rig(file: Path) -> None:
 
 
 def _campaign(folder: Path) -> None:
-    from dolfingrip.design.campaign import export
+    from dolfingrip.design.campaign import campaign
     from dolfingrip.jobs.run import check
 
     try:
-        export.table(folder)
+        campaign.table(folder)
     except ConfigError as error:
         _one_line(error)
     check(folder)
-    export.table(folder)
+    campaign.table(folder)
 
 
 def _result(folder: Path) -> None:
     from dolfingrip.report.page import html, sources
-    from dolfingrip.report.page.contribution import Given
+    from dolfingrip.report.page.content import Given
 
     page = sources.build(sources.find([folder]), Given(), "")
     html.rendered(page)

@@ -41,7 +41,7 @@ from dolfingrip.experiments.simulate import MORE_RANKS_THAN_CORES, compute
 from dolfingrip.files import table, whole
 from dolfingrip.jobs.job import REFUSED
 from dolfingrip.report import printable
-from dolfingrip.report.page import elements, finger
+from dolfingrip.report.page import finger, trust
 from dolfingrip.sections.geometry.index import NAMES
 
 WAYS: Final = ((1, 1), (1, 4), (2, 1), (3, 1))
@@ -258,7 +258,7 @@ def answer_all(asked: argparse.Namespace, threads: int) -> None:
 def least_det_F(folder: Path) -> float:
     """The smallest det F of a run at the integration points, over all steps."""
     steps = finger.read(folder / "fields.pvd", sys.maxsize)
-    return min(float(elements.volume_ratios(steps.mesh, u).min()) for u in steps.displacements)
+    return min(float(trust.volume_ratios(steps.mesh, u).min()) for u in steps.displacements)
 
 
 def apart(found: Sequence[Answer]) -> float:

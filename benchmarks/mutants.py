@@ -31,7 +31,7 @@ RESULTS = ["files", "test_columns.py", "report/test_page.py"]
 REQUESTS = ["jobs/test_machine.py", "diagnosis/simulation/test_requests.py", "faults/test_ranks.py"]
 CODE: dict[str, list[str]] = {
     "dolfingrip/files/whole.py": FILES,
-    "dolfingrip/files/columns.py": RESULTS,
+    "dolfingrip/files/table.py": RESULTS,
     "dolfingrip/files/design.py": RESULTS,
     "dolfingrip/files/diagnosis.py": [*RESULTS, "diagnosis/test_page.py"],
     "dolfingrip/files/front.py": RESULTS,
@@ -41,7 +41,6 @@ CODE: dict[str, list[str]] = {
     "dolfingrip/files/result_file.py": RESULTS,
     "dolfingrip/files/run.py": [*RESULTS, "experiments/test_run.py"],
     "dolfingrip/files/surrogate.py": ["files", "design/test_surrogate.py"],
-    "dolfingrip/files/table.py": RESULTS,
     "dolfingrip/jobs/connections.py": ["jobs/test_keys.py"],
     "dolfingrip/jobs/spool.py": ["faults/test_damage.py", "design/test_store.py"],
     "dolfingrip/jobs/store.py": ["faults/test_damage.py", "design/test_store.py"],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dolfingrip.meshes import shape_functions
+from dolfingrip.meshes import cells
 from dolfingrip.meshes.groups import TIP
 from dolfingrip.meshes.measures import FACET_QUADRATURE
 from dolfingrip.meshes.solid import SolidMesh
@@ -20,7 +20,7 @@ def mean_displacement(mesh: SolidMesh, displacement: np.ndarray) -> np.ndarray:
     facets = mesh.facets[TIP]
     nodes = facets.shape[1]
     at, weights = FACET_QUADRATURE[mesh.shape.facet_corners]
-    functions = shape_functions.of_facet(nodes)
+    functions = cells.of_facet(nodes)
     along = np.einsum("qnj,kni->jqki", functions.gradients(at), mesh.points[facets])
     area = weights[:, None] * np.linalg.norm(np.cross(along[0], along[1]), axis=2)
     moved = np.einsum("qn,kni->qki", functions.values(at), displacement[facets])

@@ -29,9 +29,9 @@ from benchmarks.curves import timed
 from dolfingrip.channels import OBSTACLE
 from dolfingrip.config import Config
 from dolfingrip.design.gradient import run, starts
+from dolfingrip.design.gradient.descent import Descent, Trial
 from dolfingrip.design.gradient.problem import Constraint
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.experiments.request import Place, Request
 from dolfingrip.experiments.simulate import Compute
 from dolfingrip.meshes.closed_surface import ClosedSurface

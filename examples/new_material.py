@@ -26,8 +26,7 @@ from pydantic import Field
 
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.fit import LawFit, fit
-from dolfingrip.experiments.material_fit.homogeneous import stress
-from dolfingrip.experiments.material_fit.law import LAWS, Law
+from dolfingrip.experiments.material_fit.law import LAWS, Law, stress
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw

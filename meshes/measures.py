@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dolfingrip.meshes import shape_functions
+from dolfingrip.meshes import cells
 from dolfingrip.meshes.cells import FACET_CORNERS, HEXAHEDRON, TETRAHEDRON
 from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 
@@ -72,7 +72,7 @@ def jacobians(mesh: SolidMesh) -> Floats:
     """
     nodes = mesh.cells.shape[1]
     x = mesh.points[mesh.cells]
-    gradients = shape_functions.of_cell(nodes).gradients(_CHECKED[nodes])
+    gradients = cells.of_cell(nodes).gradients(_CHECKED[nodes])
     return np.stack([_determinants(x, at) for at in gradients], axis=1)
 
 
@@ -95,7 +95,7 @@ def enclosed_volume(points: Floats, facets: Ints) -> float:
     x = points[facets]
     nodes = facets.shape[1]
     at, weights = FACET_QUADRATURE[FACET_CORNERS[nodes]]
-    functions = shape_functions.of_facet(nodes)
+    functions = cells.of_facet(nodes)
     total = 0.0
     for value, gradient, weight in zip(
         functions.values(at), functions.gradients(at), weights, strict=True
@@ -158,7 +158,7 @@ def moments(mesh: SolidMesh) -> tuple[float, Floats]:
         Volume (mm³), and first moment ∫ x dV (mm⁴), shape (3,).
     """
     at, weights = CELL_QUADRATURE[mesh.shape]
-    functions = shape_functions.of_cell(mesh.shape.corners)
+    functions = cells.of_cell(mesh.shape.corners)
     x = mesh.points[mesh.cells[:, : mesh.shape.corners]]
     moment: Floats = np.zeros(3)
     volume = 0.0
@@ -196,7 +196,7 @@ def moment_gradients(mesh: SolidMesh) -> tuple[Floats, Floats]:
         Shape (n, 3) of the volume (mm²), and (3, n, 3) of the first moment (mm³).
     """
     at, weights = CELL_QUADRATURE[mesh.shape]
-    functions = shape_functions.of_cell(mesh.shape.corners)
+    functions = cells.of_cell(mesh.shape.corners)
     corners = mesh.cells[:, : mesh.shape.corners]
     x = mesh.points[corners]
     by_volume = np.zeros((len(mesh.points), 3))

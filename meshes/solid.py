@@ -1,9 +1,13 @@
-"""A solid of finite elements with named groups of boundary facets."""
+"""A solid of finite elements with named groups of boundary facets, its surfaces and its copies.
+
+A surface is an array of rows of :func:`faces`, so it knows the cells on one of its sides. Several
+solids stand in one mesh without shared nodes: in place, or as copies side by side.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -205,3 +209,141 @@ def second_order(mesh: SolidMesh) -> SolidMesh:
     groups = {name: every[_rows(name, facets, cells)] for name, facets in mesh.facets.items()}
     points = np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)])
     return SolidMesh(points, cells, groups, mesh.regions)
+
+
+def face_rows(mesh: SolidMesh, cells: Ints) -> Ints:
+    """Rows of all faces of these cells, shape (len(cells) · faces,)."""
+    count = len(mesh.shape.faces)
+    rows: Ints = (cells[:, None] * count + np.arange(count)).ravel()
+    return rows
+
+
+def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
+    """Faces of cells in the lowest or highest plane x = const that they reach.
+
+    Args:
+        mesh: mesh of the finger.
+        cells: rows of the mesh's cells.
+        highest: the front, towards +x, instead of the back.
+
+    Returns:
+        Rows of :func:`~dolfingrip.meshes.solid.faces`, shape (k,).
+
+    Raises:
+        MeshError: if no face lies in that plane.
+    """
+    rows = face_rows(mesh, cells)
+    corners = mesh.shape.facet_corners
+    x = mesh.points[faces(mesh.cells)[rows, :corners], 0]
+    level = x.max() if highest else x.min()
+    tolerance = ON_PLANE * float(np.ptp(mesh.points, axis=0).max())
+    found: Ints = rows[(np.abs(x - level) <= tolerance).all(axis=1)]
+    if not len(found):
+        raise MeshError(f"no face of an element lies in the plane x = {level:.4g} mm")
+    return found
+
+
+def interface(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
+    """Faces that some cells share with others.
+
+    Args:
+        mesh: mesh of the finger.
+        one: rows of cells.
+        other: rows of other cells.
+
+    Returns:
+        Rows of :func:`~dolfingrip.meshes.solid.faces`, shape (k,).
+
+    Raises:
+        MeshError: if they share none.
+    """
+    every, corners = faces(mesh.cells), mesh.shape.facet_corners
+    here, there = face_rows(mesh, np.setdiff1d(one, other)), face_rows(mesh, other)
+    label = labels(np.concatenate([every[here, :corners], every[there, :corners]]))
+    found: Ints = here[np.isin(label[: len(here)], label[len(here) :])]
+    if not len(found):
+        raise MeshError("the two regions have no face in common")
+    return found
+
+
+def of_group(mesh: SolidMesh, name: str) -> Ints:
+    """Faces of a surface group.
+
+    Args:
+        mesh: mesh of the finger.
+        name: name of a surface group.
+
+    Returns:
+        Rows of :func:`~dolfingrip.meshes.solid.faces`, shape (k,).
+
+    Raises:
+        MeshError: if there is no such group.
+    """
+    if name not in mesh.facets:
+        raise MeshError(f"no such group; allowed: {', '.join(mesh.facets)}")
+    return match(mesh.facets[name], mesh.cells)
+
+
+APART: float = 0.5
+"""Space between copies, as a part of the solid's depth."""
+
+
+def merged(solids: Sequence[SolidMesh]) -> SolidMesh:
+    """Solids that share no node, as one mesh.
+
+    A surface group has the facets of all solids that have it. A region has their cells.
+
+    Raises:
+        MeshError: one line, if their elements differ.
+    """
+    kinds = [f"{solid.shape.plural} of order {solid.order}" for solid in solids]
+    if len(set(kinds)) > 1:
+        raise MeshError(f"solids: {', '.join(kinds)}; allowed: elements of one shape and order")
+    counts = [len(solid.points) for solid in solids]
+    first = np.cumsum([0, *counts])
+    points = np.concatenate([solid.points for solid in solids])
+    cells = np.concatenate([s.cells + start for s, start in zip(solids, first, strict=False)])
+    facets = all_rows([s.facets for s in solids], counts)
+    regions = all_rows([s.regions for s in solids], [len(s.cells) for s in solids])
+    return SolidMesh(points, cells, facets, regions)
+
+
+def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
+    """Put several solids into one mesh.
+
+    Args:
+        solids: meshes of one depth (mm).
+
+    Returns:
+        One mesh; each solid is shifted along x by 1 + :data:`APART` depths from the one
+        before.
+    """
+    shift = np.array([(1 + APART) * float(np.ptp(solids[0].points[:, 0])), 0.0, 0.0])
+    shifted = [replace(solid, points=solid.points + i * shift) for i, solid in enumerate(solids)]
+    return merged(shifted)
+
+
+def all_rows(each: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[str, Ints]:
+    """Rows of each name in all solids, which are put one after the other.
+
+    Args:
+        each: for each solid, rows of its points, cells or faces of cells, by name.
+        counts: number of these in each solid.
+    """
+    found: dict[str, list[Ints]] = {}
+    for rows, start in zip(each, np.cumsum([0, *counts]), strict=False):
+        for name, own in rows.items():
+            found.setdefault(name, []).append(own + start)
+    return {name: np.concatenate(rows) for name, rows in found.items()}
+
+
+def shares(low_mm: float, high_mm: float, count: int) -> tuple[float, float]:
+    """Shift from one copy to the next, and the x at which the first copy's share begins.
+
+    Args:
+        low_mm: smallest x of all copies.
+        high_mm: largest x of all copies.
+        count: number of copies.
+    """
+    depth = (high_mm - low_mm) / (1 + (count - 1) * (1 + APART))
+    return (1 + APART) * depth, low_mm - APART / 2 * depth

@@ -10,8 +10,7 @@ import gmsh
 import numpy as np
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.dimensions import own
-from dolfingrip.meshes.slivers import refuse_slivers
+from dolfingrip.meshes.dimensions import own, refuse_slivers
 from dolfingrip.meshes.solid import Floats, MeshError
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid, Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry

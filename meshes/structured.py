@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.cells import Ints
-from dolfingrip.meshes.dimensions import own
-from dolfingrip.meshes.slivers import refuse_slivers
+from dolfingrip.meshes.dimensions import own, refuse_slivers
 from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces, second_order
 from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid
 from dolfingrip.sections.geometry.geometry import Geometry

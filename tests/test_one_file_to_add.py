@@ -224,7 +224,7 @@ def test_the_quantity_is_traded_off(copy: Path) -> None:
 def test_the_food_lies_on_the_table(copy: Path) -> None:
     code = (
         "from dolfingrip.config import load\n"
-        "from dolfingrip.experiments.rigs.grasped import grasped\n"
+        "from dolfingrip.experiments.rigs.food import grasped\n"
         "print(1e3 * grasped(load(None, {'food.kind': 'egg'}).food).body.mass_kg)"
     )
     mass_g = 3.1416 / 6 * 56 * 44 * 44 * 1030e-6

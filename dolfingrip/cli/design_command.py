@@ -10,13 +10,13 @@ from dolfingrip.charts import picture
 from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import DesignSettings
 from dolfingrip.design.gradient import curve, front, run, starts
+from dolfingrip.design.gradient.descent import Descent, Trial
+from dolfingrip.design.gradient.file import GRASP
 from dolfingrip.design.gradient.problem import Constraint, Problem
-from dolfingrip.design.gradient.quantity import GRASP
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.experiments.simulate import computed_in
-from dolfingrip.files.columns import read_csv
 from dolfingrip.files.design import DesignFile
+from dolfingrip.files.table import read_csv
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.meshes.solid import SolidMesh

@@ -14,10 +14,9 @@ from dolfingrip.cli.console import check_writable, console, gradient_keys, one_p
 from dolfingrip.cli.settings import DoeExportSettings, DoeSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, plan, space
-from dolfingrip.design.campaign import export as files
+from dolfingrip.design.campaign import campaign as files
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.experiments.derivatives.choices import choices
-from dolfingrip.experiments.derivatives.sensitivities import chosen
+from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 from dolfingrip.jobs import run
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.job import Answer

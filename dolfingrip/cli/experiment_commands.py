@@ -19,8 +19,7 @@ from dolfingrip.cli.settings import RunSettings, SyntheticSettings
 from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.experiments import pressures_kPa, synthetic
 from dolfingrip.experiments.derivatives import bands
-from dolfingrip.experiments.derivatives.choices import choices
-from dolfingrip.experiments.derivatives.sensitivities import chosen
+from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 from dolfingrip.experiments.experiment import PRESSURE_OPTION, SUCTION_OPTION, Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.loop import follow

@@ -14,12 +14,11 @@ from dolfingrip.cli.console import check_writable, console
 from dolfingrip.cli.import_command import offered
 from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit import coupons, doubts, fit
+from dolfingrip.experiments.material_fit import choice, coupons, fit
 from dolfingrip.experiments.material_fit.choice import choose, unstable
 from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
 from dolfingrip.experiments.material_fit.fit import LawFit
-from dolfingrip.experiments.material_fit.homogeneous import limit_points
-from dolfingrip.experiments.material_fit.law import LAWS
+from dolfingrip.experiments.material_fit.law import LAWS, limit_points
 from dolfingrip.report import material
 from dolfingrip.report.table import of_rows
 
@@ -150,10 +149,10 @@ def _interval(value: float, half: float, free: float) -> tuple[str, str]:
 
 def _remarks(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries]) -> list[str]:
     found = [
-        f"{fit.law.title}: {line}" for fit in fits for line in doubts.doubts(fit, data)
+        f"{fit.law.title}: {line}" for fit in fits for line in choice.doubts(fit, data)
         if fit is best or "fits equally" in line
     ]  # fmt: skip
-    found += doubts.apart(fits, data)
+    found += choice.apart(fits, data)
     if best.correlation > 0.5:
         found.append(
             f"residuals of {best.law.title} follow one another (correlation "

@@ -14,7 +14,7 @@ from mpi4py import MPI
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
+from dolfingrip.cli import doe_commands, surrogate_commands
 from dolfingrip.cli.console import check_writable, console, one_process
 from dolfingrip.cli.experiment_commands import exit_early, run_demo
 from dolfingrip.cli.installation import missing, need
@@ -57,14 +57,14 @@ def reproduce(asked: ReproduceSettings) -> None:
             overrides={**tables.assignments(study.set, "set"), **asked.overrides},
         ),
     )  # fmt: skip
-    run_step(train_command.train, TrainSettings(source=doe, out=surrogate, outputs=names))
+    run_step(surrogate_commands.train, TrainSettings(source=doe, out=surrogate, outputs=names))
     front = study.front
     choice = OptimiseSettings(
         surrogate=surrogate, out=optimum, workers=asked.workers, against=front.against,
         at_most=front.at_most, at_least=front.at_least, maximise=front.maximise,
         minimise=front.minimise, also=() if study.published is None else (study.published.gain_of,),
     )  # fmt: skip
-    failed = run_step(optimise_command.optimise, choice)
+    failed = run_step(surrogate_commands.optimise, choice)
     if study.published is not None:
         console().print(comparison(OptimumFile.read(optimum), study.published))
     if asked.study and study.hyperparameters is not None:
@@ -74,7 +74,7 @@ def reproduce(asked: ReproduceSettings) -> None:
             against=front.against, maximise=front.maximise, minimise=front.minimise,
             at_most=() if front.at_least else limit, at_least=limit if front.at_least else (),
         )  # fmt: skip
-        failed |= run_step(study_command.study, tried)
+        failed |= run_step(surrogate_commands.study, tried)
     if failed:
         raise typer.Exit(1)
 
@@ -194,12 +194,12 @@ def run_small_loop(
         doe_commands.doe,
         DoeSettings(out=doe, workers=workers, config=file, parameter=tuple(designs)),
     )
-    run_step(train_command.train, TrainSettings(source=doe, out=surrogate))
+    run_step(surrogate_commands.train, TrainSettings(source=doe, out=surrogate))
     choice = OptimiseSettings(
         surrogate=surrogate, out=optimum, workers=workers, population=200, generations=60,
         along=0, at_most=(policy.largest_offset_mm,),
     )  # fmt: skip
-    if run_step(optimise_command.optimise, choice):
+    if run_step(surrogate_commands.optimise, choice):
         raise typer.Exit(1)
 
 

@@ -14,8 +14,8 @@ from dolfingrip.cli.console import Screen, check_writable, console, one_process,
 from dolfingrip.cli.settings import FrictionSettings, PickupSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import pickup as searches
+from dolfingrip.design.campaign.pickup import GraspTrial, GraspTrials
 from dolfingrip.design.campaign.policy import GraspSearch
-from dolfingrip.design.campaign.trials import GraspTrial, GraspTrials
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.files import table

@@ -9,9 +9,9 @@ from dolfingrip.cli.console import console, one_process
 from dolfingrip.cli.settings import ReportSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.files import whole
-from dolfingrip.files.columns import read_csv
+from dolfingrip.files.table import read_csv
 from dolfingrip.report.page import html, sources
-from dolfingrip.report.page.contribution import Given
+from dolfingrip.report.page.content import Given
 from dolfingrip.report.page.pdf import print_page
 
 MB = 1e6

@@ -30,8 +30,8 @@ from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
-from dolfingrip.files.columns import TextTable
 from dolfingrip.files.plan import PlanFile
+from dolfingrip.files.table import TextTable
 
 
 def section(title: str, lines: Iterable[str]) -> list[str]:

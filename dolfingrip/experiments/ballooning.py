@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, OfStretches
+from dolfingrip.experiments.material_fit.law import EXPONENTS, OfStretches
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
 
 if TYPE_CHECKING:

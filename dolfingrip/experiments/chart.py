@@ -11,8 +11,8 @@ import numpy as np
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME, Channel, of_band
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series, Style, runs
 from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.files.columns import Columns, branches, numbers, required, select_rows
 from dolfingrip.files.run import TurningPoint
+from dolfingrip.files.table import Columns, branches, numbers, required, select_rows
 
 BAND_STD: Final = 2.0
 """Half width of a measurement's noise band, in standard deviations."""

@@ -14,9 +14,8 @@ from mpi4py import MPI
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import mesh_error
 from dolfingrip.experiments.derivatives.bands import Bands
-from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
-from dolfingrip.experiments.derivatives.sensitivities import Sensitivities
+from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, choices
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome

@@ -14,9 +14,9 @@ from dolfingrip.experiments.chart import DrawnResult, chart
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.results.readings import Readings, Row
 from dolfingrip.experiments.results.sensitivity_table import SensitivityTable
-from dolfingrip.files.columns import Columns, read_csv
 from dolfingrip.files.result_file import reading
 from dolfingrip.files.run import RunFile
+from dolfingrip.files.table import Columns, read_csv
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.sections.errors import shown
 

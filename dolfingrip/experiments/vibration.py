@@ -34,7 +34,7 @@ FREQUENCIES = tuple(
 
 def _frequencies(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
     """A function that returns the lowest natural frequencies at the present state, by column."""
-    from dolfingrip.experiments.rigs.base_material import densities
+    from dolfingrip.experiments.rigs.materials import densities
     from dolfingrip.mechanics.model.inertia import Inertia
     from dolfingrip.mechanics.newton.vibration import natural_frequencies_Hz
 

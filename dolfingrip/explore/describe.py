@@ -16,7 +16,7 @@ from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.gradients import COG, shape_number
 from dolfingrip.experiments.index import find
-from dolfingrip.experiments.rigs.grasped import grasped
+from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.explore.library import Blend, Library
 from dolfingrip.explore.space import EXPERIMENTS, Space
@@ -25,7 +25,7 @@ from dolfingrip.files.run import RunFile
 from dolfingrip.meshes.gripper import Stand
 from dolfingrip.meshes.solid import MeshError
 from dolfingrip.report.design import label
-from dolfingrip.report.page import gripper, html, runs
+from dolfingrip.report.page import html, run_scene, runs
 from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.report.page.run_scene import scene_of
@@ -236,13 +236,13 @@ def _placed(config: Config, finger: Scene) -> Scene:
     """
     body = grasped(config.food)
     parts: list[Part] = []
-    for stand, name in zip(stands_of(config, body), gripper.NAMES, strict=True):
+    for stand, name in zip(stands_of(config, body), run_scene.NAMES, strict=True):
         for part in finger.parts:
             if part.name != "clamp" and not part.section:
                 parts += _copies(part, stand, name)
     food = body.surface.points + np.array(body.body.centre_mm)
     around = np.concatenate([food, *(part.frames[0] for part in parts)])
-    parts += [gripper.food_part(body.surface, food[None]), gripper.table_part(around)]
+    parts += [run_scene.food_part(body.surface, food[None]), run_scene.table_part(around)]
     alt = "Three fingers around the food on its table, before the grasp is solved"
     return replace(
         finger, title="Gripper", alt=alt, kind="grasp", parts=parts,

@@ -23,7 +23,7 @@ from dolfingrip.files.run import RunFile
 from dolfingrip.parameter import named
 from dolfingrip.report.design import label
 from dolfingrip.report.page import front
-from dolfingrip.report.page.contribution import FoundResult
+from dolfingrip.report.page.content import FoundResult
 from dolfingrip.sections.geometry.own import OwnChambers
 from dolfingrip.sections.units import unit
 

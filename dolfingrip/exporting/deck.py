@@ -14,7 +14,7 @@ import numpy as np
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import KPA, Config
 from dolfingrip.experiments.rigs.fixture import SKIN, normal_of
-from dolfingrip.experiments.rigs.regions import REST, parts_of
+from dolfingrip.experiments.rigs.undeformed import REST, parts_of
 from dolfingrip.exporting.asked import elements, no_law, plain, supplied, supplies_kPa
 from dolfingrip.files import whole
 from dolfingrip.meshes import abaqus

@@ -20,7 +20,7 @@ from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.state import History
 from dolfingrip.mechanics.model.supports import SupportMotion
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 from pydantic import Field, computed_field
 
-from dolfingrip.files.columns import TextTable
 from dolfingrip.files.result_file import Part, ResultFile
+from dolfingrip.files.table import TextTable
 
 if TYPE_CHECKING:
     import pandas as pd

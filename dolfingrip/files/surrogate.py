@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from dolfingrip.files.columns import read_csv
 from dolfingrip.files.result_file import Part, ResultFile, reading
+from dolfingrip.files.table import read_csv
 
 CURVE, DESIGNS = "learning_curve.csv", "designs.csv"
 PREFIX = "surrogate."

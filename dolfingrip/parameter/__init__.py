@@ -1,7 +1,15 @@
 """The numbers of a configuration that can change."""
 
-from dolfingrip.parameter.parameter import Parameter
-from dolfingrip.parameter.search import bounds_of, check, every, find, moduli, named, scaled
+from dolfingrip.parameter.search import (
+    Parameter,
+    bounds_of,
+    check,
+    every,
+    find,
+    moduli,
+    named,
+    scaled,
+)
 from dolfingrip.sections.section import Entry
 
 __all__ = [

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs import obstacle
+from dolfingrip.experiments.rigs.food import standing_surface
 from dolfingrip.files.run import PlatePose
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.report.skin import Floats
@@ -57,7 +57,7 @@ class Beside:
         if pose is not None:
             plate = Plate(pose.point_mm, pose.normal, config.plate.contact_length_mm)
         if config.obstacle is not None:
-            food = obstacle.standing_surface(config.obstacle)
+            food = standing_surface(config.obstacle)
         curves = () if config.curve is None else config.curve.lines
         return cls(plate, [np.asarray(each) for each in curves], food)
 

@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from dolfingrip.channels import CHANNELS, FORCE
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series
-from dolfingrip.files.columns import Columns, numbers, required
 from dolfingrip.files.design import DesignFile
 from dolfingrip.files.front import FrontFile
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import LearntDesign
+from dolfingrip.files.table import Columns, numbers, required
 from dolfingrip.sections.units import unit, words
 
 Numbers = npt.NDArray[np.float64]

@@ -16,7 +16,7 @@ import pyvista as pv
 from vtkmodules.vtkCommonCore import vtkObject
 
 from dolfingrip.channels import FIELDS, MOVED
-from dolfingrip.files.columns import Columns, branches, read_csv, required
+from dolfingrip.files.table import Columns, branches, read_csv, required
 from dolfingrip.meshes.cells import from_vtk
 
 TOLERANCE_KPA = 1e-3

@@ -17,10 +17,10 @@ from dolfingrip.channels import FIELDS, PRESSURE, TIME
 from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.fields import COLLECTION
-from dolfingrip.experiments.rigs.grasped import MIRROR, GraspedBody, grasped, halved
+from dolfingrip.experiments.rigs.food import MIRROR, GraspedBody, grasped, halved
 from dolfingrip.experiments.rigs.gripper import placed, stands_of
 from dolfingrip.files import whole
-from dolfingrip.files.columns import Columns
+from dolfingrip.files.table import Columns
 from dolfingrip.mechanics.model.placement import Placement, to_world
 from dolfingrip.report import video
 from dolfingrip.report.fields import list_steps, read_steps

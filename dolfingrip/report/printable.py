@@ -18,8 +18,7 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.undeformed import morph, solid
 from dolfingrip.files import whole
 from dolfingrip.meshes.adoption.facets import outward, triangulated
-from dolfingrip.meshes.adoption.policy import SizePolicy
-from dolfingrip.meshes.adoption.sound import Thinnest, check_watertight, place, thinnest
+from dolfingrip.meshes.adoption.sound import SizePolicy, Thinnest, check_watertight, place, thinnest
 from dolfingrip.meshes.adoption.surface import Faces
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.dimensions import own

@@ -20,7 +20,7 @@ from scipy.interpolate import PchipInterpolator
 
 from dolfingrip.channels import FIELDS, TIME, Channel, Quantity
 from dolfingrip.charts.theme import DPI, colour_map
-from dolfingrip.files.columns import Columns
+from dolfingrip.files.table import Columns
 from dolfingrip.report import video
 from dolfingrip.report.beside import ALONE, Beside
 from dolfingrip.report.fields import find_steps, list_steps, load_result, read_steps

@@ -14,7 +14,7 @@ from rich.console import JustifyMethod
 from rich.table import Table
 
 from dolfingrip.channels import Channel
-from dolfingrip.files.columns import Columns, branches, numbers, required
+from dolfingrip.files.table import Columns, branches, numbers, required
 
 BRANCH = "Branch"
 """Heading of the column that tells loading from unloading."""

@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.files.robot import Link
-from dolfingrip.meshes import groups, shape_functions
+from dolfingrip.meshes import cells, groups
 from dolfingrip.meshes.closed_surface import MM3_PER_M3
 from dolfingrip.meshes.measures import CELL_QUADRATURE
 from dolfingrip.meshes.solid import SolidMesh
@@ -46,7 +46,7 @@ def links(mesh: SolidMesh, config: Config, ends_mm: Sequence[float]) -> tuple[Li
     for name, rows in mesh.regions.items():
         density[rows] = config.material.of(name).density_kg_m3
     at, weights = CELL_QUADRATURE[mesh.shape]
-    functions = shape_functions.of_cell(mesh.shape.corners)
+    functions = cells.of_cell(mesh.shape.corners)
     corners = mesh.points[mesh.cells[:, : mesh.shape.corners]]
     places = np.einsum("qn,mni->qmi", functions.values(at), corners).reshape(-1, 3)
     jacobians = np.linalg.det(np.einsum("qnk,mni->qmki", functions.gradients(at), corners))

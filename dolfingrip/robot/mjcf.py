@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from dolfingrip.experiments.rigs.grasped import GraspedBody
+from dolfingrip.experiments.rigs.food import GraspedBody
 from dolfingrip.files.robot import JointCoordinate, Law, Link, RobotFile
 from dolfingrip.files.xml import add, text
 from dolfingrip.foods.food import Food

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.experiments.rigs.food import GraspedBody, grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.files import whole
 from dolfingrip.meshes.gripper import Stand

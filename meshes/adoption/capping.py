@@ -7,16 +7,33 @@ Everything else stays as it was, and the surface is closed again.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dolfingrip.meshes.adoption.hollows import Opening
-from dolfingrip.meshes.adoption.policy import CapPolicy
 from dolfingrip.meshes.adoption.roles import Roles
 from dolfingrip.meshes.adoption.sound import place
 from dolfingrip.meshes.adoption.surface import Faces, parts_of
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
+
+
+@dataclass(frozen=True, slots=True)
+class CapPolicy:
+    """How caps close openings of a surface of triangles.
+
+    Attributes:
+        thickness: thicknesses that are tried, by the one that is asked for.
+        about: depths that are as good as the one that is tried, by that one.
+        miss: distance of the cap's plane from all corners, by its depth, below which cutting there
+            leaves slivers.
+        widens: area of a cap's inner side by the opening's, up to which a passage is even.
+    """
+
+    thickness: tuple[float, ...] = (1.0, 0.7, 0.5, 0.35, 0.25)
+    about: tuple[float, ...] = (1.0, 0.98, 1.02, 0.96, 1.04, 0.94, 1.06, 0.92, 1.08)
+    miss: float = 2e-3
+    widens: float = 1.5
 
 
 def capped(roles: Roles, cap_mm: float, policy: CapPolicy = CapPolicy()) -> Roles:

@@ -9,9 +9,9 @@ import gmsh
 import numpy as np
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.adoption.policy import SizePolicy
 from dolfingrip.meshes.adoption.roles import Roles
 from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes
+from dolfingrip.meshes.adoption.sound import SizePolicy
 from dolfingrip.meshes.adoption.surface import Faces, consistent
 from dolfingrip.meshes.closed_surface import nearest
 from dolfingrip.meshes.gmsh_model import current_mesh

@@ -13,11 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from dolfingrip.meshes.adoption.bearing import bearing_centre
 from dolfingrip.meshes.adoption.hollows import Hollow, Opening, closed_hollow, hollows
-from dolfingrip.meshes.adoption.policy import FacePolicy
-from dolfingrip.meshes.adoption.sound import place
-from dolfingrip.meshes.adoption.surface import Faces
+from dolfingrip.meshes.adoption.sound import bearing_centre, place
+from dolfingrip.meshes.adoption.surface import FacePolicy, Faces
 from dolfingrip.meshes.closed_surface import nearest
 from dolfingrip.meshes.groups import CLAMP, SKIN, TIP, cavity_names
 from dolfingrip.meshes.groups import cavities as cavities_of

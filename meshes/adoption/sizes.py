@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dolfingrip.meshes.adoption.policy import SizePolicy
 from dolfingrip.meshes.adoption.roles import Roles
-from dolfingrip.meshes.adoption.sound import Thinnest, place, thinnest
+from dolfingrip.meshes.adoption.sound import SizePolicy, Thinnest, place, thinnest
 from dolfingrip.meshes.groups import SKIN
 from dolfingrip.meshes.solid import MeshError
 

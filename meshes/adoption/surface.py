@@ -10,8 +10,61 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from dolfingrip.meshes.adoption.policy import FacePolicy
 from dolfingrip.meshes.solid import Floats, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class FacePolicy:
+    """How faces and openings are recognised, and taken for clamp, tip and sides.
+
+    Attributes:
+        flat_deg: angle between neighbouring triangles, and from a face's mean, up to which a face
+            is plane.
+        crease_deg: angle between neighbouring triangles from which they are two faces.
+        wider: width of a plane face, by that of what follows it without a crease.
+        near: distance, relative to a part's extent, up to which points lie in one plane.
+        rim: length of an opening's rim on a curved face, by that of the face's longest edge.
+        convex: share of a rim's length that must be a convex edge.
+        directions: ways in which the outermost points are sought, which tell out from in.
+        faces: area vector of a clamp by its area, above which it faces one way.
+        end_deg: angle between an end's face and the long axis's normal plane.
+        mouth: area of an opening by the smallest one's of the same hollow, from which it is no air
+            supply but a cup's mouth.
+        supplied: weight of an end's face into which air can be led.
+        alike_area: relative difference up to which two ends' faces are as large.
+        tip_share: part of the length at the free end that is the tip where no face ends it.
+        lines: lines along the part, across its widest side, along which its walls are read.
+        ends: share of the cavity's length at either end that these lines leave out.
+        bearing: power of a line's share in the solid that weights what the line bears.
+        same_side: lever of the pressure about the walls, by the width across, from which it tells
+            the side that bends outwards.
+        snap_deg: angle within which that side is taken along an axis of the file or of inertia.
+        even: distance of a mirror image, relative to the extent, up to which a part is symmetric.
+        small: volume of a hollow, by the largest's, below which it is not taken for a cavity.
+        alike: the same of hollows with openings.
+    """
+
+    flat_deg: float = 0.5
+    crease_deg: float = 30.0
+    wider: float = 3.0
+    near: float = 1e-3
+    rim: float = 0.5
+    convex: float = 0.9
+    directions: int = 500
+    faces: float = 0.1
+    end_deg: float = 25.0
+    mouth: float = 2.0
+    supplied: float = 1.5
+    alike_area: float = 1e-3
+    tip_share: float = 0.05
+    lines: int = 150
+    ends: float = 0.05
+    bearing: float = 100.0
+    same_side: float = 0.005
+    snap_deg: float = 10.0
+    even: float = 1e-3
+    small: float = 0.02
+    alike: float = 0.5
 
 
 @dataclass(eq=False)

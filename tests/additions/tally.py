@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.files.tally_file import TallyFile
-from dolfingrip.report.page.content import KeyNumber, Page
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page
 
 
 class Tally(Contribution):

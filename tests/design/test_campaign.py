@@ -22,7 +22,7 @@ from typer.testing import CliRunner, Result
 
 from dolfingrip.cli.app import app
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import campaign, export
+from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs import pool
 from dolfingrip.jobs.cluster import Where
@@ -78,7 +78,7 @@ def test_derivatives_survive_a_killed_client(tmp_path: Path) -> None:
     work(wanted.jobs()[0], spool.folder)
     standing = campaign.run(wanted, out, Where(workers=1))
     assert (standing.computed, standing.done, standing.failed) == (2, 2, 1)
-    found = export.sensitivities(out).to_pylist()
+    found = campaign.sensitivities(out).to_pylist()
     expected = [
         {"row": row, "column": column, "parameter": key, "derivative": slope}
         for row in (0, 1)  # the third design fails
@@ -86,7 +86,7 @@ def test_derivatives_survive_a_killed_client(tmp_path: Path) -> None:
         for key, slope in slopes.items()
     ]
     assert found == expected
-    assert export.write_sensitivities(out, out / "sensitivity.csv") == len(expected)
+    assert campaign.write_sensitivities(out, out / "sensitivity.csv") == len(expected)
     lines = (out / "sensitivity.csv").read_text(encoding="utf-8").splitlines()
     assert lines[1] == '0,"cog_offset_mm","morph.xi1",1'
     # a campaign of other derivatives is another one

@@ -15,9 +15,9 @@ from support.example import EXAMPLES
 
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import curve
+from dolfingrip.design.gradient.descent import Descent, Trial
 from dolfingrip.design.gradient.file import Circle, Cubic, Objective
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.recorder import columns
 from dolfingrip.experiments.request import Answer, Place, Request

@@ -21,14 +21,12 @@ from dolfingrip import config as configuration
 from dolfingrip.cli.app import app
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.design.gradient import starts
-from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
+from dolfingrip.design.gradient.descent import DescentPolicy, NoStart, Trial, TrustRegionSQP
 from dolfingrip.design.gradient.evaluation import DesignSimulations
-from dolfingrip.design.gradient.policy import DescentPolicy
+from dolfingrip.design.gradient.file import CELL_QUALITY, FACING
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.shape import UnloadedShapes
-from dolfingrip.design.gradient.trial import Trial
 from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.spool import Spool

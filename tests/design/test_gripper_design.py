@@ -16,7 +16,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient import run, starts
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.search import SearchPolicy
+from dolfingrip.design.gradient.starts import SearchPolicy
 from dolfingrip.design.quantities import grasp
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.files.design import DesignFile

@@ -11,7 +11,7 @@ from support import analytic, stand_in
 from typer.testing import CliRunner, Result
 
 from dolfingrip.cli import app as cli
-from dolfingrip.cli import loop_commands, optimise_command
+from dolfingrip.cli import loop_commands, surrogate_commands
 from dolfingrip.cli.settings import OptimiseSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, space
@@ -152,7 +152,7 @@ def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -
             surrogate=surrogate, out=tmp_path / "none", population=20, generations=3,
             resolve=False, at_most=(limit_mm,),
         )  # fmt: skip
-        assert loop_commands.run_step(optimise_command.optimise, small) is failed
+        assert loop_commands.run_step(surrogate_commands.optimise, small) is failed
 
 
 def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ import pytest
 from support import stand_in
 
 from dolfingrip.design.optimum import optimum
-from dolfingrip.design.optimum.genetic import NSGA2Settings
 from dolfingrip.design.optimum.optimum import Recomputed
+from dolfingrip.design.optimum.pareto import NSGA2Settings
 from dolfingrip.design.surrogate.training import Training
 from dolfingrip.files.optimum import OptimumFile
 

@@ -14,8 +14,16 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from support import stand_in
 
-from dolfingrip.design.optimum.genetic import NoCopies, NSGA2Settings, nsga2
-from dolfingrip.design.optimum.pareto import ParetoFront, TradeOff, fronts, polish, spread
+from dolfingrip.design.optimum.pareto import (
+    NoCopies,
+    NSGA2Settings,
+    ParetoFront,
+    TradeOff,
+    fronts,
+    nsga2,
+    polish,
+    spread,
+)
 from dolfingrip.design.surrogate.training import Training
 
 SMALL = NSGA2Settings(population=100, generations=50)

@@ -15,7 +15,7 @@ import pytest
 from support.campaign_store import failures
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import campaign, export
+from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.spool import Spool
@@ -96,7 +96,7 @@ def test_a_failed_design_has_no_numbers(tmp_path: Path) -> None:
         pytest.raises(sqlite3.IntegrityError),  # the file itself holds to it
     ):
         base.execute("UPDATE jobs SET result = '{}' WHERE status = 'failed'")
-    found = export.table(tmp_path).to_pylist()[2]
+    found = campaign.table(tmp_path).to_pylist()[2]
     assert (found["status"], found["force_N"]) == ("failed", None)
 
 
@@ -180,7 +180,7 @@ def test_other_settings_are_another_campaign(tmp_path: Path) -> None:
         points = ({"material.mu_MPa": 3.0, "morph.xi1": 0.2},)
         more = Plan(other.base, tuple(points[0]), points, objective=other.objective)
         store.add(more.jobs(), more.shared)
-    table = export.table(tmp_path)
+    table = campaign.table(tmp_path)
     assert table["material.mu_MPa"].to_pylist() == [2.93, 2.93, 2.93, 3.0]
 
 
@@ -200,7 +200,7 @@ def test_the_time_allowed_is_no_part_of_a_design(tmp_path: Path) -> None:
 def test_export_as_csv_and_parquet(tmp_path: Path) -> None:
     keys = filled(tmp_path)
     paths = [tmp_path / "designs.csv", tmp_path / "tables" / "designs.parquet"]
-    assert export.write(tmp_path, paths) == 3
+    assert campaign.write(tmp_path, paths) == 3
     rows = list(csv.DictReader(paths[0].open(encoding="utf-8", newline="")))
     assert [row["key"] for row in rows] == keys
     assert [row["status"] for row in rows] == ["done", "failed", "pending"]
@@ -209,7 +209,7 @@ def test_export_as_csv_and_parquet(tmp_path: Path) -> None:
     table = pyarrow.parquet.read_table(paths[1])
     assert table["morph.xi1"].to_pylist() == [0.1, 0.7, 0.3]
     assert table["force_N"].null_count == 2
-    assert table.equals(export.table(tmp_path / "campaign.sqlite"))
+    assert table.equals(campaign.table(tmp_path / "campaign.sqlite"))
 
 
 def test_spooled_answer_is_not_computed_again(tmp_path: Path) -> None:

@@ -16,9 +16,8 @@ import pytest
 from support.stand_in import OBJECTIVES
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.optimum import scatter, study
-from dolfingrip.design.optimum.genetic import NSGA2Settings
-from dolfingrip.design.optimum.pareto import TradeOff, fronts
+from dolfingrip.design.optimum import study
+from dolfingrip.design.optimum.pareto import NSGA2Settings, TradeOff, fronts
 from dolfingrip.design.optimum.study import HyperparameterStudy, StudyChoice
 from dolfingrip.design.surrogate import surrogate
 from dolfingrip.jobs.pool import Unfinished
@@ -185,14 +184,14 @@ def test_mean_deviation_and_best_rates() -> None:
     steady = _choices(0.9, [(0.1, -0.2), (0.2, -0.4), (0.3, -0.6)])
     lucky = _choices(0.8, [(0.2, -0.4), None, (0.2, -0.4)])  # no scatter, but not every seed chose
     wild = _choices(0.4, [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)])
-    combined = scatter.combine([*steady, *lucky, *wild])
+    combined = study.combine([*steady, *lucky, *wild])
     first = combined[0]
     np.testing.assert_allclose(first.mean, [0.2, -0.4])
     np.testing.assert_allclose(first.sd, [0.1, 0.2])  # of a sample: n − 1
     assert first.mean_improved == 7.0
     assert [(one.seeds, one.chose) for one in combined] == [(3, 3), (3, 2), (3, 3)]
-    assert [one.crossover for one in scatter.best(combined)] == [0.9]
-    row = scatter.rows([first], ["morph.xi1", "morph.xi2"], "force_N")[0]
+    assert [one.crossover for one in study.best(combined)] == [0.9]
+    row = study.rows([first], ["morph.xi1", "morph.xi2"], "force_N")[0]
     assert row["morph.xi2_sd"] == pytest.approx(0.2)
     assert row["mean_force_N"] == 7.0
-    assert scatter.best(scatter.combine(_choices(0.9, [None, None]))) == []
+    assert study.best(study.combine(_choices(0.9, [None, None]))) == []

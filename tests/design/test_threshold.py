@@ -12,8 +12,7 @@ from support.invented_grasp import grasp, grasps, least_kPa, lifts
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import pickup
-from dolfingrip.design.campaign.pickup import Threshold, least
-from dolfingrip.design.campaign.trials import GraspTrials
+from dolfingrip.design.campaign.pickup import GraspTrials, Threshold, least
 from dolfingrip.experiments import simulate
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.jobs.cluster import Where

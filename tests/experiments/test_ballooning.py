@@ -9,8 +9,7 @@ from support.example import EXAMPLES
 from dolfingrip import config
 from dolfingrip.experiments import ballooning
 from dolfingrip.experiments.bending import Bending
-from dolfingrip.experiments.material_fit import homogeneous
-from dolfingrip.experiments.material_fit.law import LAWS
+from dolfingrip.experiments.material_fit.law import LAWS, balloon, limit_points
 from dolfingrip.sections.tables import assignments
 
 
@@ -26,9 +25,9 @@ def test_the_greatest_pressure_is_that_of_the_fit() -> None:
     """Coupons' page finds the limit points of the same balloon."""
     values = {"C10_MPa": 0.3, "C01_MPa": 0.01}
     law = LAWS["mooney-rivlin"]
-    at, greatest = homogeneous.limit_points(law, list(values.values()), 5.0)[0]
+    at, greatest = limit_points(law, list(values.values()), 5.0)[0]
     assert greatest
-    (pressure,) = homogeneous.balloon(law, np.array([at]), list(values.values()))
+    (pressure,) = balloon(law, np.array([at]), list(values.values()))
     change = {"material.law": "polynomial", **{f"material.{k}": v for k, v in values.items()}}
     assert ballooning.most(config.load(None, change).material) == pytest.approx(pressure, rel=1e-4)
 

@@ -16,7 +16,7 @@ from dolfingrip.experiments import run
 from dolfingrip.experiments.derivatives.bands import LEVEL, Bands, band_sentences
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.result import Result
-from dolfingrip.files.columns import read_csv
+from dolfingrip.files.table import read_csv
 from dolfingrip.parameter.nuisances import STIFFNESSES, changes
 
 WIDTH = NormalDist().inv_cdf((1 + LEVEL) / 2)

@@ -21,9 +21,8 @@ from dolfingrip.experiments.loop import follow
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.observation import Observation
-from dolfingrip.experiments.rigs.perturbation import perturbations
+from dolfingrip.experiments.rigs.perturbation import Movement, perturbations
 from dolfingrip.mechanics.model.model import Control, Prescribed
-from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.mechanics.newton.ending import Ending
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.experiments.rigs.food import GraspedBody, grasped
 from dolfingrip.foods.food import Food
 from dolfingrip.sections.errors import ConfigError, checked
 

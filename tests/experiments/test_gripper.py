@@ -16,7 +16,7 @@ from dolfingrip.experiments import run
 from dolfingrip.experiments.protocol import lift_starts_s
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.grasp_readings import EnergyBook, GraspReadings
+from dolfingrip.experiments.rigs.grasp_rig import EnergyBook, GraspReadings
 from dolfingrip.experiments.rigs.gripper import GraspSolution, GripperModel, build_gripper
 from dolfingrip.files.run import GraspKind
 from dolfingrip.mechanics.contact.friction import Friction

@@ -19,7 +19,7 @@ from support import bars
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import run
-from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.experiments.rigs.materials import BaseMaterial
 from dolfingrip.mechanics.model.element import displacement_element, pressure_field
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.parameter import every

@@ -12,10 +12,16 @@ from support.example import EXAMPLES
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit import choice, coupons, doubts, homogeneous
+from dolfingrip.experiments.material_fit import choice, coupons
 from dolfingrip.experiments.material_fit.fit import fit, write
-from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, Mode, stress
-from dolfingrip.experiments.material_fit.law import LAWS
+from dolfingrip.experiments.material_fit.law import (
+    EXPONENTS,
+    LAWS,
+    Mode,
+    limit_points,
+    stress,
+    unstable_from,
+)
 from dolfingrip.forms import chain_rule, invariants, neo_hookean, ogden_terms, polynomial
 from dolfingrip.forms.evaluate import number
 from dolfingrip.sections.laws.polynomial import POWERS
@@ -96,24 +102,24 @@ def test_compressible_stress_tends_to_the_incompressible() -> None:
 def test_limit_points_of_balloons() -> None:
     """Neo-Hooke's pressure is greatest at 7^(1/6) (Ogden 1984, section 5.2.3); Mooney–Rivlin's with
     C01/C10 = 0.1 has a maximum and a minimum, which meet at C01/C10 = 0.21446."""
-    (found,) = homogeneous.limit_points(LAWS["neo-hooke"], [2.0], 8.0)
+    (found,) = limit_points(LAWS["neo-hooke"], [2.0], 8.0)
     assert found == (pytest.approx(7 ** (1 / 6), abs=1e-6), True)
-    both = homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.1], 8.0)
+    both = limit_points(LAWS["mooney-rivlin"], [1.0, 0.1], 8.0)
     assert [greatest for _, greatest in both] == [True, False]
-    assert not homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2148], 8.0)
-    assert homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2140], 8.0)
+    assert not limit_points(LAWS["mooney-rivlin"], [1.0, 0.2148], 8.0)
+    assert limit_points(LAWS["mooney-rivlin"], [1.0, 0.2140], 8.0)
 
 
 def test_stability() -> None:
     """Mooney–Rivlin with a negative factor loses stability, neo-Hooke does not, however far."""
     for highest in (2.0, 8.0, 20.0):
-        assert homogeneous.unstable_from(LAWS["neo-hooke"], "uniaxial", [1.0], highest) is None
-    end = homogeneous.unstable_from(LAWS["mooney-rivlin"], "equibiaxial", [1.0, -0.2], 8.0)
+        assert unstable_from(LAWS["neo-hooke"], "uniaxial", [1.0], highest) is None
+    end = unstable_from(LAWS["mooney-rivlin"], "equibiaxial", [1.0, -0.2], 8.0)
     assert end is not None
     assert 1.05 < end < 3
     before = 0.99 * end
     law = LAWS["mooney-rivlin"]
-    assert homogeneous.unstable_from(law, "equibiaxial", [1.0, -0.2], before) is None
+    assert unstable_from(law, "equibiaxial", [1.0, -0.2], before) is None
 
 
 @pytest.mark.parametrize("top", [7.8, 8.2, 12.0])
@@ -170,9 +176,9 @@ def test_an_equibiaxial_coupon_fixes_what_a_uniaxial_one_leaves_open() -> None:
     alone, both = fit(law, [one]), fit(law, [one, two])
     assert both.half_width[1] < 0.2 * alone.half_width[1]
     assert any(
-        "does not fix the equibiaxial response" in line for line in doubts.doubts(alone, [one])
+        "does not fix the equibiaxial response" in line for line in choice.doubts(alone, [one])
     )
-    assert not any("equibiaxial response" in line for line in doubts.doubts(both, [one, two]))
+    assert not any("equibiaxial response" in line for line in choice.doubts(both, [one, two]))
 
 
 def test_ecoflex() -> None:
@@ -183,7 +189,7 @@ def test_ecoflex() -> None:
     assert simple.values[0] == pytest.approx(0.0204, rel=0.02)
     assert 0.02 < simple.relative_rms < 0.03
     biderman = fit(LAWS["polynomial"], data)
-    low, high = doubts.accepted(biderman, data, np.linspace(0, 2, 201))
+    low, high = choice.accepted(biderman, data, np.linspace(0, 2, 201))
     assert low is not None
     assert high is not None
     assert low <= 0.1

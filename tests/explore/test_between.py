@@ -23,7 +23,7 @@ from dolfingrip.explore import describe, rig, server, space
 from dolfingrip.explore.library import Library, weights
 from dolfingrip.explore.wanted import Wanted, read
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.report.page import gripper, sources
+from dolfingrip.report.page import run_scene, sources
 from dolfingrip.report.page.scene import Scene
 from dolfingrip.sections.tables import assignments
 
@@ -167,7 +167,7 @@ def test_triangles_of_mirrored_fingers_are_wound_outwards(
     nothing = space.of_results([], None, {}, ())
     wanted = Wanted("grasp", {}, short())
     scene = describe.described(nothing, Library(nothing), wanted, tmp_path)["scenes"][0]
-    halves = [part for part in scene.parts if part.name in gripper.NAMES]
+    halves = [part for part in scene.parts if part.name in run_scene.NAMES]
     assert len(halves) == 6
     for own, mirrored in zip(halves[::2], halves[1::2], strict=True):
         middle = (own.skin.points[0] + mirrored.skin.points[0]) / 2

@@ -18,7 +18,7 @@ from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.uneven_stiffness import UnevenStiffness
 from dolfingrip.extensions.yeoh import Yeoh
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.state import History
 
 NONE = {"a_1": 0.0, "a_2": 0.0, "b_0": 0.0, "b_1": 0.0, "b_2": 0.0}
 

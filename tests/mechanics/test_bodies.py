@@ -15,8 +15,7 @@ from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.meshes.copies import merged
-from dolfingrip.meshes.solid import MeshError, second_order
+from dolfingrip.meshes.solid import MeshError, merged, second_order
 
 SOFT, STIFF = blocks.NeoHooke(2.0, NU), blocks.NeoHooke(5.0, NU)
 SYMMETRY = {0: ["left"], 1: ["front"]}

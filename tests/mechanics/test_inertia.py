@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from support import bodies
 
 from dolfingrip import config
-from dolfingrip.experiments.rigs.base_material import densities
 from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.materials import densities
 from dolfingrip.mechanics.model.inertia import Inertia
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.vibration import natural_frequencies_Hz

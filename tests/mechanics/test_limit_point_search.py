@@ -10,7 +10,7 @@ from support.paths import by_pressure
 from dolfingrip.config import Solver
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.limit_point import LimitPointSearch
+from dolfingrip.mechanics.newton.volume_control import LimitPointSearch
 
 GREATEST_KPA = 316.0
 """The balloon's, see test_failure."""

@@ -18,10 +18,10 @@ from ufl.core.expr import Expr
 from dolfingrip.forms import membrane, saint_venant
 from dolfingrip.forms.kinematics import current_area_vector
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.element import Sheet, covector, facet_rule
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.sheet import Sheet, covector, facet_rule
-from dolfingrip.meshes import sheets as surfaces
+from dolfingrip.meshes import solid as surfaces
 from dolfingrip.meshes.solid import SolidMesh
 
 SEED = 3

@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.mechanics.contact.advance import MovingPoints, Path, reach
-from dolfingrip.mechanics.contact.distance import BentCapsule, Bounds, Plane
+from dolfingrip.mechanics.contact.distance import (
+    BentCapsule,
+    Bounds,
+    MovingPoints,
+    Path,
+    Plane,
+    reach,
+)
 
 SEED = 11
 PARTS = np.linspace(0.05, 0.95, 7)

@@ -7,10 +7,16 @@ from itertools import product
 import numpy as np
 import pytest
 
-from dolfingrip.meshes import shape_functions
-from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, HEXAHEDRON, TETRAHEDRON, CellShape
+from dolfingrip.meshes import cells
+from dolfingrip.meshes.cells import (
+    BY_NODES,
+    FACET_CORNERS,
+    HEXAHEDRON,
+    TETRAHEDRON,
+    CellShape,
+    ShapeFunctions,
+)
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.shape_functions import ShapeFunctions
 from dolfingrip.meshes.solid import MeshError, SolidMesh, second_order
 
 
@@ -34,14 +40,14 @@ def test_faces_and_spokes_of_the_reference(shape: CellShape) -> None:
 def test_shape_functions_of_elements(nodes: int) -> None:
     shape = BY_NODES[nodes]
     x = np.concatenate([shape.reference, shape.reference[shape.edges].mean(axis=1)])[:nodes]
-    hold_polynomials(shape_functions.of_cell(nodes), x, shape.order(nodes))
+    hold_polynomials(cells.of_cell(nodes), x, shape.order(nodes))
 
 
 @pytest.mark.parametrize("nodes", FACET_CORNERS)
 def test_shape_functions_of_facets(nodes: int) -> None:
     corners = np.array([[0, 0], [1, 0], [0, 1]] if nodes % 3 == 0 else HEXAHEDRON.reference[:4, :2])
     x = np.concatenate([corners, (corners + np.roll(corners, -1, axis=0)) / 2])[:nodes]
-    hold_polynomials(shape_functions.of_facet(nodes), x, 1 if nodes < 5 else 2)
+    hold_polynomials(cells.of_facet(nodes), x, 1 if nodes < 5 else 2)
 
 
 def hold_polynomials(functions: ShapeFunctions, nodes: np.ndarray, order: int) -> None:

@@ -15,8 +15,8 @@ from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.blocked_force import BlockedForce
 from dolfingrip.experiments.chart import DrawnResult, chart
 from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.files.columns import Columns
 from dolfingrip.files.run import TurningPoint
+from dolfingrip.files.table import Columns
 
 LOADING = [0.0, 50.0, 100.0, 150.0, 200.0, 250.0]
 RETURN = [200.0, 150.0, 100.0, 50.0, 0.0]

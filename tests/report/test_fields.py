@@ -11,7 +11,7 @@ import pytest
 import pyvista as pv
 from support import synthetic_run
 
-from dolfingrip.files.columns import read_csv
+from dolfingrip.files.table import read_csv
 from dolfingrip.meshes.cells import HEXAHEDRON, TETRAHEDRON
 from dolfingrip.report.fields import (
     find_steps,

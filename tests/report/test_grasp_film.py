@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from dolfingrip.experiments.rigs.grasped import grasped
+from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.foods.food import Food
 from dolfingrip.report.fields import list_steps
 from dolfingrip.report.gripper import (

@@ -16,7 +16,7 @@ from PIL import Image
 
 from dolfingrip.channels import ANGLE, PRESSURE
 from dolfingrip.config import Config
-from dolfingrip.files.columns import read_csv
+from dolfingrip.files.table import read_csv
 from dolfingrip.report.beside import Beside, Plate
 from dolfingrip.report.render import draw, draw_video
 from dolfingrip.report.video import POLICY

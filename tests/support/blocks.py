@@ -20,8 +20,7 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.parts import ByPart, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.supports import at_rest
-from dolfingrip.meshes import copies
-from dolfingrip.meshes.solid import SolidMesh, assemble, boundary, faces
+from dolfingrip.meshes.solid import SolidMesh, assemble, boundary, faces, merged
 
 SIDES = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "below": (2, 0),
          "above": (2, 1)}  # fmt: skip
@@ -106,7 +105,7 @@ def domain(solids: Sequence[Block], comm: MPI.Comm = MPI.COMM_SELF) -> Domain:
     lone = len(solids) == 1
 
     def made() -> tuple[SolidMesh, Mapping[str, np.ndarray]]:
-        solid = copies.merged([each.alone(lone=lone) for each in solids])
+        solid = merged([each.alone(lone=lone) for each in solids])
         return solid, {name: rows for name, rows in solid.regions.items() if name}
 
     return distribute(comm, *(on_root(comm, made) or (None, None)))

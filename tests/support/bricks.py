@@ -11,11 +11,10 @@ from mpi4py import MPI
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.model.domain import Domain, distribute
-from dolfingrip.mechanics.model.element import displacement_element
+from dolfingrip.mechanics.model.element import Sheet, displacement_element
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.parts import ByPart, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.sheet import Sheet
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes.solid import SolidMesh, faces

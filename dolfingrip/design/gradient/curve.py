@@ -12,9 +12,9 @@ import numpy as np
 
 from dolfingrip.channels import CURVE, OBSTACLE
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.gradient.descent import Descent, Trial
 from dolfingrip.design.gradient.file import Circle, Cubic, Objective
 from dolfingrip.design.gradient.problem import Floats, Problem, Scaling
-from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.design.quantities.quantity import UNITS
 from dolfingrip.files.design import MatchedCurve
 from dolfingrip.sections.curve import Polyline

@@ -14,6 +14,9 @@ from dolfingrip import config as configuration
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.design.gradient import curve
 from dolfingrip.design.gradient.file import (
+    FACING,
+    OF_MANY,
+    OVERHANG,
     File,
     FreeFormTable,
     FrontTable,
@@ -22,7 +25,6 @@ from dolfingrip.design.gradient.file import (
     Scenario,
 )
 from dolfingrip.design.gradient.problem import Condition, Constraint, Problem, Variable
-from dolfingrip.design.gradient.quantity import FACING, OF_MANY, OVERHANG
 from dolfingrip.design.quantities.grasp import GRASP
 from dolfingrip.design.quantities.quantity import Quantity
 from dolfingrip.parameter import Entry, Parameter, find, named

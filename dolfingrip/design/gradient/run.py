@@ -9,9 +9,9 @@ from typing import Any, Final
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.design.gradient import curve
+from dolfingrip.design.gradient.descent import Descent, Trial
 from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.experiments.simulate import Compute
 from dolfingrip.files import table, whole
 from dolfingrip.files.design import (

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.design.gradient.file import CELL_QUALITY, FACING, OVERHANG
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING, OVERHANG
 from dolfingrip.design.quantities.shape import ShapeNumbers
 from dolfingrip.experiments.derivatives.gradients import MassProperties
 from dolfingrip.experiments.rigs.perturbation import velocities

@@ -1,19 +1,207 @@
-"""Several starts of one problem, and what differs between where they end."""
+"""Several starts of one problem, and what differs between where they end.
+
+A quantity without gradients has a search in place of descents. Gaussian processes say where the
+next design is simulated. Each condition, such as a food, has a process of its own; the worst
+condition counts. The next design is where the worst one is expected to improve most on the best
+design so far (Jones, Schonlau & Welch, J. Global Optim. 13, 1998), by draws from all processes.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from scipy.stats import qmc
 
-from dolfingrip.design.gradient.descent import NoStart, TrustRegionSQP
-from dolfingrip.design.gradient.evaluation import DesignSimulations
-from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.search import BayesianSearch, SearchPolicy
-from dolfingrip.design.gradient.trial import Descent, Say, Trial, say_nothing
+from dolfingrip.config import ConfigError
+from dolfingrip.design.gradient.descent import (
+    Descent,
+    NoStart,
+    Say,
+    Trial,
+    TrustRegionSQP,
+    say_nothing,
+)
+from dolfingrip.design.gradient.evaluation import DesignNumbers, DesignSimulations
+from dolfingrip.design.gradient.problem import Constraint, Floats, Problem, Scaling
+from dolfingrip.design.gradient.shape import UnloadedShapes
 from dolfingrip.design.quantities.grasp import GRASP
+from dolfingrip.design.surrogate.process import GradientProcess
+from dolfingrip.experiments.rigs.food import grasped
+from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.experiments.simulate import Compute
+
+
+@dataclass(frozen=True, slots=True)
+class SearchPolicy:
+    """The numbers of a search.
+
+    Attributes:
+        first: number of designs, the start among them, that are spread evenly before processes say
+            more.
+        candidates: number of designs all over the ranges among which the next one is chosen.
+        near, reach: number of those around the best one, and their standard deviation as a part of
+            the ranges.
+        draws: of each process.
+        enough: expected gain, as a part of the best objective, below which a search ends.
+        seed: of the candidates and draws.
+    """
+
+    first: int = 5
+    candidates: int = 2048
+    near: int = 1024
+    reach: float = 0.1
+    draws: int = 256
+    enough: float = 2e-3
+    seed: int = 1
+
+
+class BayesianSearch:
+    """Looks for the best design of a problem whose objective has no gradient.
+
+    Args:
+        problem: with limits of the unloaded shape alone.
+        simulations: of its designs.
+        say: called with each design that was simulated.
+        policy: numbers of the search.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        simulations: DesignSimulations,
+        say: Say = say_nothing,
+        policy: SearchPolicy = SearchPolicy(),
+    ) -> None:
+        self._problem, self._simulations, self._say = problem, simulations, say
+        self._policy = policy
+        self._shapes = UnloadedShapes(problem)
+        self._foods = [grasped(each.base.food) for each in problem.conditions]
+        self._scaling = Scaling(problem.variables)
+        self._random = np.random.default_rng(policy.seed)
+        self._limits: list[tuple[Constraint, float]] = []
+
+    def run(self) -> Descent:
+        """Simulate until no design promises more, or the simulations are spent.
+
+        Raises:
+            NoStart: one line, where the start cannot be simulated.
+        """
+        problem = self._problem
+        begin = self._scaling.start
+        given = self._shapes.at(self._values(begin))
+        self._limits = [
+            (each, given.value(each.quantity.name) if each.limit is None else each.limit)
+            for each in problem.limits
+        ]
+        cost = len(problem.conditions)
+        sobol = qmc.Sobol(len(begin), rng=self._policy.seed).random(self._policy.candidates)
+        everywhere = np.array([each for each in sobol if self._kept(each)]).reshape(-1, len(begin))
+        first = [begin, *everywhere[: self._policy.first - 1]]
+        trials: list[Trial] = []
+        spent, seconds = 0, 0.0
+        best: Trial | None = None
+        ending = "the largest number of simulations is reached"
+        while spent + cost <= problem.method.simulations:
+            expected = 0.0
+            if len(trials) < len(first):
+                scaled = first[len(trials)]
+            else:
+                assert best is not None
+                scaled, expected = self._next(trials, best, everywhere)
+                if expected < self._policy.enough * abs(best.objective):
+                    ending = "no design promises more"
+                    break
+            trial = Trial(scaled, self._values(scaled), self._shapes.at(self._values(scaled)), 0)
+            trial.expected = expected
+            trial.limits = [trial.shape.value(each.quantity.name) for each, _ in self._limits]
+            found = self._simulated(trial, best)
+            spent, seconds = spent + found.simulations, seconds + found.seconds
+            trial.simulations = spent
+            if not trials and found.failure:
+                raise NoStart(f"the start cannot be simulated: {found.failure}")
+            trials.append(trial)
+            best = trial if trial.accepted else best
+            self._say(trial, self._limits)
+        assert best is not None
+        return Descent(trials, best, ending, self._limits, spent, seconds)
+
+    def _simulated(self, trial: Trial, best: Trial | None) -> DesignNumbers:
+        """Simulate a design, the best one's worst condition first, while it may be better.
+
+        What was not simulated is NaN.
+        """
+        number = len(self._problem.conditions)
+        trial.signed = np.full(number, np.nan)
+        order = range(number) if best is None else np.argsort(-best.signed, kind="stable")
+        bar = np.inf if best is None else float(best.signed.max())
+        whole = DesignNumbers()
+        for each in [list(order)] if best is None else [[int(i)] for i in order]:
+            found = self._simulations.at(trial.values, gradients=False, only=each)
+            whole.simulations += found.simulations
+            whole.seconds += found.seconds
+            whole.failure = trial.failure = found.failure
+            if found.failure:
+                return whole
+            for i in each:
+                value = found.by_condition[i][self._problem.objective].value
+                trial.signed[i] = self._problem.sign * value
+            if np.nanmax(trial.signed) >= bar:
+                break
+        trial.objective = self._problem.sign * float(np.nanmax(trial.signed))
+        trial.accepted = best is None or bool(np.nanmax(trial.signed) < bar)
+        return whole
+
+    def _values(self, scaled: Floats) -> Floats:
+        return self._scaling.values(scaled, 6)
+
+    def _kept(self, scaled: Floats) -> bool:
+        """Tell whether there is such a finger within the limits, and a gripper for each food."""
+        values = self._values(scaled)
+        try:
+            shape = self._shapes.at(values)
+            for condition, food in zip(self._problem.conditions, self._foods, strict=True):
+                stands_of(condition.config(self._problem.variables, list(map(float, values))), food)
+        except ConfigError:
+            return False
+        return all(
+            limit.sign * (shape.value(limit.quantity.name) - value) <= 0
+            for limit, value in self._limits
+        )
+
+    def _next(
+        self, trials: Sequence[Trial], best: Trial, everywhere: Floats
+    ) -> tuple[Floats, float]:
+        """The design that is expected to gain most, and that gain."""
+        near = best.scaled + self._policy.reach * self._random.standard_normal(
+            (self._policy.near, len(best.scaled))
+        )
+        near = np.array([each for each in np.clip(near, 0.0, 1.0) if self._kept(each)])
+        candidates = np.concatenate([everywhere, near.reshape(-1, len(best.scaled))])
+        every = np.array([each.scaled for each in trials])
+        signed = np.array([each.signed for each in trials])
+        # what cannot be simulated is as bad as the worst that can
+        failed = np.array([bool(each.failure) for each in trials])
+        drawn = np.full((self._policy.draws, len(candidates)), -np.inf)
+        for known in signed.T:
+            values = np.where(failed & np.isnan(known), np.nanmax(known), known)
+            inputs, values = every[~np.isnan(values)], values[~np.isnan(values)]
+            if np.ptp(values) == 0:
+                drawn = np.maximum(drawn, values[0])
+                continue
+            # margins lie decades apart
+            process = GradientProcess(inputs, np.arcsinh(values))
+            mean, deviation = process.predict(candidates)
+            noise = self._random.standard_normal((self._policy.draws, 1))
+            drawn = np.maximum(drawn, np.sinh(mean + noise * deviation))
+        gains = np.maximum(float(best.signed.max()) - drawn, 0.0).mean(axis=0)
+        if not gains.any():  # nothing is known to tell candidates apart
+            return everywhere[len(trials) % len(everywhere)], 0.0
+        chosen = int(gains.argmax())
+        return candidates[chosen], float(gains[chosen])
+
 
 SEED: Final = 33
 """Of the random starts, so that a run that goes on begins at the same places."""

@@ -1,16 +1,22 @@
-"""The best step by a model of a problem, inside the box in which the model is trusted."""
+"""The best step by a model of a problem, inside the box in which the model is trusted.
+
+Limits of the unloaded shape are linearised anew until they hold exactly.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
 import clarabel
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
-Floats = NDArray[np.float64]
+from dolfingrip.design.gradient.file import CELL_QUALITY, OF_MANY, OVERHANG
+from dolfingrip.design.gradient.problem import Constraint, Floats
+from dolfingrip.design.gradient.shape import UnloadedShape
+from dolfingrip.design.quantities.quantity import Quantity
 
 TOLERANCE: Final = 1e-10
 """Of the interior-point method: gaps and limits, by their sizes."""
@@ -117,3 +123,144 @@ def best_step(
     ).solve()
     values = np.asarray(found.x)
     return np.clip(values[:n], *box), max(float(values[n]), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class DescentPolicy:
+    """How steps are chosen and judged. Variables are scaled to their ranges, 0 to 1.
+
+    Attributes:
+        largest_radius, least_radius: of the box around a design in which the model is
+            trusted.
+        failed, rejected: factor of the radius after a solve that failed, and after a step that did
+            not improve.
+        good, poor: ratio of a gain to the expected one above which the radius grows twofold, and
+            below which it halves.
+        enough: expected gain, as a part of the objective, below which a descent ends.
+        broken: part of a limit's size by which a simulated limit may be exceeded.
+        kept: part of its size by which a limit of the unloaded shape may be.
+        corrections: largest number of times that limits of the shape are linearised anew for one
+            step.
+        aimed, nearest: the same where no simulated limit is held, and further ones in which the
+            nearest step within the limits is sought: the best one may jump from one to another.
+        shorter: factor of the step that the nearest one is sought to; no step at all keeps them.
+        least_cell_quality: which every cell of the mesh keeps: its scaled Jacobian, and half of it
+            its edges, by those at the start.
+        near_cell_quality: cells within this of it are among the limits of a step.
+        near_mm: walls and gaps within this distance of their limit are among the limits of a step.
+        most_rows: largest number of pairs of faces among them at first.
+        bundle: number of earlier designs whose simulated limits, made linear there, count too.
+        penalty: price of breaking a limit in a step's model, in sizes of the objective.
+        ridge: of the mean curvature of a sum of squares, added in every direction: what its parts
+            do not tell has some.
+        digits: decimals of a scaled variable; its value has two fewer. So a run that goes on
+            computes the same designs.
+    """
+
+    largest_radius: float = 1.0
+    least_radius: float = 1e-3
+    failed: float = 0.4
+    rejected: float = 0.5
+    good: float = 0.7
+    poor: float = 0.25
+    enough: float = 2e-4
+    broken: float = 1e-4
+    kept: float = 1e-6
+    corrections: int = 8
+    aimed: int = 8
+    nearest: int = 11
+    shorter: float = 0.9
+    least_cell_quality: float = 0.15
+    near_cell_quality: float = 0.5
+    near_mm: float = 1.5
+    most_rows: int = 400
+    bundle: int = 8
+    penalty: float = 20.0
+    ridge: float = 1e-4
+    digits: int = 12
+
+
+def size_of(limit: float) -> float:
+    """Return the size that a limit's excess is a part of."""
+    return abs(limit) if abs(limit) > 1e-9 else 1.0
+
+
+class ShapeLimits:
+    """Limits of the shape, linearised where a step ends.
+
+    Args:
+        limits: of the problem, with their values.
+        ranges: shape (variables,), of the variables.
+        policy: how near a limit counts, and the quality that every cell of the mesh keeps.
+
+    Attributes:
+        rows: the linear limits.
+    """
+
+    def __init__(
+        self, limits: Iterable[tuple[Constraint, float]], ranges: Floats, policy: DescentPolicy
+    ) -> None:
+        asked = [each for each in limits if each[0].quantity.experiment is None]
+        least = policy.least_cell_quality
+        self._policy = policy
+        self._limits = [*asked, (Constraint(Quantity(CELL_QUALITY), -1.0, least), least)]
+        self._range, self._n = ranges, len(ranges)
+        self._chosen: dict[int, set[int]] = {}
+        self.rows = Rows.none(self._n)
+
+    def at(self, shape: UnloadedShape, step: Floats) -> None:
+        """Linearise them at a shape that a step leads to."""
+        values, slopes = [], []
+        for i, (limit, value) in enumerate(self._limits):
+            name, size = limit.quantity.name, size_of(value)
+            if name in OF_MANY:
+                every = shape.rows(name)
+                above: Floats = np.asarray(limit.sign * (every - value) / size, dtype=float)
+                chosen = self._choose(i, above, size)
+                slope = shape.row_gradients(name, chosen).T
+                above = above[chosen]
+            else:
+                above = np.array([limit.sign * (shape.value(name) - value) / size])
+                slope = shape.gradient(name)[None]
+            scaled = limit.sign * slope * self._range / size
+            # a little inside, so that it holds when what is left out of the linear part is small
+            values.append(above - scaled @ step + self._policy.kept / 2)
+            slopes.append(scaled)
+        if values:
+            c = np.concatenate(values)
+            self.rows = Rows(c, np.concatenate(slopes), np.zeros(len(c)))
+
+    def _choose(self, i: int, above: Floats, size: float) -> np.ndarray:
+        """Rows that a step may break: the nearest ones, and those that one has broken."""
+        known = self._chosen.setdefault(i, set())
+        of_cells = self._limits[i][0].quantity.name == CELL_QUALITY
+        within = self._policy.near_cell_quality if of_cells else self._policy.near_mm
+        near = np.flatnonzero(above > -within / size)
+        known.update(
+            map(int, near[np.argsort(-above[near], kind="stable")][: self._policy.most_rows])
+        )
+        return np.array(sorted(known), dtype=np.int64)
+
+    def _worsts(self, shape: UnloadedShape) -> list[float]:
+        found = []
+        for limit, value in self._limits:
+            if limit.quantity.name == OVERHANG:
+                above = shape.rows(OVERHANG) - value
+                found.append(float(above.max(initial=-1.0)) / size_of(value))
+                continue
+            found.append(limit.sign * (shape.value(limit.quantity.name) - value) / size_of(value))
+        return found
+
+    @staticmethod
+    def folds(shape: UnloadedShape) -> bool:
+        """Tell whether a cell is turned inside out, where its slopes lead nowhere."""
+        return shape.value(CELL_QUALITY) <= 0
+
+    def worst(self, shape: UnloadedShape) -> float:
+        """By how much the worst limit is broken, as a part of its size; below 0 if all are kept."""
+        return max(self._worsts(shape), default=-1.0)
+
+    def worst_limit(self, shape: UnloadedShape) -> tuple[Constraint, float]:
+        """The limit that is broken most, and its quantity's value."""
+        limit, _ = self._limits[int(np.argmax(self._worsts(shape)))]
+        return limit, shape.value(limit.quantity.name)

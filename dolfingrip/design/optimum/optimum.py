@@ -16,8 +16,7 @@ from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import OBJECTIVE, Plan, quantities
 from dolfingrip.design.optimum import pareto
-from dolfingrip.design.optimum.genetic import NSGA2Settings
-from dolfingrip.design.optimum.pareto import Matrix, TradeOff, Vector
+from dolfingrip.design.optimum.pareto import Matrix, NSGA2Settings, TradeOff, Vector
 from dolfingrip.design.surrogate.surrogate import Surrogate
 from dolfingrip.files import table
 from dolfingrip.files.campaign import CampaignDesign

@@ -16,9 +16,8 @@ class ShapeNumbers(QuantitySource):
     names: ClassVar = (COG, MASS)
 
     def add(self, outcome: Outcome, wanted: Sequence[Quantity], asked: AskedDesign) -> None:
-        from dolfingrip.experiments.derivatives.choices import choices
         from dolfingrip.experiments.derivatives.gradients import shape_number
-        from dolfingrip.experiments.derivatives.sensitivities import chosen
+        from dolfingrip.experiments.derivatives.sensitivities import choices, chosen
 
         keys = asked.keys
         parameters = None if keys is None else chosen(asked.config, keys)

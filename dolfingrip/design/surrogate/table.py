@@ -15,7 +15,7 @@ import pyarrow
 import pyarrow.csv
 import pyarrow.parquet
 
-from dolfingrip.design.campaign import export
+from dolfingrip.design.campaign import campaign as computed
 from dolfingrip.jobs.store import NAME, Store
 from dolfingrip.sections.errors import ConfigError
 
@@ -119,7 +119,7 @@ def _columns(source: Path) -> pyarrow.Table:
         if source.suffix == ".parquet":
             return pyarrow.parquet.read_table(source)
         if source.is_dir() or source.name == NAME:
-            return export.table(source)
+            return computed.table(source)
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else "not readable"
         raise ConfigError(f"{source}: {reason}") from None

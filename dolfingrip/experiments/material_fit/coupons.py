@@ -13,7 +13,7 @@ import pandas as pd
 
 from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit.homogeneous import Mode
+from dolfingrip.experiments.material_fit.law import Mode
 from dolfingrip.sections import tables
 
 STRAIN: Final = "strain"

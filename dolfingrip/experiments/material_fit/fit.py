@@ -17,8 +17,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.coupons import CouponSeries, farthest
-from dolfingrip.experiments.material_fit.homogeneous import Mode, stress
-from dolfingrip.experiments.material_fit.law import LAWS, Law
+from dolfingrip.experiments.material_fit.law import LAWS, Law, Mode, stress
 from dolfingrip.files import whole
 
 Values = np.ndarray

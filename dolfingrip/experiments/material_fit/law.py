@@ -1,15 +1,17 @@
-"""The laws of the base material that are fitted to coupons.
+"""The laws of the base material that are fitted to coupons, under homogeneous deformation.
 
-Each energy stands in a file of its own; here it is a function of numbers.
+Each energy stands in a file of its own; here it is a function of numbers, with its stress in three
+modes of tension, its limit points and its stability.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
+import scipy  # which imports its parts when they are used
 
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
@@ -71,3 +73,174 @@ LAWS: Final[Mapping[str, Law]] = {
     for law in (_of_material(law, each) for law in MATERIALS.values() for each in law.fits)
 }
 """By name."""
+
+
+Mode = Literal["uniaxial", "planar", "equibiaxial"]
+
+EXPONENTS: Final[dict[Mode, np.ndarray]] = {
+    "uniaxial": np.array([1.0, -0.5, -0.5]),
+    "planar": np.array([1.0, 0.0, -1.0]),
+    "equibiaxial": np.array([1.0, 1.0, -2.0]),
+}
+"""Principal stretches at constant volume, as powers of the stretch."""
+
+LOG_STEP: Final = 0.005
+"""Step of searches for instabilities and limit points, in the logarithm of the stretch."""
+
+WIDEST_LOG_STRETCH: Final = 3.0
+"""Largest logarithm of a lateral stretch, from that at constant volume, in its search."""
+
+Values = Sequence[float] | np.ndarray
+"""Values of a law's parameters, in the order of its keys."""
+
+
+class OfStretches:
+    """Invariants of isochoric stretches, with derivatives by the logarithms of the first two.
+
+    Args:
+        logarithms: (3, n) logarithms of the principal stretches, whose sum is 0.
+    """
+
+    def __init__(self, logarithms: np.ndarray) -> None:
+        self._logarithms = logarithms
+
+    @property
+    def first(self) -> Jet:
+        """Ī₁ − 3."""
+        return self.power_sum(2.0)
+
+    @property
+    def second(self) -> Jet:
+        """Ī₂ − 3."""
+        return self.power_sum(-2.0)
+
+    def power_sum(self, exponent: float) -> Jet:
+        """Sum of the principal stretches to a power, less 3."""
+        a, b, c = np.exp(exponent * self._logarithms)
+        square = exponent**2
+        return Jet(
+            a + b + c - 3,
+            exponent * (a - c),
+            exponent * (b - c),
+            square * (a + c),
+            square * c,
+            square * (b + c),
+        )
+
+
+def stress(
+    law: Law,
+    mode: Mode,
+    stretch: np.ndarray,
+    values: Values,
+    bulk_MPa: float | None = None,
+) -> np.ndarray:
+    """Nominal stress (MPa) along the stretch.
+
+    P = (λ₁ ∂ψ/∂λ₁ − λ₃ ∂ψ/∂λ₃)/λ₁ at constant volume, direction 3 being free (Ogden, Non-Linear
+    Elastic Deformations, 1984, section 7.2). With a bulk modulus the free directions' stretch is
+    the root of their stress; K/2 (ln J)² is then added to ψ, the energy of the isochoric stretches.
+
+    Args:
+        law: the law.
+        mode: mode of tension; in planar tension direction 2 is held.
+        stretch: (n,) stretches, above 0.
+        values: values of the law's parameters.
+        bulk_MPa: bulk modulus K; None: the law is incompressible.
+    """
+    stretch, numbers = np.asarray(stretch, dtype=float), np.asarray(values, dtype=float)
+    if bulk_MPa is None:
+        logarithms = EXPONENTS[mode][:, None] * np.log(stretch)
+        return np.asarray(law.energy(numbers, OfStretches(logarithms)).x / stretch)
+    found = [_compressible(law, mode, float(each), numbers, bulk_MPa) for each in stretch.ravel()]
+    return np.reshape(found, stretch.shape)
+
+
+def _compressible(
+    law: Law, mode: Mode, stretch: float, values: np.ndarray, bulk_MPa: float
+) -> float:
+    def kirchhoff(ln_lateral: float) -> np.ndarray:
+        lateral = np.exp(ln_lateral)
+        second = {"uniaxial": lateral, "planar": 1.0, "equibiaxial": stretch}[mode]
+        logarithms = np.log([stretch, second, lateral])
+        ln_j = logarithms.sum()
+        energy = law.energy(values, OfStretches(logarithms - ln_j / 3))
+        tau = np.array([energy.x, energy.y, 0.0])
+        return np.asarray(tau - tau.mean() + bulk_MPa * ln_j)
+
+    middle = float(EXPONENTS[mode][2] * np.log(stretch))
+    root = scipy.optimize.brentq(
+        lambda x: float(kirchhoff(x)[2]),
+        middle - WIDEST_LOG_STRETCH,
+        middle + WIDEST_LOG_STRETCH,
+        xtol=1e-14,
+        rtol=1e-14,
+    )
+    return float(kirchhoff(root)[0] / stretch)
+
+
+def balloon(law: Law, stretch: np.ndarray, values: Values) -> np.ndarray:
+    """Pressure (MPa) in a thin spherical balloon, over 2 · wall / radius at rest: P/λ²."""
+    return stress(law, "equibiaxial", stretch, values) / np.asarray(stretch) ** 2
+
+
+def limit_points(
+    law: Law, values: Values, highest: float, log_step: float = LOG_STEP
+) -> list[tuple[float, bool]]:
+    """Find the stretches at which a balloon's pressure has a maximum or a minimum.
+
+    Args:
+        law: the law.
+        values: values of its parameters.
+        highest: stretch up to which they are sought. Nothing is known of larger stretches.
+        log_step: step of the search, in the logarithm of the stretch.
+
+    Returns:
+        Each stretch, and whether the pressure has a maximum there.
+    """
+    stretch = np.exp(np.arange(np.log(1.005), np.log(highest), log_step))
+
+    def slope(at: np.ndarray | float) -> np.ndarray:
+        at, h = np.atleast_1d(at), 1e-4
+        after, before = (balloon(law, at * (1 + way), values) for way in (h, -h))
+        return np.asarray(after - before)
+
+    rates, pressures = slope(stretch), balloon(law, stretch, values)
+    turned = np.signbit(rates[1:]) != np.signbit(rates[:-1])
+    # where chains of a limited length end, the pressure jumps and does not turn
+    turned &= np.abs(np.diff(pressures)) < 0.5 * np.abs(pressures[:-1])
+    turns = np.flatnonzero(turned)
+    return [
+        (
+            float(scipy.optimize.brentq(lambda x: float(slope(x)[0]), stretch[i], stretch[i + 1])),
+            bool(rates[i] > 0),
+        )
+        for i in turns
+    ]
+
+
+def unstable_from(
+    law: Law, mode: Mode, values: Values, highest: float, log_step: float = LOG_STEP
+) -> float | None:
+    """Find the stretch from which on the law violates Drucker's criterion, dτ : dε > 0.
+
+    At constant volume the Hessian of ψ by the logarithmic strains must be positive definite.
+
+    Args:
+        law: the law.
+        mode: mode of tension along which the law is deformed.
+        values: values of its parameters.
+        highest: stretch up to which it is sought. The end of the search is no finding.
+        log_step: step of the search, in the logarithm of the stretch.
+
+    Returns:
+        The largest stretch before the first violation; None if there is none up to ``highest``.
+    """
+    grid = np.append(np.arange(0, np.log(highest), log_step), np.log(highest))
+
+    strains = OfStretches(EXPONENTS[mode][:, None] * grid)
+    energy = law.energy(np.asarray(values, dtype=float), strains)
+    stable = np.asarray((energy.xx > 0) & (energy.xx * energy.yy > energy.xy**2))
+    if stable.all():
+        return None
+    return float(np.exp(grid[max(int(np.argmin(stable)) - 1, 0)]))

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from dolfingrip.files.columns import read_csv
 from dolfingrip.files.result_file import reading
+from dolfingrip.files.table import read_csv
 
 if TYPE_CHECKING:
     import pandas as pd

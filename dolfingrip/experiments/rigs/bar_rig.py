@@ -15,17 +15,16 @@ from petsc4py import PETSc
 from dolfingrip.channels import DISPLACEMENT, FORCE, NOMINAL_STRAIN, NOMINAL_STRESS, TIME
 from dolfingrip.config import Config, Solver
 from dolfingrip.experiments.protocol import Stop
-from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.experiments.rigs.materials import BaseMaterial
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, of_constants
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element, integration_degree
-from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.mechanics.model.state import Memory
+from dolfingrip.mechanics.model.state import History, Memory
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.integrals import Reaction
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time

@@ -14,11 +14,16 @@ from petsc4py import PETSc
 
 from dolfingrip.channels import AMBIENT_KPA
 from dolfingrip.config import KPA, Config, ConfigError
-from dolfingrip.experiments.rigs.base_material import BaseMaterial, dead_weight, densities
-from dolfingrip.experiments.rigs.films import layer_energy, sheets
 from dolfingrip.experiments.rigs.fixture import moving_clamp, normal_of, supply, surround
-from dolfingrip.experiments.rigs.obstacle import beside
-from dolfingrip.experiments.rigs.regions import REST
+from dolfingrip.experiments.rigs.food import beside
+from dolfingrip.experiments.rigs.materials import (
+    BaseMaterial,
+    dead_weight,
+    densities,
+    layer_energy,
+    sheets,
+)
+from dolfingrip.experiments.rigs.undeformed import REST
 from dolfingrip.extensions.effect import Stage
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
@@ -32,12 +37,11 @@ from dolfingrip.mechanics.model.element import (
     integration_degree,
     pressure_field,
 )
-from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.inertia import Inertia
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.state import Memory, State
+from dolfingrip.mechanics.model.state import History, Memory, State
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown

@@ -20,9 +20,8 @@ from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import CONTROL
+from dolfingrip.mechanics.newton.volume_control import CONTROL, LimitPointSearch
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
-from dolfingrip.mechanics.path.limit_point import LimitPointSearch
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.parameter import Parameter
 from dolfingrip.sections.geometry.geometry import Geometry

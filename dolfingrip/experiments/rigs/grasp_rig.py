@@ -1,4 +1,7 @@
-"""The rig of a gripper that grasps food from a table and lifts it."""
+"""The rig of a gripper that grasps food from a table and lifts it, and its readings.
+
+Readings are forces of each finger, angles, slip, and pressure on the food.
+"""
 
 from __future__ import annotations
 
@@ -6,25 +9,339 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
+from dolfinx import fem
 from mpi4py import MPI
+from scipy.spatial.transform import Rotation
 
-from dolfingrip.config import Config
+from dolfingrip.channels import GRIPPER
+from dolfingrip.config import KPA, Config
 from dolfingrip.experiments.protocol import (
     Stop,
     closing_starts_s,
     lift_starts_s,
     table_z_mm,
 )
-from dolfingrip.experiments.results.outcome import Ring, decided, judge
-from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
+from dolfingrip.experiments.results.outcome import Moment, Ring, decided, judge
+from dolfingrip.experiments.rigs.food import MIRROR
 from dolfingrip.experiments.rigs.gripper import GraspSolution, GripperModel, build_gripper
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.files.run import GraspOutcome
+from dolfingrip.mechanics.contact import force_closure
+from dolfingrip.mechanics.contact.friction import Friction
+from dolfingrip.mechanics.contact.surface import Surface
+from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.policy import CorrectionPolicy, LagPolicy, NewtonPolicy, StepPolicy
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.mechanics.path.policy import PathPolicy
+
+PRESSING_kPa = 1e3
+"""kPa in MPa."""
+
+
+class GraspReadings:
+    """Reads a gripper's model, and adds up energies and slip from step to step.
+
+    Args:
+        gripper: model of the gripper at its start.
+        lift_starts_s: time at which the lift begins.
+        first_s: the model's time that counts as 0 s.
+        closing_starts_s: time at which the food is in place; 0: it is from the start.
+
+    Attributes:
+        moments: all accepted steps so far in which the food is in place.
+    """
+
+    def __init__(
+        self,
+        gripper: GripperModel,
+        lift_starts_s: float,
+        first_s: float = 0.0,
+        closing_starts_s: float = 0.0,
+    ) -> None:
+        self._gripper = gripper
+        self._first_s = first_s
+        self.lift_starts_s = lift_starts_s
+        self._closing_starts_s = closing_starts_s
+        model = gripper.model
+        domain, space = model.domain, model.u.function_space
+        self._comm = model.comm
+        index_map = space.dofmap.index_map
+        own = gripper.placement.which(space.tabulate_dof_coordinates())
+        self._finger_of_point = own[gripper.contact.points.nodes]
+        # by global node, of all ranks
+        self._finger_of_node = np.concatenate(self._comm.allgather(own[: index_map.size_local]))
+        self._tips = Surface(space, domain, domain.facets("tip"), spacing_mm=None)
+        self._to_finger = gripper.placement.rotations.transpose(0, 2, 1)
+        self._tip_of = np.array([self._nearest(point) for point in self._tips.rest])
+        pose = gripper.pose.coordinates
+        self._height = float(pose[2]) - model.controls["table_z_mm"].value
+        self._start = Rotation.from_rotvec(pose[3:])
+        self._velocity = np.zeros(3)
+        self._place = pose[:3]
+        self._half = domain.half
+        self._slip_mm = np.zeros(gripper.placement.count)
+        self._angles_deg = np.zeros(gripper.placement.count)
+        self._energy = EnergyBook(gripper)
+        self._momentum_error_N = 0.0
+        self.moments: list[Moment] = []
+
+    def _nearest(self, point: np.ndarray) -> int:
+        """The finger whose tip stands closest to a point of a tip at rest."""
+        gripper = self._gripper
+        length = gripper.finger.config.geometry.length_mm
+        down = gripper.placement.origins_mm + length * gripper.placement.rotations[:, :, 2]
+        return int(np.linalg.norm(down - point, axis=1).argmin())
+
+    # -- observer of the path ---------------------------------------------------------------------
+
+    def converged(self, before: State) -> None:
+        """Add up energies and slip of an accepted step."""
+        gripper, dofs = self._gripper, self._gripper.model.u.x.array
+        sliding = gripper.finger_friction.sliding(dofs)
+        which = self._finger_of_node[sliding.keys[:, 0]]
+        for i in range(len(self._slip_mm)):
+            mine = which == i
+            weight = float(sliding.normal_N[mine].sum())
+            if weight > 0:
+                mean = float(sliding.normal_N[mine] @ sliding.slid_mm[mine]) / weight
+                self._slip_mm[i] += mean
+        self._energy.book()
+        self._balance(before)
+        self.angles_deg()
+        if 0 < self._closing_starts_s > gripper.model.time_s - self._first_s + 1e-9:
+            return
+        q = gripper.pose.coordinates
+        weight_N = float(np.linalg.norm(gripper.motion.weight_N))
+        time_s = gripper.model.time_s - self._first_s
+        table_z = gripper.model.controls["table_z_mm"].value
+        self.moments.append(
+            Moment(
+                time_s,
+                time_s > self.lift_starts_s + 1e-9,
+                q[:3].copy(),
+                float(q[2]) - table_z - self._height,
+                self.normal_N(),
+                float(gripper.table.load_N(gripper.model.u.x.array)[2]) / weight_N,
+            )
+        )
+
+    def _balance(self, before: State) -> None:
+        """Keep the largest error of m Δv/h = Σ F of the object, with the contacts' forces."""
+        gripper, model = self._gripper, self._gripper.model
+        step_s = model.time_s - before.controls["time_s"]
+        here = gripper.pose.coordinates[:3]
+        if step_s <= 0:
+            self._place = here
+            return
+        velocity = (here - self._place) / step_s
+        change = 1e-3 * gripper.motion.body.mass_kg * (velocity - self._velocity) / step_s
+        self._velocity, self._place = velocity, here
+        total = (
+            gripper.motion.weight_N
+            + gripper.table.load_N(model.u.x.array)[:3]
+            + self.on_object_N().sum(axis=0)
+        )
+        total = total + self._table_friction_N()
+        error = float(np.linalg.norm(change - total))
+        self._momentum_error_N = max(self._momentum_error_N, error)
+
+    # -- forces ------------------------------------------------------------------------------------
+
+    def normal_N(self) -> np.ndarray:
+        """(3,) sum of each finger's normal forces on the object."""
+        gripper = self._gripper
+        near = gripper.contact.near(gripper.model.u.x.array)
+        sizes = np.linalg.norm(near.forces, axis=1)
+        which = self._finger_of_point[near.rows]
+        found = self._sum(np.bincount(which, sizes, gripper.placement.count))
+        return self._each(found * [2, 1]) if self._half else found
+
+    def _each(self, found: np.ndarray) -> np.ndarray:
+        """(3,) values of all fingers; finger C has those of finger B."""
+        return found[[0, 1, 1]] if self._half else found
+
+    def _sum(self, local: np.ndarray) -> np.ndarray:
+        return np.asarray(self._comm.allreduce(local, MPI.SUM))
+
+    def on_object_N(self) -> np.ndarray:
+        """(3, 3) force of each finger on the object, with friction."""
+        gripper, dofs = self._gripper, self._gripper.model.u.x.array
+        near = gripper.contact.near(dofs)
+        found = np.zeros((gripper.placement.count, 3))
+        pushed = near.forces @ near.turned.matrix
+        np.add.at(found, self._finger_of_point[near.rows], pushed)
+        found = self._sum(found)
+        nodes = gripper.contact.touching.nodes
+        friction = gripper.finger_friction.forces_N(dofs)[: len(nodes)]
+        np.add.at(found, self._finger_of_node[nodes], friction)
+        if not self._half:
+            return found
+        return np.array([found[0] + MIRROR * found[0], found[1], MIRROR * found[1]])
+
+    def _table_friction_N(self) -> np.ndarray:
+        """(3,) on the object."""
+        found = -self._gripper.table_friction.forces_N(self._gripper.model.u.x.array)[0]
+        return found + MIRROR * found if self._half else found
+
+    def angles_deg(self) -> np.ndarray:
+        """(3,) rotation of each tip face's area vector about its finger's y, towards the food.
+
+        It is the angle of a single finger, for the polygons between the face's nodes. It goes on
+        beyond 180° as long as no face turns by more between two accepted steps.
+        """
+        tips = self._tips
+        to_finger = self._to_finger[self._tip_of[tips.triangles[:, 0]]]
+        now, rest = (
+            np.einsum("nij,nj->ni", to_finger, _areas(points[tips.triangles]))
+            for points in (tips.positions(self._gripper.model.u.x.array), tips.rest)
+        )
+        outward = np.sign(rest[:, 2])[:, None] * now  # a triangle may turn either way
+        which = self._tip_of[tips.triangles[:, 0]]
+        count = self._gripper.placement.count
+        sums = np.array([outward[which == i].sum(axis=0) for i in range(count)])
+        found = np.degrees(np.arctan2(-sums[:, 0], sums[:, 2]))
+        self._angles_deg = found + 360.0 * np.round((self._angles_deg - found) / 360.0)
+        return self._each(self._angles_deg)
+
+    def opening_mm(self) -> float:
+        """Horizontal distance from the thumb's tip to the middle between those of B and C."""
+        tips = self._tips
+        which = self._tip_of[tips.triangles[:, 0]]
+        area = np.linalg.norm(_areas(tips.rest[tips.triangles]), axis=1)
+        centres = tips.positions(self._gripper.model.u.x.array)[tips.triangles].mean(axis=1)
+        thumb, *others = (
+            np.average(centres[which == i], axis=0, weights=area[which == i])
+            for i in range(self._gripper.placement.count)
+        )
+        apart = np.mean(others, axis=0) - thumb
+        # in half a gripper the middle is in the plane of symmetry
+        return float(abs(apart[0]) if self._half else np.hypot(*apart[:2]))
+
+    def _closure(self) -> float:
+        """Force-closure margin of the present contacts of fingers and object."""
+        gripper = self._gripper
+        near = gripper.contact.near(gripper.model.u.x.array)
+        normals = -near.distances.gradient @ near.turned.matrix
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        sizes = np.linalg.norm(near.forces, axis=1)
+        arms, normals, sizes = (
+            np.concatenate(self._comm.allgather(values)) for values in (near.arms, normals, sizes)
+        )
+        if self._half:
+            arms, normals = (np.concatenate([v, MIRROR * v]) for v in (arms, normals))
+            sizes = np.concatenate([sizes, sizes])
+        friction = gripper.finger.config.food.friction
+        return float(self._comm.bcast(force_closure.margin(arms, normals, sizes, friction)))
+
+    # -- a row -------------------------------------------------------------------------------------
+
+    def read(self) -> dict[str, float]:
+        """Values by column, the channels of :data:`~dolfingrip.channels.GRIPPER`.
+
+        ``normal_A_N`` is the sum of the normal forces of finger A. ``lift_A_N`` is the vertical
+        part of all its forces on the object. ``slip_mm`` is the way that the finger with the
+        largest one has slid over the food so far: the mean over its points, weighted by normal
+        forces. ``force_closure`` is :func:`~dolfingrip.mechanics.contact.force_closure.margin`.
+        ``pressure_mJ`` is the work of the pressure, ``friction_mJ`` the energy that sliding has
+        dissipated, and ``energy_error_mJ`` the error of the energy balance, all so far (see
+        :class:`EnergyBook`). ``momentum_error_N`` is the largest |m Δv/h − ΣF| of
+        all steps.
+        """
+        gripper = self._gripper
+        q = gripper.pose.coordinates
+        turn = (Rotation.from_rotvec(q[3:]) * self._start.inv()).as_rotvec(degrees=True)
+        near = gripper.contact.near(gripper.model.u.x.array)
+        least = self._comm.allreduce(float(near.barrier.slope.min(initial=0.0)), MPI.MIN)
+        pressure = -least * PRESSING_kPa
+        table_z = gripper.model.controls["table_z_mm"].value
+        values = (
+            *(table_z, *q[:3], float(q[2]) - table_z - self._height),
+            *(float(np.linalg.norm(turn)), *turn),
+            *self.angles_deg(),
+            *self.normal_N(),
+            *self.on_object_N()[:, 2],
+            *(
+                float(gripper.table.load_N(gripper.model.u.x.array)[2]),
+                float(self._slip_mm.max()),
+                pressure,
+            ),
+            self._closure(),
+            *(self._energy.pressure_mJ, self._energy.friction_mJ),
+            *(self._energy.error_mJ, self._momentum_error_N, self.opening_mm()),
+        )
+        return {each.name: float(value) for each, value in zip(GRIPPER, values, strict=True)}
+
+
+def _areas(triangles: np.ndarray) -> np.ndarray:
+    """(m, 3) twice the area vectors of (m, 3, 3) triangles."""
+    a, b, c = (triangles[:, i] for i in range(3))
+    return np.cross(b - a, c - a)
+
+
+class EnergyBook:
+    """Adds up the energies of each accepted step of a gripper.
+
+    Stored energies are those of strain, of barriers, of friction that sticks elastically, of
+    weights, and of the food's motion. Pressure does the work ∫ p dV and the table ∫ F dz, both by
+    the trapezoidal rule. The rest is implicit Euler's damping, the rule's error, and energy that
+    friction gains or loses as normal forces change.
+
+    Args:
+        gripper: model of the gripper at its start.
+
+    Attributes:
+        pressure_mJ: work of the pressure since the first step.
+        table_mJ: work of the table on the food.
+        friction_mJ: energy that sliding has dissipated; it never decreases.
+        error_mJ: increase of the stored energy, less the works, plus the dissipated energy.
+    """
+
+    def __init__(self, gripper: GripperModel) -> None:
+        self._gripper = gripper
+        self._volume = fem.form(gripper.finger.enclosed, jit_options=jit.options())
+        self._last: tuple[float, float, float, float, float] | None = None
+        self.pressure_mJ = self.table_mJ = self.friction_mJ = self.error_mJ = 0.0
+
+    def book(self) -> None:
+        """Add the energies of the converged step at whose end the model is."""
+        model, dofs = self._gripper.model, self._gripper.model.u.x.array
+        copies = model.domain.copies
+        taken = copies * sum(friction.dissipated_mJ(dofs) for friction in self._frictions)
+        volume = copies * float(model.comm.allreduce(fem.assemble_scalar(self._volume), MPI.SUM))
+        pressure = self._gripper.finger.cavity.value * KPA
+        force, height = self._table_N(), model.controls["table_z_mm"].value
+        stored = self._stored_mJ(taken) + pressure * volume
+        if self._last is not None:
+            before, then, pushed, place, was = self._last
+            pressing = (pressure + then) / 2 * (volume - before)
+            lifting = (force + pushed) / 2 * (height - place)
+            self.pressure_mJ += pressing
+            self.table_mJ += lifting
+            self.error_mJ += stored - was - pressing - lifting + taken
+        self.friction_mJ += taken
+        self._last = volume, pressure, force, height, stored
+
+    @property
+    def _frictions(self) -> tuple[Friction, Friction]:
+        return self._gripper.finger_friction, self._gripper.table_friction
+
+    def _table_N(self) -> float:
+        """Upward force of the table on the food."""
+        return float(self._gripper.table.load_N(self._gripper.model.u.x.array)[2])
+
+    def _stored_mJ(self, taken: float) -> float:
+        """Stored energy (mJ): the potential without its pressure's part −p V."""
+        gripper, dofs = self._gripper, self._gripper.model.u.x.array
+        motion = gripper.motion
+        inert = (motion, *self._frictions)
+        terms = [term for term in gripper.model.all_terms if not any(term is i for i in inert)]
+        copies = gripper.model.domain.copies
+        meshed = sum(term.value(dofs) for term in (*terms, *self._frictions))
+        height_mJ = -float(motion.weight_N @ gripper.pose.coordinates[:3])
+        return copies * meshed - taken + height_mJ + motion.kinetic_mJ()
 
 
 class GraspRig(Rig):

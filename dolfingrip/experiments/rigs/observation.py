@@ -22,8 +22,7 @@ from dolfingrip.channels import (
 )
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.regions import REST
-from dolfingrip.experiments.rigs.undeformed import morph
+from dolfingrip.experiments.rigs.undeformed import REST, morph
 from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.line import of_line

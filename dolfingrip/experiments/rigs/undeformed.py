@@ -1,4 +1,8 @@
-"""The reference (undeformed) configuration: a mesh from dimensions or from a file, on all ranks."""
+"""The reference (undeformed) configuration, on all ranks: a mesh and its regions.
+
+The mesh is made from dimensions or read from a file. Regions are cells of other materials, and
+surfaces with films.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +11,117 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.rigs.regions import parts_of, sheets_of
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
-from dolfingrip.meshes import copies, dimensions
+from dolfingrip.meshes import dimensions
 from dolfingrip.meshes.bisection import divided
 from dolfingrip.meshes.free_form import FreeForm, bent
 from dolfingrip.meshes.morph import MorphMap, morphed
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
+from dolfingrip.meshes.solid import (
+    Floats,
+    Ints,
+    MeshError,
+    SolidMesh,
+    all_rows,
+    faces,
+    interface,
+    of_group,
+    on_plane,
+)
+from dolfingrip.meshes.solid import side_by_side as copied
 from dolfingrip.meshes.structured import structured_mesh
 from dolfingrip.sections.geometry.boxes import Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry
+
+REST = "rest"
+"""Name of the part that has no material of its own."""
+
+
+def parts_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
+    """Rows of the mesh's cells for each part; empty if all cells have one material.
+
+    Args:
+        config: materials and films.
+        mesh: with the regions that they name.
+
+    Raises:
+        MeshError: one line, if the mesh has no such region, or two regions share cells.
+    """
+    owners = {name: f"material.{name}" for name in config.material.own}
+    owners |= {film.region: f"film.{name}.region" for name, film in config.film.layers.items()}
+    found: dict[str, np.ndarray] = {}
+    taken = np.zeros(len(mesh.cells), dtype=bool)
+    for region, key in owners.items():
+        rows = _region(mesh, region, key)
+        if taken[rows].any():
+            raise MeshError(f'{key} = "{region}": shares elements with another region of its own')
+        taken[rows] = True
+        found[region] = rows
+    if found and not taken.all():
+        found[REST] = np.flatnonzero(~taken)
+    return found
+
+
+def sheets_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
+    """Rows of the mesh's faces for each membrane.
+
+    Raises:
+        MeshError: one line, if the mesh has no such surface.
+    """
+    found = {}
+    for name, film in config.film.membranes.items():
+        key = f"film.{name}"
+        try:
+            if film.group is not None:
+                found[name] = of_group(mesh, film.group)
+            elif film.between is not None:
+                one, other = (_region(mesh, region, key) for region in film.between)
+                found[name] = interface(mesh, one, other)
+            else:
+                cells = np.arange(len(mesh.cells))
+                if film.region:
+                    cells = _region(mesh, film.region, key)
+                found[name] = on_plane(mesh, cells, highest=film.face == "front")
+            if film.fibre_deg:
+                _check_fibres(mesh, found[name], np.array(film.fibre_axis))
+        except MeshError as error:
+            said = str(error)
+            raise MeshError(said if said.startswith(key) else f"{key}: {said}") from None
+    return found
+
+
+STEEPEST = 0.02
+"""Sine of the angle between a face's normal and the fibres' axis below which it tells no angle."""
+
+
+def _check_fibres(mesh: SolidMesh, rows: np.ndarray, axis: np.ndarray) -> None:
+    """Refuse faces across the axis that fibres' angles are counted from.
+
+    Raises:
+        MeshError: one line, if there is such a face.
+    """
+    corners = mesh.points[faces(mesh.cells)[rows, :3]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(axis)
+    across = np.linalg.norm(np.cross(normals, axis), axis=1) < STEEPEST * lengths
+    if across.any():
+        shown = [float(each) for each in axis]
+        raise MeshError(
+            f"fibre_axis = {shown}: {int(across.sum())} of {len(rows)} faces are normal to it, "
+            "where fibre_deg has no meaning; allowed: an axis that no face is normal to"
+        )
+
+
+def _region(mesh: SolidMesh, region: str, key: str) -> np.ndarray:
+    if region not in mesh.regions:
+        allowed = ", ".join(mesh.regions) or "none in this mesh"
+        raise MeshError(f'{key} = "{region}": no such region; allowed: {allowed}')
+    return mesh.regions[region]
+
 
 log = logging.getLogger(__name__)
 
@@ -162,15 +263,15 @@ def side_by_side(each: Sequence[Made]) -> Made:
 
     Returns:
         One mesh with the parts and membranes of all; see
-        :func:`dolfingrip.meshes.copies.side_by_side`.
+        :func:`dolfingrip.meshes.solid.side_by_side`.
     """
     solids = [one.solid for one in each]
     cells = [len(one.cells) for one in solids]
     faces = [count * len(solids[0].shape.faces) for count in cells]
     return Made(
-        copies.side_by_side(solids),
-        copies.all_rows([one.parts for one in each], cells),
-        copies.all_rows([one.sheets for one in each], faces),
+        copied(solids),
+        all_rows([one.parts for one in each], cells),
+        all_rows([one.sheets for one in each], faces),
     )
 
 

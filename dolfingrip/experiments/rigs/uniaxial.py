@@ -20,7 +20,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.experiments.rigs.materials import BaseMaterial
 from dolfingrip.extensions.site import Named, Site
 from dolfingrip.forms import evaluate_many
 from dolfingrip.forms.chain_rule import strain_variable

@@ -1,4 +1,7 @@
-"""Displacement nodes whose values all ranks know."""
+"""Displacement nodes whose values all ranks know, and the slip of pairs in contact.
+
+Pairs slide by the motions of a surface's nodes and of points of rigid bodies.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import scipy.sparse as sp
 from dolfinx import fem
 
 from dolfingrip.mechanics.model.placement import to_reference, to_world
+from dolfingrip.mechanics.model.pose import SIX, Pose, Rotation, rotation
 from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
@@ -88,3 +92,118 @@ class NodeSet:
         shape = (3 * len(self.nodes),) * 2
         turn = sp.bsr_matrix((self.frames, places[:-1], places), shape)
         return sp.coo_matrix(turn.T @ hessian @ turn)
+
+
+AFFINE = 4
+"""Rows by which a rigid body's points move: its centre, and its three axes."""
+
+
+class RelativeNodes(NodeSet):
+    """Displacement nodes, and after them four rows for each rigid body: c, R e₁, R e₂ and R e₃.
+
+    A body's point Y is at c + Σ Y_k R e_k, a linear function of its rows, with the weights that
+    :func:`weights` gives. So the slip of a pair between a node and a body, or between two bodies,
+    is a linear function of rows, like that of a pair of nodes. Derivatives by the rotation vector
+    are those of R : M.
+
+    Args:
+        space: of the displacement.
+        nodes: (n,) global nodes, the same on all ranks.
+        frames: (n, 3, 3) from reference axes to the world's; None where they are the same.
+        poses: poses of the bodies; at most one may be solved for.
+    """
+
+    def __init__(
+        self,
+        space: fem.FunctionSpace,
+        nodes: np.ndarray,
+        frames: np.ndarray | None,
+        poses: Sequence[Pose],
+    ) -> None:
+        super().__init__(space, nodes)
+        self.frames = frames
+        self.poses = tuple(poses)
+        self._owned_nodes = space.dofmap.index_map.size_local
+
+    @property
+    def count(self) -> int:
+        """Number of rows of :meth:`at_nodes`."""
+        return len(self.nodes) + AFFINE * len(self.poses)
+
+    def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
+        """Displacements (mm) of the nodes, followed by the present rows of the bodies (mm; 1)."""
+        rows = [super().at_nodes(local_values)]
+        for pose in self.poses:
+            q = pose.coordinates
+            rows += [q[None, :3], rotation(q[3:]).matrix.T]
+        return np.concatenate(rows)
+
+    def change(self, step: np.ndarray) -> np.ndarray:
+        """(n, 3) change of the rows of :meth:`at_nodes`, made linear, by a step of the unknowns.
+
+        A body whose pose is prescribed does not move.
+        """
+        rows = [super().change(step)]
+        for pose in self.poses:
+            moving = _motion(rotation(pose.coordinates[3:]))
+            rows.append((moving @ pose.change(step)).reshape(AFFINE, NODE))
+        return np.concatenate(rows)
+
+    def _of(self, body: int) -> slice:
+        """Rows of a body."""
+        start = len(self.nodes) + AFFINE * body
+        return slice(start, start + AFFINE)
+
+    def add_to(self, gradient: Gradient, forces_N: np.ndarray) -> None:
+        """Add (n, 3) derivatives by the rows of :meth:`at_nodes`."""
+        self.add_owned(forces_N[: len(self.nodes)], gradient.at_nodes)
+        for body, pose in enumerate(self.poses):
+            if pose.free:
+                by_rows = forces_N[self._of(body)]
+                turned = rotation(pose.coordinates[3:])
+                slopes = np.concatenate([by_rows[0], turned.slopes(by_rows[1:].T)])
+                pose.add_slopes(slopes, gradient)
+
+    def couplings(
+        self, hessian: sp.coo_matrix, forces_N: np.ndarray, *, convex: bool
+    ) -> Sequence[Coupling]:
+        """Second derivatives by the unknowns, as in :class:`~.node_set.NodeSet`."""
+        whole = sp.csr_matrix(hessian)
+        count = NODE * len(self.nodes)
+        found = []
+        if count:
+            found.append(Coupling(self.nodes, self.in_reference(whole[:count, :count].tocoo())))
+        for body, pose in enumerate(self.poses):
+            if pose.free:
+                rows = self._of(body)
+                own = slice(NODE * rows.start, NODE * rows.stop)
+                turned = rotation(pose.coordinates[3:])
+                moving = _motion(turned)
+                within = moving.T @ whole[own, own].toarray() @ moving
+                if not convex:
+                    within[3:, 3:] += turned.curvatures(forces_N[rows][1:].T)
+                across = moving.T @ whole[own, :count].toarray()
+                found += pose.coupling(self._first, self._owned_columns(across), within)
+        return found
+
+    def _owned_columns(self, across: np.ndarray) -> np.ndarray:
+        """(6, 3 owned) in reference axes from (6, 3n) by the nodes' values in the world."""
+        at_nodes = across.reshape(SIX, -1, NODE)
+        mixed = np.zeros((SIX, self._owned_nodes, NODE))
+        for k in range(SIX):
+            self.add_owned(at_nodes[k], mixed[k])
+        return mixed.reshape(SIX, -1)
+
+
+def _motion(turned: Rotation) -> np.ndarray:
+    """(12, 6) derivatives of a body's four rows by its centre and rotation vector."""
+    found = np.zeros((NODE * AFFINE, SIX))
+    found[:3, :3] = np.eye(3)
+    # ∂(R e_j)_i/∂θ_k in row 3 (1 + j) + i
+    found[3:, 3:] = turned.first.transpose(2, 1, 0).reshape(-1, 3)
+    return found
+
+
+def weights(points: np.ndarray) -> np.ndarray:
+    """(m, 4) weights of a body's rows in the places of (m, 3) points in its own axes."""
+    return np.concatenate([np.ones((len(points), 1)), points], axis=1)

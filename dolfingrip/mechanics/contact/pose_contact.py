@@ -8,9 +8,14 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from dolfingrip.mechanics.contact.advance import AdvancePolicy, MovingPoints, reach
 from dolfingrip.mechanics.contact.density import BarrierValues, Density
-from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
+from dolfingrip.mechanics.contact.distance import (
+    AdvancePolicy,
+    Distances,
+    MovingPoints,
+    SignedDistance,
+    reach,
+)
 from dolfingrip.mechanics.model.pose import SIX, Pose, Rotation
 from dolfingrip.mechanics.model.term import Term
 

@@ -14,10 +14,9 @@ from dolfinx import cpp, fem, la
 from mpi4py import MPI
 
 from dolfingrip.forms import plate as form
-from dolfingrip.mechanics.contact.advance import MovingPoints
 from dolfingrip.mechanics.contact.density import Density
-from dolfingrip.mechanics.contact.distance import SignedDistance
-from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.distance import MovingPoints, SignedDistance
+from dolfingrip.mechanics.contact.node_set import NodeSet, RelativeNodes, weights
 from dolfingrip.mechanics.contact.pose_contact import (
     Near,
     NearPolicy,
@@ -25,7 +24,6 @@ from dolfingrip.mechanics.contact.pose_contact import (
     curvatures,
     slopes,
 )
-from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain

@@ -10,9 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
-from dolfingrip.mechanics.contact.advance import MovingPoints
 from dolfingrip.mechanics.contact.density import Density
-from dolfingrip.mechanics.contact.distance import SignedDistance
+from dolfingrip.mechanics.contact.distance import MovingPoints, SignedDistance
+from dolfingrip.mechanics.contact.node_set import RelativeNodes, weights
 from dolfingrip.mechanics.contact.pose_contact import (
     Near,
     NearPolicy,
@@ -20,7 +20,6 @@ from dolfingrip.mechanics.contact.pose_contact import (
     curvatures,
     slopes,
 )
-from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
 from dolfingrip.mechanics.model.term import Coupling

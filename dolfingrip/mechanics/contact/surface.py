@@ -12,7 +12,7 @@ from dolfinx import fem
 
 from dolfingrip.mechanics.contact.node_set import NodeSet
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.meshes import shape_functions
+from dolfingrip.meshes import cells
 
 # A quadratic triangle's nodes are its corners, then the midpoints opposite to them; those of a
 # quadrilateral its corners in turn, then the midpoints from each to the next.
@@ -287,7 +287,7 @@ def _weights(
     near: float,
 ) -> sp.csr_matrix:
     """(v, n) shape functions of a facet that holds each point, at the point."""
-    functions = shape_functions.of_facet(facets.shape[1])
+    functions = cells.of_facet(facets.shape[1])
     rows, columns, values = [], [], []
     for i, point in enumerate(points):
         facet = int(((point > low - near) & (point < high + near)).all(axis=1).argmax())

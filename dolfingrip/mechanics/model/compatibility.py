@@ -49,7 +49,14 @@ def cells_and_local_facets(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
 
 
 def points_of_cells(geometry: mesh.Geometry) -> np.ndarray:
-    """(cells, points of a cell) numbers of the mesh's points."""
+    """Return the numbers of the mesh's points, by cells.
+
+    Args:
+        geometry: of the mesh.
+
+    Returns:
+        (cells, points of a cell) numbers.
+    """
     return np.asarray(geometry.dofmap if _version < (0, 11) else geometry.dofmaps[0])
 
 

@@ -13,8 +13,8 @@ from dolfinx.io.utils import cell_perm_gmsh
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.compatibility import cells_and_local_facets
+from dolfingrip.mechanics.model.element import local_facets
 from dolfingrip.mechanics.model.placement import Placement
-from dolfingrip.mechanics.model.sheet import local_facets
 from dolfingrip.meshes.cells import BY_NODES, CellShape
 from dolfingrip.meshes.groups import SYMMETRY, cavities
 from dolfingrip.meshes.quality import closing_mm3

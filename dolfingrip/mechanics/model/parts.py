@@ -14,9 +14,8 @@ from ufl.core.expr import Expr
 from dolfingrip.forms import chain_rule, membrane
 from dolfingrip.forms.kinematics import green_lagrange
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.element import integration_degree
+from dolfingrip.mechanics.model.element import Sheet, covector, facet_rule, integration_degree
 from dolfingrip.mechanics.model.points import Rule
-from dolfingrip.mechanics.model.sheet import Sheet, covector, facet_rule
 
 StrainEnergy = Callable[[Expr], Expr]
 """A function from Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from dolfingrip.meshes.copies import shares
+from dolfingrip.meshes.solid import shares
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Placement:
     def of(
         cls, extent_mm: tuple[float, float], rotations: np.ndarray, origins_mm: np.ndarray
     ) -> Self:
-        """The placement of copies made by :mod:`~dolfingrip.meshes.copies`.
+        """The placement of copies made by :mod:`~dolfingrip.meshes.solid`.
 
         Args:
             extent_mm: smallest and largest x of the reference points of all ranks.
@@ -79,5 +79,13 @@ def to_world(frames: np.ndarray | None, vectors: np.ndarray) -> np.ndarray:
 
 
 def to_reference(frames: np.ndarray | None, vectors: np.ndarray) -> np.ndarray:
-    """(n, 3, …) vectors of the world, or derivatives by them, in reference axes."""
+    """Turn vectors of the world, or derivatives by them, into reference axes.
+
+    Args:
+        frames: (n, 3, 3) axes of the reference in the world; None: the axes are equal.
+        vectors: (n, 3, …) vectors in the world.
+
+    Returns:
+        (n, 3, …) vectors in reference axes, in the unit of the arguments.
+    """
     return vectors if frames is None else np.einsum("nji,nj...->ni...", frames, vectors)

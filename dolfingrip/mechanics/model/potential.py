@@ -22,7 +22,7 @@ from dolfingrip.forms.kinematics import (
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.carried_stress import CarriedStress
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.element import integration_degree, sheet_degree
+from dolfingrip.mechanics.model.element import Sheet, integration_degree, sheet_degree
 from dolfingrip.mechanics.model.parts import (
     ByPart,
     PartEnergy,
@@ -33,7 +33,6 @@ from dolfingrip.mechanics.model.parts import (
 )
 from dolfingrip.mechanics.model.points import AtPoints
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
-from dolfingrip.mechanics.model.sheet import Sheet
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 

@@ -1,16 +1,20 @@
-"""What a page shows, as plain data: numbers, checks, charts, scenes. Nothing here knows HTML."""
+"""What a page shows, as plain data: numbers, checks, charts, scenes. Nothing here knows HTML.
+
+Each kind of result contributes to a page by a class of its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from dolfingrip.charts.chart import Axis, Chart
-from dolfingrip.files.columns import TextTable
+from dolfingrip.files.table import Columns, TextTable
 
 Verdict = Literal["pass", "fail", "open", ""]
 """Of a number or a check; "open" if it was not checked, "" if there is nothing to check."""
@@ -172,3 +176,66 @@ def as_data(item: Any) -> dict[str, Any]:
     """A dataclass of this file as JSON has it."""
     found: dict[str, Any] = plain(asdict(item))
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class FoundResult:
+    """A folder with a result.
+
+    Attributes:
+        kind: a key of :attr:`Contribution.marks`.
+        folder: where it is.
+    """
+
+    kind: str
+    folder: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """Data that a page is made with, besides the results.
+
+    Attributes:
+        measured: columns of a measurement, drawn beside the curves.
+        pictures: whether pictures are rendered that stand in place of the 3D view.
+        say: called with a line on what is being read.
+    """
+
+    measured: Columns | None = None
+    pictures: bool = True
+    say: Callable[[str], None] = lambda text: None
+
+
+class Contribution(ABC):
+    """Part of a page that one kind of result adds.
+
+    Attributes:
+        marks: name of each kind, and the file by which it is known.
+        titles: what each kind is called in the title of a page.
+        place: order on the page; of two files in a folder, the one with the lower place counts.
+    """
+
+    marks: ClassVar[Mapping[str, str]]
+    titles: ClassVar[Mapping[str, str]] = {}
+    place: ClassVar[int]
+
+    @abstractmethod
+    def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
+        """Add the results of these kinds to a page.
+
+        Args:
+            page: what it shows so far.
+            found: at least one result.
+            given: what else it is made with.
+
+        Returns:
+            Names of the results, for the page's title.
+
+        Raises:
+            ResultFileError: one line, if a result cannot be read.
+            ConfigError: one line, if its configuration cannot.
+        """
+
+    def named(self, found: Sequence[FoundResult]) -> list[str]:
+        """The titles of these results' kinds."""
+        return [self.titles[each.kind] for each in found]

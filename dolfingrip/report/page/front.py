@@ -16,8 +16,7 @@ from dolfingrip.files.campaign import CampaignDesign, CampaignFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import LearntDesign, SurrogateFile
 from dolfingrip.report.design import label, learning_curve, unit_of
-from dolfingrip.report.page.content import Front, FrontPoint
-from dolfingrip.report.page.contribution import FoundResult
+from dolfingrip.report.page.content import FoundResult, Front, FrontPoint
 from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.sections.errors import ConfigError

@@ -22,7 +22,7 @@ from markupsafe import Markup
 
 import dolfingrip
 from dolfingrip.charts.chart import Axis, Chart, Numbers
-from dolfingrip.files.columns import TextTable
+from dolfingrip.files.table import TextTable
 from dolfingrip.report.page.content import Front, Page, as_data, plain
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.scene import shown_fields

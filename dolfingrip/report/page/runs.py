@@ -15,8 +15,8 @@ from dolfingrip.experiments import chart
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.result import TABLE, Result
-from dolfingrip.files.columns import branches, numbers
 from dolfingrip.files.result_file import ResultFileError
+from dolfingrip.files.table import branches, numbers
 from dolfingrip.report.page.content import Source
 from dolfingrip.report.page.numbers import said
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from dolfingrip.report.page import results
-from dolfingrip.report.page.content import Page
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page
 from dolfingrip.report.page.key_numbers import MOST, summary
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.lookup import only_class

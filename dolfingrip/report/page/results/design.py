@@ -7,11 +7,18 @@ from pathlib import Path
 from typing import ClassVar
 
 from dolfingrip.charts.chart import Chart
-from dolfingrip.files.columns import TextTable, read_csv
 from dolfingrip.files.design import DesignFile
+from dolfingrip.files.table import TextTable, read_csv
 from dolfingrip.report.design import course, label
-from dolfingrip.report.page.content import Check, KeyNumber, Page, Source
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import (
+    Check,
+    Contribution,
+    FoundResult,
+    Given,
+    KeyNumber,
+    Page,
+    Source,
+)
 from dolfingrip.report.page.numbers import said
 
 STEPS = "steps.csv"

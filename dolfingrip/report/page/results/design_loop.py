@@ -9,8 +9,7 @@ from dolfingrip.files.campaign import CampaignFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.report.page import front
-from dolfingrip.report.page.content import KeyNumber, Page, Source
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page, Source
 from dolfingrip.report.page.numbers import said
 
 

@@ -11,8 +11,16 @@ import pandas as pd
 
 from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
 from dolfingrip.report.diagnosis import overlays, panels, probabilities, residuals
-from dolfingrip.report.page.content import DiagnosisPart, KeyNumber, Page, Source, Verdict
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import (
+    Contribution,
+    DiagnosisPart,
+    FoundResult,
+    Given,
+    KeyNumber,
+    Page,
+    Source,
+    Verdict,
+)
 from dolfingrip.report.page.numbers import said
 
 LEAST_SHARE: Final = 0.005

@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from dolfingrip.files.front import FrontFile
 from dolfingrip.report.design import gradient_front
-from dolfingrip.report.page.content import KeyNumber, Page, Source
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page, Source
 from dolfingrip.report.page.numbers import with_error
 
 

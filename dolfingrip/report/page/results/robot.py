@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from dolfingrip.charts.chart import Axis, Chart, Series
 from dolfingrip.files.robot import QuantityError, RobotFile
-from dolfingrip.report.page.content import KeyNumber, Page, Source
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page, Source
 
 
 class ReducedModel(Contribution):

@@ -20,8 +20,7 @@ from dolfingrip.report import render
 from dolfingrip.report.beside import Beside
 from dolfingrip.report.drawers import drawer
 from dolfingrip.report.page import finger, key_numbers, runs, trust
-from dolfingrip.report.page.content import Page
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page
 from dolfingrip.report.page.run_scene import scene_of
 from dolfingrip.report.page.scene import Scene
 from dolfingrip.sections.errors import ConfigError

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from dolfingrip.files.columns import TextTable, read_csv
-from dolfingrip.report.page.content import Page, Source
-from dolfingrip.report.page.contribution import Contribution, FoundResult, Given
+from dolfingrip.files.table import TextTable, read_csv
+from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page, Source
 from dolfingrip.report.page.numbers import said
 
 MOST = 20

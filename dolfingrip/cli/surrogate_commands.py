@@ -1,0 +1,334 @@
+"""``dolfingrip train``, ``optimise`` and ``study``: a surrogate, its front, NSGA-II's rates."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from dolfingrip import config as configuration
+from dolfingrip.charts import picture
+from dolfingrip.cli import progress
+from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
+from dolfingrip.cli.doe_commands import DEFAULTS
+from dolfingrip.cli.settings import OptimiseSettings, StudySettings, TradeOffSettings, TrainSettings
+from dolfingrip.config import Change, Config, ConfigError
+from dolfingrip.design.campaign.plan import OBJECTIVE
+from dolfingrip.design.optimum import optimum
+from dolfingrip.design.optimum import study as work
+from dolfingrip.design.optimum.pareto import NSGA2Settings
+from dolfingrip.design.optimum.study import Combination
+from dolfingrip.design.optimum.study_file import trade_off
+from dolfingrip.design.surrogate import surrogate, training
+from dolfingrip.design.surrogate import surrogate as network
+from dolfingrip.design.surrogate import table as designs
+from dolfingrip.design.surrogate.training import Training, TrainingPolicy, TrainingSettings
+from dolfingrip.files import table
+from dolfingrip.files.objective import NamedObjective
+from dolfingrip.files.optimum import ChosenDesign, OptimumFile
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.report import design as pictures
+from dolfingrip.report.design import label, surrogate_front
+from dolfingrip.report.table import of_columns
+from dolfingrip.sections.errors import shown
+
+
+def train(asked: TrainSettings) -> None:
+    """Train a neural network on the designs of a campaign."""
+    one_process("one process")
+
+    facts = designs.campaign(asked.source) or {}
+    inputs = asked.inputs or tuple(facts.get("parameters", ()))
+    outputs = asked.outputs or tuple(facts.get("quantities", ()))
+    if not inputs or not outputs:
+        raise ConfigError("--input, --output: allowed: names of columns with a table")
+    data = designs.read(asked.source, inputs, outputs)
+    settings = TrainingSettings(epochs=asked.epochs, seed=asked.seed)
+    check_writable(asked.out)
+    screen = console()
+    screen.say(
+        f"{len(data)} designs; {data.failed} failed and {data.incomplete} incomplete ones left out"
+    )
+    if _trained(asked.out, data, settings):
+        screen.say(f"already trained on this table: {asked.out}")
+        return
+    with progress.shown(screen, "epochs") as show:
+        result = training.train(
+            data, settings, lambda done: show(done, asked.epochs), campaign=facts or None
+        )
+    _write(result, data, asked.out)
+    said = result.surrogate.facts
+    goal = TrainingPolicy().goal_mse
+    for part in ("training", "test"):
+        mse = getattr(said, f"{part}_mse")
+        verdict = "" if mse < goal else f", above the goal of {goal:g}"
+        rms = {name: getattr(each, part) for name, each in said.rms_error.items()}
+        errors = ", ".join(f"{name} {value:.3g}" for name, value in rms.items())
+        count = getattr(said, f"{part}_designs")
+        screen.say(f"{part}: {count} designs, MSE {mse:.2e}{verdict}; RMS error {errors}")
+    screen.say(f"surrogate: {asked.out}")
+
+
+def _trained(out: Path, data: designs.Table, settings: TrainingSettings) -> bool:
+    """True where the folder holds this training's result; its description is written last."""
+
+    try:
+        facts = surrogate.load(out).facts
+    except ConfigError:
+        return False
+    same = json.loads(json.dumps(asdict(settings)))
+    return facts.table_sha256 == data.sha256() and facts.settings == same
+
+
+def _write(result: Training, data: designs.Table, out: Path) -> None:
+
+    curve = zip(result.epoch, result.training_mse, result.test_mse, strict=True)
+    table.write(
+        out / "learning_curve.csv",
+        [
+            {"epoch": int(epoch), "training_mse": float(known), "test_mse": float(unseen)}
+            for epoch, known, unseen in curve
+        ],
+    )
+    learnt = {
+        "epoch": result.epoch, "training_mse": result.training_mse, "test_mse": result.test_mse,
+    }  # fmt: skip
+    chart = pictures.learning_curve(learnt, TrainingPolicy().goal_mse)
+    picture.write([chart], out / "learning_curve.png")
+    predicted = result.surrogate.predict(data.inputs)
+    fits = pictures.fit(data.output_names, data.outputs, predicted, result.test)
+    picture.write(fits, out / "fit.png", picture.Look(panel_in=(4.0, 4.0)))
+    names = (*data.input_names, *data.output_names)
+    guesses = [f"surrogate.{name}" for name in data.output_names]
+    table.write(
+        out / "designs.csv",
+        [
+            {
+                **dict(zip(names, [*map(float, x), *map(float, y)], strict=True)),
+                **dict(zip(guesses, map(float, guess), strict=True)),
+                "set": "test" if held_out else "training",
+            }
+            for x, y, guess, held_out in zip(
+                data.inputs, data.outputs, predicted, result.test, strict=True
+            )
+        ],
+    )
+    result.surrogate.save(out)
+
+
+def optimise(asked: OptimiseSettings) -> None:
+    """Find the Pareto front by NSGA-II, choose by a limit, compute the choice again."""
+    one_process("--workers, without mpirun")
+
+    model = network.load(asked.surrogate)
+    campaign = model.facts.campaign or {}
+    base = _base(campaign, asked.config, asked.overrides) if asked.resolve else None
+    computed_by = str(campaign.get("objective", OBJECTIVE))
+    foreign = computed_by != asked.objective and not computed_by.startswith("dolfingrip.")
+    if asked.resolve and foreign:
+        raise ConfigError(
+            f"{asked.surrogate}: objective = {shown(computed_by)}: code that is not of this "
+            f"package; allowed: --no-resolve, or --objective {computed_by}, which runs it"
+        )
+    objectives = objectives_of(asked, model.output_names)
+    genetic = NSGA2Settings(
+        asked.population, asked.generations, asked.crossover, asked.mutation, asked.seed
+    )
+    check_writable(asked.out)
+    screen = console()
+    with progress.shown(screen, "generations") as show:
+        found = optimum.find(
+            model,
+            objectives,
+            sorted({*asked.at_most, *asked.at_least}),
+            genetic,
+            lambda done: show(done, asked.generations),
+        )
+    optimum.write_front(found, asked.out)
+    ends = [found.front[0].surrogate, found.front[-1].surrogate]
+    reach = ", ".join(
+        f"{label(each.title)} {ends[0][each.title]:z.2f} to {ends[1][each.title]:z.2f}"
+        for each in objectives
+    )
+    screen.say(f"front: {len(found.front)} points, {reach}")
+    if base is not None:
+        jobs = progress.jobs(screen, "designs", progress.FEW)
+        with resumable(screen, asked.out / "fem"), jobs as advance:
+            evaluate = optimum.evaluator(
+                base,
+                (*model.output_names, *asked.also),
+                asked.out / "fem",
+                Where(workers=asked.workers),
+                progress=advance,
+                objective=computed_by,
+            )
+            found = optimum.resolve(found, asked.along, evaluate)
+    optimum.write(found, asked.out)
+    learnt = model.facts.designs(asked.surrogate)
+    chart = surrogate_front(found, model.facts.failed_designs, learnt)
+    picture.write([chart], asked.out / "pareto.png", picture.Look(across=1, key="above"))
+    _print(found, screen)
+    screen.say(f"results: {asked.out}")
+    if found.limits_below_the_front or any(one.failure for one in found.designs):
+        raise typer.Exit(1)
+
+
+def objectives_of(
+    asked: TradeOffSettings, outputs: Sequence[str]
+) -> tuple[NamedObjective, NamedObjective]:
+    """Return the two objectives that a command asks for.
+
+    Args:
+        asked: settings of the command.
+        outputs: of the surrogate; the defaults are its first two.
+
+    Returns:
+        The limited objective, the improved one.
+
+    Raises:
+        ConfigError: one line, where there are not just two of them.
+    """
+    given = (asked.maximise, asked.minimise)
+    against = asked.against or next(each for each in outputs if each not in given)
+    maximise = asked.maximise
+    if not any(given):
+        maximise = next((each for each in outputs if each != against), None)
+    return trade_off(against, asked.at_most, asked.at_least, maximise, asked.minimise)
+
+
+def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Config:
+    """The configuration that a design's inputs are set in."""
+
+    if file is not None or "base" not in campaign:
+        return configuration.load(file, overrides, DEFAULTS)
+    return configuration.changed(configuration.from_dict(campaign["base"]), overrides)
+
+
+def _print(facts: OptimumFile, screen: Screen) -> None:
+    first, second = facts.objectives
+    for limit in facts.limits_below_the_front:
+        screen.print(f"no design of the front has {first.title} {first.sense} {limit:g}")
+    if facts.designs:
+        screen.print(_table(facts.designs, first, second))
+    for one in facts.designs:
+        if one.failure:
+            screen.say(f"{one.role} design failed: {one.failure}", style="red")
+    for name, error in facts.surrogate_error_on_front.items():
+        screen.say(
+            f"surrogate on {error.designs} points along the front, {name}: RMS error "
+            f"{error.rms:.3g} ({100 * error.relative:.2g} %), largest {error.largest:.3g}"
+        )
+
+
+def _table(
+    designs: Sequence[ChosenDesign], limited: NamedObjective, improved: NamedObjective
+) -> Table:
+    """The chosen designs; by the surrogate, and by finite elements where they are checked."""
+
+    first, roles = designs[0], "Design"
+    columns = {roles: [_role(one, limited) for one in designs]}
+    for name in first.inputs:
+        columns[label(name)] = [f"{one.inputs[name]:z.3f}" for one in designs]
+    for name in first.surrogate:
+        columns[label(name)] = [f"{one.surrogate[name]:z.3f}" for one in designs]
+        if first.resolved:
+            what, bracket, unit = label(name).partition(" (")
+            columns[f"{what} by FEM{bracket}{unit}"] = [
+                "failed" if one.fem is None else f"{one.fem[name]:z.3f}" for one in designs
+            ]
+    if first.resolved:
+        gains = [one.gain for one in designs]
+        columns["Gain (%)"] = ["–" if gain is None else f"{100 * gain:+z.1f}" for gain in gains]
+    table = of_columns(columns, "Designs", left=(roles,))
+    if first.resolved:
+        name = label(improved.title).partition(" (")[0]
+        table.caption = (
+            f"by the surrogate; FEM: by finite elements; gain over the original's: {name}"
+        )
+    return table
+
+
+def _role(design: ChosenDesign, limited: NamedObjective) -> str:
+    if design.limit is None:
+        return design.role
+    return f"{design.role} {'≤' if limited.sign > 0 else '≥'} {design.limit:g} {limited.unit}"
+
+
+def study(asked: StudySettings) -> None:
+    """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
+    one_process("--processes, without mpirun")
+
+    model = network.load(asked.surrogate)
+    objectives = objectives_of(asked, model.output_names)
+    if len(asked.at_most + asked.at_least) != 1:
+        raise ConfigError("--at-most, --at-least: allowed: one of them, to choose designs by")
+    (limit,) = asked.at_most + asked.at_least
+    plan = work.HyperparameterStudy(
+        objectives,
+        limit,
+        tuple(dict.fromkeys(asked.population)),
+        tuple(dict.fromkeys(asked.generations)),
+        tuple(dict.fromkeys(asked.crossover)),
+        tuple(dict.fromkeys(asked.mutation)),
+        asked.seeds,
+    )
+    check_writable(asked.out)
+    names, improved = model.input_names, objectives[1].title
+    screen = console()
+    processes = asked.processes or len(os.sched_getaffinity(0))
+    with resumable(screen, asked.out), progress.jobs(screen, "runs") as show:
+        found = work.run(asked.surrogate, asked.out, plan, processes, show)
+    combinations = work.combine(found.choices, len(names))
+    best = work.best(combinations)
+    table.write(asked.out / "combinations.csv", work.rows(combinations, names, improved))
+    table.write(asked.out / "best.csv", work.rows(best, names, improved))
+    screen.say(
+        f"{len(combinations)} combinations of {asked.seeds} seeds, from {len(plan.runs())} runs of "
+        f"NSGA-II ({found.cpu_s / 60:.1f} minutes of one core)"
+    )
+    if not best:
+        first = objectives[0]
+        screen.print(f"no front of all seeds has {first.title} {first.sense} {limit:g}")
+        raise typer.Exit(1)
+    _plot(best, names, asked.out)
+    screen.print(_combinations(best, names, improved))
+    screen.say(f"study: {asked.out}")
+
+
+def _plot(best: list[Combination], names: tuple[str, ...], out: Path) -> None:
+
+    sd = {}
+    for population in {one.population for one in best}:
+        line = [one for one in best if one.population == population]
+        sd[population] = [one.generations for one in line], np.array([one.sd for one in line])
+    look = picture.Look(panel_in=(4.0, 4.0), titled=True)
+    picture.write(pictures.scatter(names, sd), out / "scatter.png", look)
+
+
+def _combinations(best: list[Combination], names: tuple[str, ...], improved: str) -> object:
+
+    title = "Best rates, and their choice: mean ± standard deviation over the seeds"
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
+    short = [pictures.label(name) for name in names]
+    rates = ("popu-\nlation", "gene-\nrations", "cross-\nover", "muta-\ntion")
+    for heading in (*rates, *short, "\n".join(pictures.label(improved).split())):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for one in best:
+        chosen = [f"{m:z.4f} ± {s:.4f}" for m, s in zip(one.mean, one.sd, strict=True)]
+        table.add_row(
+            str(one.population),
+            str(one.generations),
+            f"{one.crossover:g}",
+            f"{one.mutation:g}",
+            *chosen,
+            f"{one.mean_improved:.4f}",
+        )
+    return table

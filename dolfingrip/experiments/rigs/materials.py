@@ -1,0 +1,323 @@
+"""The materials of a finger: energy by the chosen law, dead weight, and films."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from typing import ClassVar
+
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from mpi4py import MPI
+from petsc4py import PETSc
+from ufl.core.expr import Expr
+
+from dolfingrip.config import Config, Film
+from dolfingrip.experiments.rigs.undeformed import REST
+from dolfingrip.extensions.site import Site
+from dolfingrip.forms import bulk_modulus, membrane, mixed_bulk_modulus, saint_venant
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.element import Sheet
+from dolfingrip.mechanics.model.parts import StrainEnergy
+from dolfingrip.mechanics.model.placement import to_reference
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
+from dolfingrip.mechanics.model.term import NoShapeGradient, Term
+from dolfingrip.mechanics.model.unknowns import NODE, Gradient
+from dolfingrip.sections.material import Material
+from dolfingrip.sections.setup import Setup
+
+TABLE = "material"
+"""Table of the configuration with the material of all regions that have none of their own."""
+
+
+@dataclass(frozen=True, slots=True)
+class BaseMaterial:
+    """Constants of the base material's energy on a mesh.
+
+    Attributes:
+        material: material of the configuration.
+        mu, lmbda: moduli at small strain (MPa).
+        constants: all constants by name; readings can be derived by them.
+        table: table of the configuration; these names begin with it.
+    """
+
+    material: Material
+    mu: fem.Constant
+    lmbda: fem.Constant
+    constants: dict[str, fem.Constant]
+    table: str = TABLE
+
+    @classmethod
+    def on(cls, mesh: dolfinx.mesh.Mesh, material: Material, table: str = TABLE) -> BaseMaterial:
+        """The material's constants on ``mesh``."""
+        made = {
+            name: fem.Constant(mesh, np.asarray(value, dtype=PETSc.ScalarType))
+            for name, value in values(material, table).items()
+        }
+        return cls(material, made[f"{table}.mu_MPa"], made[f"{table}.lmbda_MPa"], made, table)
+
+    def energy(self, strain: Expr, p: fem.Function | None = None) -> Expr:
+        """Energy per reference volume (mJ/mm³); mixed if there is a pressure field p."""
+        if p is None:
+            return self.of_shape(strain) + self.of_volume(strain)
+        return self.of_shape(strain) + mixed_bulk_modulus.energy(strain, p, self._volumetric)
+
+    def of_shape(self, strain: Expr) -> Expr:
+        """The part of the energy without :meth:`of_volume`."""
+        own = {key: self.constants[f"{self.table}.{key}"] for key in self.material.constants()}
+        return self.material.of_shape(strain, own)
+
+    def of_volume(self, strain: Expr) -> Expr:
+        """The part that depends on the change of volume alone; it is stiff if ν is near 0.5."""
+        return bulk_modulus.energy(strain, self._volumetric)
+
+    @property
+    def _volumetric(self) -> Expr:
+        return self.material.volumetric(self.mu, self.lmbda)
+
+
+def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | float]:
+    """Values of the constants of a material's energy, by name.
+
+    Args:
+        material: a material of the configuration.
+        table: table of the configuration that the names begin with.
+
+    Returns:
+        Each constant's value in the unit of its name; MPa for moduli, and a number or (n,)
+        numbers.
+    """
+    found: dict[str, np.ndarray | float] = {
+        f"{table}.mu_MPa": material.shear_MPa,
+        f"{table}.lmbda_MPa": material.lmbda_MPa,
+    }
+    for key, value in material.constants().items():
+        found[f"{table}.{key}"] = (
+            np.array(value, dtype=float) if isinstance(value, tuple) else value
+        )
+    return found
+
+
+KG_M3_M_S2 = 1e-9
+"""N/mm³ per kg/m³ · m/s²."""
+
+
+def weight_name(part: str = REST) -> str:
+    """Name of a part's constant for its dead weight."""
+    return "gravity.weight_N_mm3" if part == REST else f"material.{part}.weight_N_mm3"
+
+
+def weight_value(config: Setup, part: str = REST) -> np.ndarray:
+    """(3,) dead weight of a part per reference volume (N/mm³)."""
+    gravity, density = config.gravity, config.material.of(part).density_kg_m3
+    direction = np.asarray(gravity.direction, dtype=float)
+    size = KG_M3_M_S2 * gravity.acceleration_m_s2 * density
+    return np.asarray(size * direction / np.linalg.norm(direction))
+
+
+def densities(site: Site) -> dict[tuple[str, ...], float]:
+    """Density (kg/m³) of each part that has mass, by its name; () is the whole.
+
+    Args:
+        site: of the finger. Its films that are layers have none.
+    """
+    config, parts = site.config, site.domain.parts
+    layers = {film.region for film in config.film.layers.values()}
+    names: list[tuple[str, ...]] = [(part,) for part in parts if part not in layers] or [()]
+    return {name: config.material.of("".join(name)).density_kg_m3 for name in names}
+
+
+def dead_weight(site: Site) -> DeadWeight | None:
+    """The weight of all parts of a model under construction; None without gravity.
+
+    Its constants are always added to the site's parameters. A film that is a layer has no weight,
+    because the reduced rule leaves modes of its elements without energy, and nothing bears a weight
+    in these modes at rest.
+    """
+    config, domain = site.config, site.domain
+    own = [part for part in domain.parts if part in config.material.own]
+    constants = {
+        part: fem.Constant(domain.mesh, weight_value(config, part)) for part in (REST, *own)
+    }
+    site.parameters |= {weight_name(part): constant for part, constant in constants.items()}
+    if not config.gravity.acceleration_m_s2:
+        return None
+    weights = {name: constants.get("".join(name), constants[REST]) for name in densities(site)}
+    return DeadWeight(site.u, domain, weights)
+
+
+class DeadWeight(Term):
+    """Π = −∫ ρ g · u dX, where g is fixed in the world for any rotation of the solid's copies.
+
+    It is linear in u: the weight that each node bears is assembled once.
+
+    Args:
+        u: displacement (mm).
+        domain: reference configuration.
+        weights_N_mm3: by the names of parts, none for the whole, the constants (3,) ρ g of them in
+            the world.
+    """
+
+    name: ClassVar[str] = "weight"
+
+    def __init__(
+        self,
+        u: fem.Function,
+        domain: Domain,
+        weights_N_mm3: Mapping[tuple[str, ...], fem.Constant],
+    ) -> None:
+        self._u = u
+        self._space = space = u.function_space
+        self._weights = list(weights_N_mm3.values())
+        self._parts = [
+            domain.volume(*names, quadrature_degree=space.ufl_element().degree)
+            for names in weights_N_mm3
+        ]
+        test = ufl.TestFunction(space)
+        self._volume = [self._compiled(test[0] * part) for part in self._parts]
+        self._nodes = space.dofmap.index_map.size_local
+        points = space.tabulate_dof_coordinates()[: self._nodes]
+        placement = domain.placement
+        self._frames = None if placement is None else placement.frames(points)
+        self._volumes_mm3 = self._assembled(self._volume)
+        self._by_coordinates: fem.Form | None = None
+
+    @staticmethod
+    def _compiled(form: ufl.Form) -> fem.Form:
+        return fem.form(form, jit_options=jit.options())
+
+    def _assembled(self, forms: list[fem.Form]) -> list[np.ndarray]:
+        """The first component of each owned node, for each part."""
+        found = []
+        for form in forms:
+            vector = fem.assemble_vector(form)
+            vector.scatter_reverse(la.InsertMode.add)
+            found.append(np.array(vector.array[: NODE * self._nodes : NODE]))
+        return found
+
+    def _loads_N(self, volumes_mm3: list[np.ndarray]) -> np.ndarray:
+        """(n, 3) weight that each owned node bears, for volumes ∫ N dX that it has of each part."""
+        pairs = zip(volumes_mm3, self._weights, strict=True)
+        loads = sum(np.outer(volumes, weight.value) for volumes, weight in pairs)
+        return to_reference(self._frames, np.asarray(loads))
+
+    # -- as a term -------------------------------------------------------------------------------
+
+    def value(self, dofs: np.ndarray) -> float:
+        """Potential (mJ) of the meshed part; it is 0 without displacement."""
+        loads = self._loads_N(self._volumes_mm3).ravel()
+        local = -float(loads @ dofs[: len(loads)])
+        return float(self._space.mesh.comm.allreduce(local, MPI.SUM))
+
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        """Add minus the weight (N)."""
+        gradient.at_nodes[:] -= self._loads_N(self._volumes_mm3)
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+        """Add the derivatives by the reference coordinates, of one solid that is not placed."""
+        if self._frames is not None:
+            raise NoShapeGradient(f"{self.name} of placed copies: no derivative by coordinates")
+        if self._by_coordinates is None:
+            pairs = zip(self._weights, self._parts, strict=True)
+            each = [-ufl.inner(weight, self._u) * part for weight, part in pairs]
+            self._by_coordinates = found.coordinates.compiled(sum(each[1:], start=each[0]))
+        found.add_form(self._by_coordinates)
+
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Compute the volumes of the mesh at its present place."""
+        self._volumes_mm3 = self._assembled(self._volume)
+
+
+BACK = ufl.as_vector([-1, 0, 0])
+"""Normal of a layer, which lies in a plane x = const."""
+
+
+def film_value(config: Config, name: str, key: str) -> np.ndarray:
+    """Value of a film's constant."""
+    film = config.film.all[name]
+    value = config.film_thickness_mm(film) if key == "thickness_mm" else getattr(film, key)
+    return np.asarray(value, dtype=float)
+
+
+def _constants(
+    config: Config, name: str, mesh: dolfinx.mesh.Mesh, known: dict[str, fem.Constant]
+) -> Callable[[str], fem.Constant]:
+    """Makes each constant of a film once."""
+
+    def constant(key: str) -> fem.Constant:
+        full = f"film.{name}.{key}"
+        if full not in known:
+            known[full] = fem.Constant(mesh, film_value(config, name, key))
+        return known[full]
+
+    return constant
+
+
+def layer_energy(
+    config: Config,
+    name: str,
+    film: Film,
+    mesh: dolfinx.mesh.Mesh,
+    known: dict[str, fem.Constant],
+) -> StrainEnergy:
+    """Strain energy of a film of elements, whose modulus is its stiffness by its thickness."""
+    constant = _constants(config, name, mesh, known)
+    thickness = constant("thickness_mm")
+
+    def energy(strain: Expr) -> Expr:
+        young = constant("Et_N_per_mm") / thickness
+        solid = saint_venant.energy(strain, young, constant("nu"))
+        families = _families(film, strain, BACK, constant)
+        return reduce(add, [family / thickness for family in families], solid)
+
+    return energy
+
+
+def sheets(config: Config, mesh: dolfinx.mesh.Mesh, known: dict[str, fem.Constant]) -> list[Sheet]:
+    """Energies of all membranes.
+
+    Args:
+        config: configuration with the membranes.
+        mesh: mesh of the finger.
+        known: constants by name, which those of the membranes are added to.
+
+    Returns:
+        One sheet for each membrane, with its energy (mJ/mm²).
+    """
+    found = []
+    for name, film in config.film.membranes.items():
+        constant = _constants(config, name, mesh, known)
+        found.append(Sheet(name, _membrane_energy(film, constant)))
+    return found
+
+
+def _membrane_energy(
+    film: Film, constant: Callable[[str], fem.Constant]
+) -> Callable[[Expr, Expr], Expr]:
+    def energy(strain: Expr, normal: Expr) -> Expr:
+        parts = _families(film, strain, normal, constant)
+        if film.Et_N_per_mm:
+            stiffness, nu = constant("Et_N_per_mm"), constant("nu")
+            share = constant("compression")
+            parts.insert(0, membrane.isotropic(strain, stiffness, nu, share))
+        return reduce(add, parts)
+
+    return energy
+
+
+def _families(
+    film: Film, strain: Expr, normal: Expr, constant: Callable[[str], fem.Constant]
+) -> list[Expr]:
+    """Energy per reference area of each family of fibres."""
+    found = []
+    for i in range(len(film.fibre_deg)):
+        angle = constant("fibre_deg")[i] * (ufl.pi / 180)
+        along = membrane.direction(angle, normal, ufl.as_vector(film.fibre_axis))
+        stiffness = constant("fibre_Et_N_per_mm")[i]
+        found.append(membrane.fibres(strain, stiffness, along, constant("compression")))
+    return found
