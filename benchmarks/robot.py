@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import subprocess
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -40,6 +41,9 @@ from dolfingrip.sections.tables import assignments
 
 TABLE: Final = Path(__file__).with_suffix(".csv")
 
+ADOPTED: Final = "adopted finger"
+"""A CAD file that ``dolfingrip adopt`` meshes with Gmsh's tetrahedra."""
+
 MOVED: Final = "default finger, coarse mesh"
 """The finger whose motion in time is compared, too."""
 
@@ -58,7 +62,13 @@ FINGERS: Final = {
         "finger.kind=round_bellows round_bellows.convolutions=4 plate.contact_length_mm=5 "
         "cavity.cavity_2.pressure_ratio=0 experiment.max_pressure_kPa=20 mesh.size_mm=4"
     ),
+    ADOPTED: (
+        "material.mu_MPa=0.15 film.paper.Et_N_per_mm=100 contact.self_contact=false "
+        "experiment.max_pressure_kPa=30"
+    ),
 }
+
+PART: Final = Path(__file__).parents[1] / "examples" / "half_round_finger.step"
 
 FOODS: Final = {
     "cube": ("food.kind=cube", 150.0),
@@ -103,16 +113,30 @@ class Row:
 
 
 @cache
+def adopted(folder: Path) -> Path:
+    """Adopt the CAD file, and return the configuration."""
+    command = ["dolfingrip", "adopt", str(PART), "--whole", "--size-mm", "5", "--order", "2"]
+    subprocess.run([*command, "-o", str(folder)], check=True)
+    return folder / "adopted.toml"
+
+
+def configured(settings: str, folder: Path) -> Config:
+    """Return the configuration of a finger with settings."""
+    file = adopted(folder / "adopted") if settings.startswith(FINGERS[ADOPTED]) else None
+    return load(file, assignments(settings.split()))
+
+
+@cache
 def reduced(settings: str, folder: Path) -> Built:
     """Build a finger's reduced model."""
     with Pool(Where()) as pool:
-        return build(load(None, assignments(settings.split())), folder, pool)
+        return build(configured(settings, folder), folder, pool)
 
 
 def made(settings: str, folder: Path, food: str = "") -> tuple[Robot, Config]:
     """Build a finger's reduced model, and write its files with food."""
     built = reduced(settings, folder)
-    config = load(None, assignments(f"{settings} {food}".split()))
+    config = configured(f"{settings} {food}", folder)
     try:
         placed = room(config)
     except ValueError as error:

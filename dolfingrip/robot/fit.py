@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -34,6 +34,8 @@ class ChainPolicy:
         near_best: factor on the least error of all chains that is as good, where none is so near.
         angle_deg, place, force, stiffness: errors that weigh equally: of the angle, of places by
             the length, of the force by the largest one, of a stiffness by itself.
+        stiffness_limit: error of a fitted stiffness above which the fit goes on with other weights.
+        second_force, second_stiffness: errors that weigh equally in that fit.
         scatter: standard deviation of a coefficient around its first value, relative to those of
             the other joints.
         slide_scatter: the same of the stiffness of slides along the finger, as no load tells it.
@@ -48,6 +50,9 @@ class ChainPolicy:
     place: float = 0.003
     force: float = 0.01
     stiffness: float = 0.04
+    stiffness_limit: float = 0.07
+    second_force: float = 0.02
+    second_stiffness: float = 0.02
     scatter: float = 3.0
     slide_scatter: float = 0.5
     gyration: float = 1 / 6
@@ -235,6 +240,15 @@ class _Errors:
         together = np.concatenate(derived, axis=1)
         return np.concatenate(errors, axis=1).ravel(), together.reshape(-1, laws.size)
 
+    def stiffness(self, laws: np.ndarray) -> float:
+        """Largest relative error of the tip's stiffnesses."""
+        chain, states = self.chain, self.states
+        p = states.pressure_kPa
+        found = equilibrium(chain, laws, p, states.plates, states.near)
+        wanted = np.nan_to_num(states.stiffness)
+        ours = 1 / softness(chain, laws, found.w, self.tip, p)
+        return float(np.abs(ours[wanted > 0] / wanted[wanted > 0] - 1).max(initial=0.0))
+
     def _softness(
         self, laws: np.ndarray, w: np.ndarray, moved: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -298,12 +312,17 @@ def fit(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> Fitted:
     def laws(x: np.ndarray) -> np.ndarray:
         return first + (unit * x).reshape(first.shape)
 
-    def both(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        error, slopes = errors.at(laws(x))
-        return np.concatenate([error, x]), np.vstack([slopes * unit, np.eye(len(x))])
+    def solved(errors: _Errors, x: np.ndarray) -> np.ndarray:
+        def both(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            error, slopes = errors.at(laws(x))
+            return np.concatenate([error, x]), np.vstack([slopes * unit, np.eye(len(x))])
 
-    found = least_squares(
-        lambda x: both(x)[0], np.zeros(first.size), lambda x: both(x)[1], max_nfev=30, xtol=1e-4,
-        ftol=1e-4,
-    )  # fmt: skip
-    return Fitted(chain, laws(found.x), shape_error_mm)
+        return np.asarray(least_squares(
+            lambda x: both(x)[0], x, lambda x: both(x)[1], max_nfev=30, xtol=1e-4, ftol=1e-4
+        ).x)  # fmt: skip
+
+    x = solved(errors, np.zeros(first.size))
+    if errors.stiffness(laws(x)) > policy.stiffness_limit:
+        other = replace(policy, force=policy.second_force, stiffness=policy.second_stiffness)
+        x = solved(_Errors(chain, states, free, other), x)
+    return Fitted(chain, laws(x), shape_error_mm)
