@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.robot.chain import Chain, Plates, equilibrium
-from dolfingrip.robot.fit import POLICY, Fitted, coordinates, fit, joints, softness
+from dolfingrip.robot.fit import POLICY, ChainPolicy, Fitted, coordinates, fit, joints, softness
 from dolfingrip.robot.runs import FingerRun, sections
 
 SEED = 5
@@ -193,3 +193,23 @@ def test_a_fit_by_wrong_forces_is_seen() -> None:
     )
     stiff = [np.median(each.laws[each.chain.bends, 2]) for each in (refitted(), wrong)]
     assert stiff[1] / stiff[0] == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_stiffness_that_is_missed_weighs_more() -> None:
+    """Stiffnesses a fifth above what the forces say: nearer to them by the second fit."""
+    free = invented(None)
+    runs = [replace(free, stiffness_x=1.2 * free.stiffness_x).fitted, invented(2.0)]
+
+    def missed(policy: ChainPolicy) -> float:
+        found = fit(runs, policy)
+        fitted = runs[0]
+        p = fitted.pressure_kPa
+        plates = Plates(np.full(len(p), -np.inf), found.chain.fixed(fitted.pressing_mm), 50.0)
+        w = equilibrium(found.chain, found.laws, p, plates, np.zeros((len(p), found.chain.size))).w
+        soft = softness(found.chain, found.laws, w, found.chain.fixed(TIP), p)[:, 0]
+        return float(np.abs(1 / (soft * fitted.stiffness_x) - 1).max())
+
+    few = replace(POLICY, shape_error=0.1)  # joints
+    once = missed(replace(few, stiffness_limit=np.inf))
+    assert once > POLICY.stiffness_limit
+    assert missed(few) < 0.8 * once
