@@ -166,13 +166,28 @@ class Analysis[S: Simulation](ABC):
             found += fitted[each.name] * each.change
         return found
 
-    def relinearised(self, missed: np.ndarray) -> Self:
-        """With the body's own numbers linear about a fit, where those about their middle mislead.
+    def relinearised(self, fit: MapFit, missed: np.ndarray) -> Self:
+        """With the body's own numbers linear between their middle and a fit.
 
         Args:
-            missed: (n,) exact readings at the fit less linear ones.
+            fit: where they are so far out that derivatives at their middle mislead.
+            missed: (n,) exact readings there less linear ones. The number that changes most takes
+                it over.
         """
-        return replace(self, problem=replace(self.problem, base=self.problem.base + missed))
+        fitted = self.nuisances(fit)
+        most = max(
+            (each for each, _ in self.nuisance_parameters().values()),
+            key=lambda each: float(np.linalg.norm(fitted[each.name] * each.change)),
+        )
+        change = most.change + missed / fitted[most.name]
+        more = np.outer(change, change) - np.outer(most.change, most.change)
+        shared = tuple(replace(e, change=change) if e is most else e for e in self.errors.shared)
+        off = replace(
+            self.errors, shared=shared, fitted=self.errors.fitted + more,
+            covariance=self.errors.covariance + more,
+        )  # fmt: skip
+        problem = replace(self.problem, covariance=self.problem.covariance + more)
+        return replace(self, errors=off, problem=problem)
 
     # -- exact simulations ------------------------------------------------------------------------
 

@@ -152,9 +152,12 @@ def _verify_nuisances(
             return finger, posterior, 0.0
         overrides = {**finger.overrides(fit), **finger.nuisance_overrides(fit)}
         simulation = finger.simulation
-        (run,) = simulate(
-            simulation.measurement, simulation.config, [ModelVariant(overrides)], simulation.workers
-        )
+        variant, measurement = ModelVariant(overrides), simulation.measurement
+        try:
+            (run,) = simulate(measurement, simulation.config, [variant], simulation.workers)
+        except ConfigError as error:
+            say(f"the finger's own numbers, as fitted, could not be simulated: {error}")
+            return finger, posterior, float("nan")
         if not np.isfinite(run.readings).all():
             say("the finger's own numbers, as fitted, could not be simulated")
             return finger, posterior, float("nan")
@@ -166,7 +169,7 @@ def _verify_nuisances(
         if worst <= 1.0:
             break
         missed = run.readings - change - finger.problem.predicted(fit.subset, fit.zeta)
-        finger = finger.relinearised(missed)
+        finger = finger.relinearised(fit, missed)
         posterior = search(finger.problem, np.random.default_rng(0))
     return finger, posterior, worst
 
