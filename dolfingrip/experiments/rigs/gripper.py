@@ -13,10 +13,10 @@ from scipy.optimize import brentq
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol import Lift, lift_starts_s, table_z_mm
-from dolfingrip.experiments.rigs.base_material import REST, weight_name, weight_value
 from dolfingrip.experiments.rigs.finger import Additions, FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.food import SIDEWAYS, GraspedBody, grasped, halved
+from dolfingrip.experiments.rigs.materials import REST, weight_name, weight_value
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.contact.density import Smooth
