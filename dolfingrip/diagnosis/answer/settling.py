@@ -193,8 +193,11 @@ def advice(found: Diagnosis, told: Collection[str] = ()) -> str:
         return "unloading, a wait at the highest pressure, or a slow cycle: each shows memory alone"
     others = [name for name, p in decision.inclusion.items() if p >= POLICY.verified]
     if not coupons and (len(decision.first) > 1 or not found.claimed):
-        tied_ = ", ".join(dict.fromkeys([*decision.first, *decision.second, *others]))
-        return f"measure one of these by itself: {tied_}; the readings do not tell them apart"
+        tied_ = [*dict.fromkeys([*decision.first, *decision.second, *others])]
+        if len(tied_) == 1:
+            return f"another channel, or {tied_[0]} measured by itself: it is probable, not sure"
+        listed = ", ".join(tied_)
+        return f"measure one of these by itself: {listed}; the readings do not tell them apart"
     if not coupons:
         return "nothing is needed: no other cause is nearly as probable as what is named"
     if decision.nuisance_only:
