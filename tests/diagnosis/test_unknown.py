@@ -8,7 +8,8 @@ from scipy.stats import norm
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.emulator import places, trained
-from dolfingrip.diagnosis.core.unknown import Cause, causes, mixture
+from dolfingrip.diagnosis.core.evidence import mixture
+from dolfingrip.diagnosis.core.unknown import Cause, causes
 from dolfingrip.extensions.index import effect
 
 CAUSES = causes(Config())

@@ -13,9 +13,8 @@ from typing import Literal
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit, Subset
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit, Subset, mixture
 from dolfingrip.diagnosis.core.search import ModelPosterior
-from dolfingrip.diagnosis.core.unknown import mixture
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 

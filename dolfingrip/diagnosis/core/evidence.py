@@ -38,7 +38,7 @@ import scipy.stats
 from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.core.emulator import Emulator, Local
-from dolfingrip.diagnosis.core.unknown import Factor, Unknown, mixture
+from dolfingrip.diagnosis.core.unknown import Factor, Unknown
 from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
@@ -46,6 +46,23 @@ Subset = tuple[str, ...]
 
 
 NONE: Subset = ()
+
+
+def mixture(zeta: np.ndarray, tail: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Density of priors of which a rare part is wide: a mixture of N(0, 1) and N(0, tail²).
+
+    Args:
+        zeta: numbers by the standard deviation of the ordinary part, shape (..., d).
+        tail: standard deviation of the wide part of each, shape (d,); 1 where there is none.
+
+    Returns:
+        −ln of the density less ½ ln 2π, and its slope by ζ as a part of ζ, (..., d) each: the
+        precision of the normal distribution that pulls as much there.
+    """
+    near = np.log1p(-POLICY.rare) - 0.5 * zeta**2
+    far = np.log(POLICY.rare / tail) - 0.5 * (zeta / tail) ** 2
+    both = np.logaddexp(near, far)
+    return -both, 1 - np.exp(far - both) * (1 - tail**-2.0)
 
 
 def correction_name(subset: Subset) -> str:

@@ -20,24 +20,6 @@ from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.search import scaled_priors
 
-
-def mixture(zeta: np.ndarray, tail: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Density of priors of which a rare part is wide: a mixture of N(0, 1) and N(0, tail²).
-
-    Args:
-        zeta: numbers by the standard deviation of the ordinary part, shape (..., d).
-        tail: standard deviation of the wide part of each, shape (d,); 1 where there is none.
-
-    Returns:
-        −ln of the density less ½ ln 2π, and its slope by ζ as a part of ζ, (..., d) each: the
-        precision of the normal distribution that pulls as much there.
-    """
-    near = np.log1p(-POLICY.rare) - 0.5 * zeta**2
-    far = np.log(POLICY.rare / tail) - 0.5 * (zeta / tail) ** 2
-    both = np.logaddexp(near, far)
-    return -both, 1 - np.exp(far - both) * (1 - tail**-2.0)
-
-
 MODULUS: Final = "modulus"
 """Key of the factor of all moduli, and what it is called."""
 

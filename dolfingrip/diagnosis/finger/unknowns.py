@@ -6,14 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-import numpy as np
-
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.core.emulator import Coordinate
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes, tail_of
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.extensions.effect import Displaying, Prior
+from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import bounds_of
 from dolfingrip.parameter.nuisances import WALL
@@ -115,72 +112,3 @@ def _implausible(measurement: Measurement, config: Config) -> list[Cause]:
             cause = replace(cause, numbers=(nearest,))
         found.append(cause)
     return found
-
-
-def box_of(cause: Cause) -> np.ndarray:
-    """Ranges of ζ, as far as a finger is simulated unless readings ask for more, (numbers, 2)."""
-    # an instrument needs no simulation
-    far = cause.tails if issubclass(effect(cause.name), Displaying) else np.ones(len(cause.numbers))
-    reach = POLICY.finger_reach * far[:, None] + POLICY.read_beyond
-    return np.clip(cause.box(), -reach, reach)
-
-
-def wider(cause: Cause, box: np.ndarray, zeta: np.ndarray) -> np.ndarray | None:
-    """Ranges as wide as the prior has any weight, where amplitudes lie at an end.
-
-    Args:
-        cause: the effect.
-        box: ranges of ζ so far, (d, 2).
-        zeta: its numbers, (d,).
-
-    Returns:
-        The ranges, (d, 2); None where no number lies at an end beyond which its effect is stronger.
-    """
-    found = box.copy()
-    for place, (number, z, ends) in enumerate(zip(cause.numbers, zeta, box, strict=True)):
-        far = number.reaching(POLICY.farthest * number.tail)
-        for side, (sign, most) in enumerate(((-1.0, far.low), (1.0, far.high))):
-            at_end = sign * (z - ends[side]) >= -POLICY.read_beyond
-            stronger = sign * (float(number.at(ends[side])) - cause.neutral(number)) > 0
-            if number.tail > 1 and at_end and stronger and sign * (most - ends[side]) > 0:
-                found[place, side] = most
-    return None if np.array_equal(found, box) else found
-
-
-def coordinates_of(cause: Cause, box: np.ndarray, first: int = 0) -> tuple[Coordinate, ...]:
-    """Return the coordinates that a cause's change is a polynomial of.
-
-    Args:
-        cause: whose numbers are ζ.
-        box: ranges of these, (numbers, 2).
-        first: place of the first of them in ζ.
-    """
-    found: list[Coordinate] = []
-    for i, number in enumerate(cause.numbers, first):
-        own = replace(_coordinate(cause, number, box[i - first]), of=i)
-        found += _sides(own) if effect(cause.name).lopsided and own.amplitude else [own]
-    return tuple(found)
-
-
-def _sides(own: Coordinate) -> list[Coordinate]:
-    """An amplitude that changes the readings in different ways to either side."""
-    inner = own.value
-    return [
-        replace(own, value=lambda zeta: np.maximum(inner(zeta), 0.0)),
-        replace(own, value=lambda zeta: np.minimum(inner(zeta), 0.0)),
-    ]
-
-
-def _coordinate(cause: Cause, number: Unknown, box: np.ndarray) -> Coordinate:
-    if not number.amplitude:
-        return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
-    start, step = cause.start_and_step(number)
-    reach = POLICY.finger_reach
-    if not number.prior.positive:  # of ordinary size, however far that is
-        step *= max(1.0, float(np.abs(box).max()) / (reach + POLICY.read_beyond))
-
-    def value(zeta: np.ndarray) -> np.ndarray:
-        return (number.at(zeta) - start) / step
-
-    ends = np.asarray(value(np.array([-reach, reach])))
-    return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9))

@@ -18,14 +18,8 @@ from dolfingrip.diagnosis.core.emulator import (
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli
-from dolfingrip.diagnosis.finger.training import CauseTraining
-from dolfingrip.diagnosis.finger.unknowns import (
-    IMPLAUSIBLE,
-    box_of,
-    coordinates_of,
-    unknowns,
-    wider,
-)
+from dolfingrip.diagnosis.finger.training import CauseTraining, box_of, coordinates_of, wider
+from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import NAMES, effect
 
