@@ -194,9 +194,12 @@ def _outcome_of(
     shown = sorted(total, key=lambda subset: -total[subset])[:8]
     causes = posterior.problem.causes
     members = [fit.subset for fit in found.members.values()]
-    known = dict.fromkeys(map(causes, (decision.best.subset, *members, *shown, NONE)))
-    fits = [posterior.best(subset) for subset in known]
     alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
+    named = [
+        each for each in alone if len(each) == 1 and each[0] in (*decision.first, *decision.second)
+    ]
+    known = dict.fromkeys(map(causes, (decision.best.subset, *members, *named, *shown, NONE)))
+    fits = [posterior.best(subset) for subset in known]
     strengths = posterior.strengths
     inclusion = sorted(decision.inclusion.items(), key=lambda each: -each[1])
     return outcome.DiagnosisFile(

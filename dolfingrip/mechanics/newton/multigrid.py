@@ -283,11 +283,12 @@ class Multigrid:
         self._matrix = matrix
         coarse, diagonal = self._level.assemble(matrix)
         if self._coarse is None:
+            graph, comm = (
+                self._level.graph,
+                self._comm,
+            )  # the model is freed where nothing holds self
             self._coarse = factors(
-                self._prefix,
-                self._model,
-                lambda: cheapest(self._level.graph, self._comm).number,
-                np.float64,
+                self._prefix, self._model, lambda: cheapest(graph, comm).number, np.float64
             )
         self._coarse.set_up(coarse)
         self._invert(diagonal)

@@ -151,7 +151,9 @@ def test_an_angle_that_lags_is_the_filtered_curve(
     """Against simulations in time; nothing else is changed."""
     (lag,) = causes(finger(), ["angle_lag"])
     zeta = np.array([1.0])
-    told = closed_forms.simulations(simulation, lag, np.zeros(1), Factor.of(0.2, -1.0, 1.0))
+    told = closed_forms.simulations(
+        simulation, lag, lag.box(), np.zeros(1), Factor.of(0.2, -1.0, 1.0)
+    )
     angles = of(measurement, "bending")
     tau_s = lag.numbers[0].at(told.zeta[:, 0])
     near = int(np.argmin(np.abs(tau_s - lag.numbers[0].at(zeta)[0])))
