@@ -17,9 +17,9 @@ from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.experiments.rigs.finger_rig import go_to_rest
 from dolfingrip.experiments.rigs.gripper import build_gripper
-from dolfingrip.experiments.rigs.materials import DeadWeight
 from dolfingrip.experiments.rigs.perturbation import constant_values
 from dolfingrip.experiments.rigs.undeformed import load_domain
+from dolfingrip.mechanics.model.dead_weight import DeadWeight
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference
 from dolfingrip.mechanics.newton.newton import Newton

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
-from typing import ClassVar
 
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx import fem, la
-from mpi4py import MPI
+from dolfinx import fem
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
@@ -20,14 +18,9 @@ from dolfingrip.config import Config, Film
 from dolfingrip.experiments.rigs.undeformed import REST
 from dolfingrip.extensions.site import Site
 from dolfingrip.forms import bulk_modulus, membrane, mixed_bulk_modulus, saint_venant
-from dolfingrip.mechanics.model import jit
-from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.dead_weight import DeadWeight
 from dolfingrip.mechanics.model.element import Sheet
 from dolfingrip.mechanics.model.parts import StrainEnergy
-from dolfingrip.mechanics.model.placement import to_reference
-from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
-from dolfingrip.mechanics.model.term import NoShapeGradient, Term
-from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 from dolfingrip.sections.material import Material
 from dolfingrip.sections.setup import Setup
 
@@ -149,88 +142,6 @@ def dead_weight(site: Site) -> DeadWeight | None:
         return None
     weights = {name: constants.get("".join(name), constants[REST]) for name in densities(site)}
     return DeadWeight(site.u, domain, weights)
-
-
-class DeadWeight(Term):
-    """Π = −∫ ρ g · u dX, where g is fixed in the world for any rotation of the solid's copies.
-
-    It is linear in u: the weight that each node bears is assembled once.
-
-    Args:
-        u: displacement (mm).
-        domain: reference configuration.
-        weights_N_mm3: by the names of parts, none for the whole, the constants (3,) ρ g of them in
-            the world.
-    """
-
-    name: ClassVar[str] = "weight"
-
-    def __init__(
-        self,
-        u: fem.Function,
-        domain: Domain,
-        weights_N_mm3: Mapping[tuple[str, ...], fem.Constant],
-    ) -> None:
-        self._u = u
-        self._space = space = u.function_space
-        self._weights = list(weights_N_mm3.values())
-        self._parts = [
-            domain.volume(*names, quadrature_degree=space.ufl_element().degree)
-            for names in weights_N_mm3
-        ]
-        test = ufl.TestFunction(space)
-        self._volume = [self._compiled(test[0] * part) for part in self._parts]
-        self._nodes = space.dofmap.index_map.size_local
-        points = space.tabulate_dof_coordinates()[: self._nodes]
-        placement = domain.placement
-        self._frames = None if placement is None else placement.frames(points)
-        self._volumes_mm3 = self._assembled(self._volume)
-        self._by_coordinates: fem.Form | None = None
-
-    @staticmethod
-    def _compiled(form: ufl.Form) -> fem.Form:
-        return fem.form(form, jit_options=jit.options())
-
-    def _assembled(self, forms: list[fem.Form]) -> list[np.ndarray]:
-        """The first component of each owned node, for each part."""
-        found = []
-        for form in forms:
-            vector = fem.assemble_vector(form)
-            vector.scatter_reverse(la.InsertMode.add)
-            found.append(np.array(vector.array[: NODE * self._nodes : NODE]))
-        return found
-
-    def _loads_N(self, volumes_mm3: list[np.ndarray]) -> np.ndarray:
-        """(n, 3) weight that each owned node bears, for volumes ∫ N dX that it has of each part."""
-        pairs = zip(volumes_mm3, self._weights, strict=True)
-        loads = sum(np.outer(volumes, weight.value) for volumes, weight in pairs)
-        return to_reference(self._frames, np.asarray(loads))
-
-    # -- as a term -------------------------------------------------------------------------------
-
-    def value(self, dofs: np.ndarray) -> float:
-        """Potential (mJ) of the meshed part; it is 0 without displacement."""
-        loads = self._loads_N(self._volumes_mm3).ravel()
-        local = -float(loads @ dofs[: len(loads)])
-        return float(self._space.mesh.comm.allreduce(local, MPI.SUM))
-
-    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
-        """Add minus the weight (N)."""
-        gradient.at_nodes[:] -= self._loads_N(self._volumes_mm3)
-
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
-        """Add the derivatives by the reference coordinates, of one solid that is not placed."""
-        if self._frames is not None:
-            raise NoShapeGradient(f"{self.name} of placed copies: no derivative by coordinates")
-        if self._by_coordinates is None:
-            pairs = zip(self._weights, self._parts, strict=True)
-            each = [-ufl.inner(weight, self._u) * part for weight, part in pairs]
-            self._by_coordinates = found.coordinates.compiled(sum(each[1:], start=each[0]))
-        found.add_form(self._by_coordinates)
-
-    def move_reference(self, change: np.ndarray | None) -> None:
-        """Compute the volumes of the mesh at its present place."""
-        self._volumes_mm3 = self._assembled(self._volume)
 
 
 BACK = ufl.as_vector([-1, 0, 0])
