@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import re
 import shlex
-from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
@@ -19,7 +18,6 @@ from support.checkout import needs_checkout
 from dolfingrip.cli.app import app
 from dolfingrip.cli.command import settings_of
 from dolfingrip.config import ConfigError
-from dolfingrip.report import video
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -159,14 +157,8 @@ RUN: Final = {
 
 @needs_checkout
 @pytest.mark.parametrize("page", RUN, ids=[page.stem for page in RUN])
-def test_blocks_run_in_an_empty_clone(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Blocks run one after another as they are copied, with the sizes that their markers name.
-
-    A video has a second in place of ten.
-    """
-    monkeypatch.setattr(video, "POLICY", replace(video.POLICY, seconds=1.0))
+def test_blocks_run_in_an_empty_clone(page: Path, tmp_path: Path) -> None:
+    """Blocks run one after another as they are copied, with the sizes that their markers name."""
     clone = pages.clone(tmp_path)
     for block in RUN[page]:
         *first, last = block.reduced()

@@ -27,6 +27,9 @@ TWICE = {
 }
 """Class names that two modules have, each for a reason."""
 
+REPLACED = re.compile(r"(setattr|patch)[\w.]*\([^()]*\bPOLICY\b|\w\.POLICY = ")
+"""Where a module's policy is replaced by another, not given to what decides by it."""
+
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -118,3 +121,15 @@ def test_class_names_are_given_once() -> None:
                 places[node.name].append(name)
     twice = {name: found for name, found in places.items() if len(found) > 1}
     assert twice.keys() == TWICE.keys(), twice
+
+
+def test_no_test_replaces_a_policy() -> None:
+    """It is an argument with a default."""
+    found = [
+        str(file.relative_to(ROOT))
+        for file in sorted((ROOT / "tests").rglob("*.py"))
+        if REPLACED.search(file.read_text(encoding="utf-8"))
+    ]
+    assert found == []
+    ways = ('patch.setattr(guard, "{}", other)', 'patch("explore.{}")', "guard.{} = other")
+    assert all(REPLACED.search(way.format("POLICY")) for way in ways)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,7 +23,6 @@ from dolfingrip.diagnosis.data import table
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
-from dolfingrip.report import video
 from dolfingrip.report.table import of_columns
 from dolfingrip.sections import protocol_file
 from dolfingrip.sections.tables import assignments
@@ -45,6 +43,12 @@ def test_a_protocol_has_its_own_pressures(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, asked)
     assert isinstance(found.exception, ConfigError)
     assert "--pressure 100: allowed: without --protocol" in str(found.exception)
+
+
+def test_a_length_needs_a_video(tmp_path: Path) -> None:
+    asked = ["bend", "--video-length", "5", "-o", str(tmp_path / "out")]
+    found = CliRunner().invoke(app, asked)
+    assert str(found.exception) == "--video-length 5: allowed: with --video"
 
 
 @pytest.mark.parametrize(("command", "name"), [("bend", "bending"), ("force", "blocked_force")])
@@ -186,13 +190,9 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ids=[each.heading for each in ANSWERS],
 )
 def test_an_answer_is_had_by_copying_it(
-    answer: pages.Block, made: tuple[str, ...], clone: Path, monkeypatch: pytest.MonkeyPatch
+    answer: pages.Block, made: tuple[str, ...], clone: Path
 ) -> None:
-    """Blocks run as they stand on the page, with the sizes that their marker names.
-
-    The video has a second in place of ten.
-    """
-    monkeypatch.setattr(video, "POLICY", replace(video.POLICY, seconds=1.0))
+    """Blocks run as they stand on the page, with the sizes that their marker names."""
     pages.run(answer.reduced(), clone)
     for name in made:
         assert (clone / name).stat().st_size > 100

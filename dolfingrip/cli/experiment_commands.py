@@ -65,7 +65,10 @@ def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Resu
                 f'difference of the two as "{choice.label}"'
             )
     result = _run(request, screen)
-    _pictures(experiment, result, out, wanted, asked.colour_by, screen, video=asked.video)
+    _pictures(
+        experiment, result, out, wanted, asked.colour_by, screen,
+        video=asked.video, seconds=asked.video_length,
+    )  # fmt: skip
     if MPI.COMM_WORLD.rank == 0:
         _print(experiment, result, out, screen)
     return result
@@ -159,6 +162,7 @@ def _pictures(
     console: Screen,
     *,
     video: bool = False,
+    seconds: float | None = None,
 ) -> list[Path]:
     """Plot the curve, draw the finger at the pressures reached, return the files (on rank 0)."""
 
@@ -190,7 +194,8 @@ def _pictures(
                 files += [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
             if video:
                 said = [each for each in (PRESSURE, ANGLE, FORCE) if each.name in columns]
-                moving = render.draw_video(out / "fields.pvd", said, result=columns, **look)
+                look |= {"result": columns, "seconds": seconds}
+                moving = render.draw_video(out / "fields.pvd", said, **look)
                 files += moving.save_video(out / "video")
             return files
 
@@ -273,6 +278,8 @@ def perform(asked: RunSettings) -> None:
     if asked.uncertain and not asked.bands:
         key = next(iter(asked.uncertain))
         raise ConfigError(f"--uncertain {key}: allowed: with --bands")
+    if asked.video_length is not None and not asked.video:
+        raise ConfigError(f"--video-length {asked.video_length:g}: allowed: with --video")
     wanted = {
         "mesh_check": asked.mesh_check,
         "bands": asked.uncertain if asked.bands else None,

@@ -169,7 +169,10 @@ class RunSettings(ConfiguredSettings):
         (), "Draw the finger at these.", metavar="kPa,kPa,…", read=_pressures
     )
     colour_by: Quantity = option("displacement", "Field that colours these pictures.")
-    video: bool = option(False, "Draw video.mp4 and video.gif of ten seconds.")
+    video: bool = option(False, "Draw video.mp4 and video.gif.")
+    video_length: float | None = option(
+        None, "Length of the video; default: 10 s.", measured_in="s", least=0.1, most=60
+    )
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)
     mesh_check: bool = option(False, "Estimate the error that is due to the mesh.")
@@ -197,7 +200,7 @@ def of_experiment(experiment: Experiment) -> type[RunSettings]:
     """
     absent = {
         "render": experiment.drawable, "colour_by": experiment.drawable,
-        "video": experiment.drawable,
+        "video": experiment.drawable, "video_length": experiment.drawable,
         "gradients": experiment.gradients, "parameters": experiment.gradients,
         "mesh_check": experiment.mesh_check,
         "bands": experiment.gradients, "uncertain": experiment.gradients,

@@ -24,7 +24,7 @@ from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore.policy import POLICY, ExplorePolicy
 from dolfingrip.files import whole
 from dolfingrip.sections.private import cache_folder
 
@@ -166,16 +166,25 @@ class Patience(H11Protocol):
     """An HTTP connection that is ended where its request does not arrive.
 
     The newest may always come: where too many wait, the one that has waited longest is ended.
+
+    Args:
+        given: uvicorn's own.
+        policy: how many may wait, and how long.
+        more: uvicorn's own.
     """
+
+    def __init__(self, *given: Any, policy: ExplorePolicy = POLICY, **more: Any) -> None:
+        super().__init__(*given, **more)
+        self._policy = policy
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Take up a connection."""
         super().connection_made(transport)
         self._since = self.loop.time()
         waiting = [c for c in self.connections if isinstance(c, Patience) and c.half_open]
-        if len(waiting) > POLICY.half_open:
+        if len(waiting) > self._policy.half_open:
             min(waiting, key=lambda c: c._since).transport.abort()
-        self.loop.call_later(POLICY.request_s, self._look)
+        self.loop.call_later(self._policy.request_s, self._look)
 
     @property
     def half_open(self) -> bool:
@@ -191,4 +200,4 @@ class Patience(H11Protocol):
         if self.half_open:
             self.transport.abort()
         else:
-            self.loop.call_later(POLICY.request_s, self._look)
+            self.loop.call_later(self._policy.request_s, self._look)

@@ -8,6 +8,7 @@ import json
 import socket
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from starlette.websockets import WebSocket
 import dolfingrip
 from dolfingrip.config import ConfigError
 from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard, Patience
-from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore.policy import POLICY, ExplorePolicy
 from dolfingrip.explore.session import Session, parsed
 from dolfingrip.explore.space import Space
 from dolfingrip.files.whole import WriteError
@@ -273,15 +274,17 @@ def serve(
     uvicorn.Server(settings(guarded)).run(sockets=[listening])
 
 
-def settings(guarded: ASGIApp) -> uvicorn.Config:
+def settings(guarded: ASGIApp, policy: ExplorePolicy = POLICY) -> uvicorn.Config:
     """How an application is served.
 
     Args:
         guarded: the application.
+        policy: limits of messages and of half-open requests.
     """
+    http: Any = partial(Patience, policy=policy)
     return uvicorn.Config(
         guarded, log_level="critical", access_log=False, server_header=False,
-        ws_max_size=POLICY.largest_message, timeout_graceful_shutdown=1, http=Patience,
+        ws_max_size=policy.largest_message, timeout_graceful_shutdown=1, http=http,
     )  # fmt: skip
 
 

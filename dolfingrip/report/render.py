@@ -156,6 +156,7 @@ def draw_video(
     shown: Shown = "whole",
     result: Columns | Path | None = None,
     beside: Beside = ALONE,
+    seconds: float | None = None,
 ) -> Pictures:
     """Draw the deformed finger from reading to reading, with shapes between them.
 
@@ -168,9 +169,10 @@ def draw_video(
         shown: part of the finger, as that of :func:`draw`.
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
         beside: what else is drawn.
+        seconds: length of the video; None: ten.
 
     Returns:
-        As many pictures as a video has.
+        As many pictures as a video of that length has.
 
     Raises:
         ValueError: one line, as that of :func:`draw`.
@@ -179,7 +181,7 @@ def draw_video(
     rows = np.arange(len(list(table[TIME.name])), dtype=float)
     time_s = np.asarray(table[TIME.name], dtype=float)
     over = time_s if (np.diff(time_s) > 0).all() else rows
-    at = np.linspace(over[0], over[-1], video.POLICY.frames)
+    at = np.linspace(over[0], over[-1], video.POLICY.frames(seconds))
 
     def between(values: Sequence[Any]) -> list[Any]:
         if len(rows) == 1:

@@ -28,7 +28,7 @@ class VideoPolicy:
 
     Attributes:
         frame_ms: time for which a picture is shown.
-        seconds: length of a video.
+        seconds: length of a video where none is asked for.
         height_px: height of the shapes in a video.
         label_px: height of the letters above a picture.
         large_px: height of the letters above a picture with scales.
@@ -40,10 +40,13 @@ class VideoPolicy:
     label_px: int = 26
     large_px: int = 40
 
-    @property
-    def frames(self) -> int:
-        """Number of pictures in a video."""
-        return round(1000 * self.seconds / self.frame_ms)
+    def frames(self, seconds: float | None = None) -> int:
+        """Return the number of pictures in a video.
+
+        Args:
+            seconds: its length; None: ``seconds`` of the policy.
+        """
+        return round(1000 * (seconds or self.seconds) / self.frame_ms)
 
 
 POLICY: Final = VideoPolicy()

@@ -7,7 +7,6 @@ import math
 import socket
 import stat
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from dolfingrip.cli.app import app
 from dolfingrip.explore import describe, guard, server, space
 from dolfingrip.explore.guard import Handover
 from dolfingrip.explore.library import Library
-from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore.policy import ExplorePolicy
 from dolfingrip.explore.session import Session
 
 PORT = 8765
@@ -202,12 +201,14 @@ def test_a_restart_needs_a_server_before(tmp_path: Path, monkeypatch: pytest.Mon
     assert str(asked.exception) == f"--restart: no server had {tmp_path}/out; allowed: without it"
 
 
-async def _half_open(server: uvicorn.Server, listening: socket.socket) -> tuple[bytes, list[bytes]]:
+async def _half_open(
+    server: uvicorn.Server, listening: socket.socket, opened: int
+) -> tuple[bytes, list[bytes]]:
     """A whole request's answer while many others stay half open, and what became of these."""
     serving = asyncio.create_task(server.serve(sockets=[listening]))
     port = listening.getsockname()[1]
     begun = []
-    for _ in range(4 * POLICY.half_open):
+    for _ in range(opened):
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
         writer.write(b"GET / HTTP/1.1\r\nHo")
         begun.append((reader, writer))
@@ -227,17 +228,18 @@ async def _half_open(server: uvicorn.Server, listening: socket.socket) -> tuple[
     return answer, ended
 
 
-def test_half_open_requests_are_few_and_short(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guard, "POLICY", replace(POLICY, half_open=8, request_s=0.5))
+def test_half_open_requests_are_few_and_short() -> None:
+    policy = ExplorePolicy(half_open=8, request_s=0.5)
 
     async def app(scope: Any, receive: Any, send: Any) -> None:
         await guard.PlainTextResponse("let in")(scope, receive, send)
 
     listening = server.bound("127.0.0.1", 0)
     listening.listen()
-    settings = server.settings(app)
+    settings = server.settings(app, policy)
     settings.lifespan = "off"
-    answer, ended = asyncio.run(_half_open(uvicorn.Server(settings), listening))
+    opened = 4 * ExplorePolicy().half_open
+    answer, ended = asyncio.run(_half_open(uvicorn.Server(settings), listening, opened))
     assert answer == b"HTTP/1.1 200 OK\r\n"
     assert set(ended) == {b""}
 
