@@ -25,7 +25,7 @@ import dolfingrip
 from dolfingrip.config import ConfigError
 from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard, Patience
 from dolfingrip.explore.policy import POLICY, ExplorePolicy
-from dolfingrip.explore.session import Session, parsed
+from dolfingrip.explore.session import SOLVED, Session, parsed
 from dolfingrip.explore.space import Space
 from dolfingrip.files.whole import WriteError
 from dolfingrip.foods.index import KINDS
@@ -145,7 +145,7 @@ class Tab:
 
     async def serve(self) -> None:
         """Serve until the page is closed."""
-        tell = self._outbox.put_nowait
+        tell = self._tell
         self._session.tabs.add(tell)
         tell(self._session.state())
         self._begin(self._send())
@@ -157,6 +157,13 @@ class Tab:
             self._session.tabs.discard(tell)
             for task in self._tasks:
                 task.cancel()
+
+    def _tell(self, message: dict[str, Any]) -> None:
+        """Send a message; a design is shown anew before the next solution takes its place."""
+        if message != SOLVED:
+            self._outbox.put_nowait(message)
+        elif self._newest is not None:
+            self._asked.set()
 
     def _begin(self, work: Any) -> None:
         task = asyncio.get_running_loop().create_task(work)

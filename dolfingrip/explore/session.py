@@ -35,6 +35,9 @@ FOLDERS: Final = ("solved", "coarse")
 LOAD: Final = "dolfingrip.experiments.simulate:load"
 """What the worker calls while nothing is solved yet."""
 
+SOLVED: Final = {"is": "solved"}
+"""Message on which a tab shows its design anew."""
+
 Tell = Callable[[dict[str, Any]], None]
 """Sends a message to one tab; called in the server's loop."""
 
@@ -119,7 +122,7 @@ class Session:
         if known is None or not _shows(known) or not RunFile.is_in(folder):
             return False
         await self.work(self.library.add, folder)
-        self._everyone({"is": "solved", "wall_s": 0.0})
+        self._everyone(SOLVED)
         return True
 
     async def _ask(self, wanted: Wanted, meshed: Wanted) -> None:
@@ -225,7 +228,7 @@ class Session:
         if _shows(answer):
             await self.work(self.library.add, self.folder(meshed))
             self._everyone(self.state())
-            self._everyone({"is": "solved", "wall_s": answer.wall_s})
+            self._everyone(SOLVED)
         elif meshed.refined:
             text = f"{wanted.view.replace('_', ' ')}: {answer.failure}"
             self._everyone({"is": "error", "about": "solve", "design": wanted.design, "text": text})

@@ -209,18 +209,14 @@ def angle_in(numbers: str) -> float:
 
 
 def test_a_design_at_rest_is_solved_coarsely_first(page: Page) -> None:
-    """A busy browser may be overtaken by the fine mesh: another design is let go then."""
     page.check("#auto")
-    for wall_mm in (1.9, 1.93, 1.96, 2.04, 2.07, 2.11):
-        page.evaluate(WATCH)
-        page.locator("#p-1").evaluate(SLIDE, wall_mm)
-        page.locator("#p-1").dispatch_event("change")  # it is let go
-        fine = "html:not(.stale)[data-origin='solved by finite elements']"
-        page.wait_for_selector(fine, timeout=SOLVE_MS)
-        assert page.locator("#badge").is_hidden()
-        first = page.evaluate("window.seen['solved on a coarse mesh']")
-        if first is not None and angle_in(first["numbers"]) != angle_deg(page):
-            break
+    page.evaluate(WATCH)
+    page.locator("#p-1").evaluate(SLIDE, 1.9)
+    page.locator("#p-1").dispatch_event("change")  # it is let go
+    fine = "html:not(.stale)[data-origin='solved by finite elements']"
+    page.wait_for_selector(fine, timeout=SOLVE_MS)
+    assert page.locator("#badge").is_hidden()
+    first = page.evaluate("window.seen['solved on a coarse mesh']")
     assert first["badge"] == "coarse mesh"
     coarse = angle_in(first["numbers"])
     assert coarse == pytest.approx(angle_deg(page), rel=0.1)

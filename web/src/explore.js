@@ -32,6 +32,7 @@ class Explorer {
       return [slider, ...chambers.map((one, i) => ({ ...one, id: `${slider.id}-${i + 1}`, of: slider }))];
     });
     this.asked = 0;
+    this.showing = Promise.resolve(); // of the answers so far: each is shown whole, then the next
     this.charts = [];
     this.kept = null;
     this.views = [];
@@ -75,16 +76,11 @@ class Explorer {
     this.known = null;
     this.#badge('rebuilding');
     this.#solvable('The design is being rebuilt');
-    this.#refresh();
+    this.socket.send({ do: 'show', id: this.asked, ...this.design() });
     const text = encodeURIComponent(JSON.stringify(this.design()));
     for (const suffix of EXPORTS) $(suffix).href = `/export/${suffix}?design=${text}`;
     clearTimeout(this.resting);
     this.rested = false;
-  }
-
-  /** Ask for what is known of the present design by now. */
-  #refresh() {
-    this.socket.send({ do: 'show', id: this.asked, ...this.design() });
   }
 
   /** Take up a design in the history, and solve it if that is wanted. */
@@ -284,11 +280,8 @@ class Explorer {
   #hear(message) {
     const { is, about } = message;
     if (is === 'state') this.#state(message);
-    else if (is === 'shown') this.#shown(message);
-    else if (is === 'solved') {
-      root.dataset.solved = +(root.dataset.solved ?? 0) + 1;
-      this.#refresh();
-    } else if (is === 'replaced') {
+    else if (is === 'shown') this.showing = this.showing.then(() => this.#show(message));
+    else if (is === 'replaced') {
       if (message.by !== this.known) $('state').textContent = 'a newer request took its place';
     } else if (is === 'error' && about === 'show') this.#refused(message);
     else if (is === 'error' && about === 'solve' && (message.design ?? this.known) !== this.known) {
@@ -350,12 +343,15 @@ class Explorer {
     $('work-said').textContent = `${which}${mesh}: ${total ? `${done} of ${total}, ` : ''}${note}`;
   }
 
-  async #shown(message) {
+  /** Show what is known of a design: its numbers and where they come from, once its picture is there. */
+  async #show(message) {
     if (message.id !== this.asked) return; // a newer one is on its way
+    [this.scene] = message.scenes;
+    await this.#stage(message.said);
+    if (message.id !== this.asked) return;
     $('error').hidden ||= this.known !== message.design;
     this.known = message.design;
     this.solved = message.solved;
-    [this.scene] = message.scenes;
     $('where').textContent = message.said;
     this.#numbers(message.numbers);
     this.#curves(message.charts);
@@ -364,8 +360,6 @@ class Explorer {
       const { place } = message;
       this.front.here(place[x] === undefined ? null : [place[x], place[y]]);
     }
-    await this.#stage(message.said);
-    if (message.id !== this.asked) return;
     root.classList.remove('stale');
     $('shape').inert = $('keep').disabled = false;
     this.#badge(message.badge);
@@ -409,6 +403,12 @@ class Explorer {
       $('curves').append(card);
       return lineChart(box, spec, { pick: (scene, index) => this.stage?.setTime(index) });
     });
+    this.#mark();
+  }
+
+  /** Mark the picture's pressure in the curves. */
+  #mark() {
+    for (const chart of this.charts) chart.mark({ 0: this.stage.times()[0] });
   }
 
   async #stage(said) {
@@ -418,9 +418,7 @@ class Explorer {
       await this.stage.replace(scenes);
     } else {
       this.stage = new Stage(scenes, data.fields);
-      this.stage.onTime(([time]) => {
-        for (const chart of this.charts) chart.mark({ 0: time });
-      });
+      this.stage.onTime(() => this.#mark());
       this.stage.setTime(scenes[0].steps - 1);
       if (this.there) {
         await this.stage.begin(root.dataset.theme === 'dark');

@@ -1860,6 +1860,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         return [slider, ...chambers.map((one, i) => ({ ...one, id: `${slider.id}-${i + 1}`, of: slider }))];
       });
       this.asked = 0;
+      this.showing = Promise.resolve();
       this.charts = [];
       this.kept = null;
       this.views = [];
@@ -1903,15 +1904,11 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.known = null;
       this.#badge("rebuilding");
       this.#solvable("The design is being rebuilt");
-      this.#refresh();
+      this.socket.send({ do: "show", id: this.asked, ...this.design() });
       const text = encodeURIComponent(JSON.stringify(this.design()));
       for (const suffix of EXPORTS) $4(suffix).href = `/export/${suffix}?design=${text}`;
       clearTimeout(this.resting);
       this.rested = false;
-    }
-    /** Ask for what is known of the present design by now. */
-    #refresh() {
-      this.socket.send({ do: "show", id: this.asked, ...this.design() });
     }
     /** Take up a design in the history, and solve it if that is wanted. */
     #rest() {
@@ -2092,11 +2089,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     #hear(message) {
       const { is, about } = message;
       if (is === "state") this.#state(message);
-      else if (is === "shown") this.#shown(message);
-      else if (is === "solved") {
-        root2.dataset.solved = +(root2.dataset.solved ?? 0) + 1;
-        this.#refresh();
-      } else if (is === "replaced") {
+      else if (is === "shown") this.showing = this.showing.then(() => this.#show(message));
+      else if (is === "replaced") {
         if (message.by !== this.known) $4("state").textContent = "a newer request took its place";
       } else if (is === "error" && about === "show") this.#refused(message);
       else if (is === "error" && about === "solve" && (message.design ?? this.known) !== this.known) {
@@ -2151,12 +2145,15 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const mesh = working.coarse ? ", coarse mesh" : "";
       $4("work-said").textContent = `${which}${mesh}: ${total ? `${done} of ${total}, ` : ""}${note}`;
     }
-    async #shown(message) {
+    /** Show what is known of a design: its numbers and where they come from, once its picture is there. */
+    async #show(message) {
+      if (message.id !== this.asked) return;
+      [this.scene] = message.scenes;
+      await this.#stage(message.said);
       if (message.id !== this.asked) return;
       $4("error").hidden ||= this.known !== message.design;
       this.known = message.design;
       this.solved = message.solved;
-      [this.scene] = message.scenes;
       $4("where").textContent = message.said;
       this.#numbers(message.numbers);
       this.#curves(message.charts);
@@ -2165,8 +2162,6 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         const { place } = message;
         this.front.here(place[x] === void 0 ? null : [place[x], place[y]]);
       }
-      await this.#stage(message.said);
-      if (message.id !== this.asked) return;
       root2.classList.remove("stale");
       $4("shape").inert = $4("keep").disabled = false;
       this.#badge(message.badge);
@@ -2207,6 +2202,11 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         $4("curves").append(card);
         return lineChart(box, spec, { pick: (scene, index) => this.stage?.setTime(index) });
       });
+      this.#mark();
+    }
+    /** Mark the picture's pressure in the curves. */
+    #mark() {
+      for (const chart of this.charts) chart.mark({ 0: this.stage.times()[0] });
     }
     async #stage(said) {
       const scenes = this.kept && this.kept.kind === this.scene.kind ? [this.scene, this.kept] : [this.scene];
@@ -2214,9 +2214,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         await this.stage.replace(scenes);
       } else {
         this.stage = new Stage(scenes, data.fields);
-        this.stage.onTime(([time]) => {
-          for (const chart of this.charts) chart.mark({ 0: time });
-        });
+        this.stage.onTime(() => this.#mark());
         this.stage.setTime(scenes[0].steps - 1);
         if (this.there) {
           await this.stage.begin(root2.dataset.theme === "dark");
