@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
@@ -19,6 +18,7 @@ from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Touching
+from dolfingrip.mechanics.model.assembly import box, integral, to_assemble
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.state import History
 from dolfingrip.mechanics.model.supports import SupportMotion
@@ -191,11 +191,11 @@ class Site:
         part = self.domain.surface(region, quadrature_degree=2)
         one = self.fixed(1.0)
 
-        moments = [fem.form(one * x[i] * part) for i in range(3)]
-        area = fem.form(one * part)
+        moments = [to_assemble(one * x[i] * part) for i in range(3)]
+        area = to_assemble(one * part)
 
         def centroid() -> np.ndarray:
-            return np.array([self._assembled(moment) for moment in moments]) / self._assembled(area)
+            return np.array([integral(moment) for moment in moments]) / integral(area)
 
         return self._measured(centroid)
 
@@ -203,20 +203,14 @@ class Site:
         """Least and largest coordinate (mm) of the undeformed solid along an axis, (2,)."""
         mesh = self.domain.mesh
 
-        def ends() -> np.ndarray:
-            x = mesh.geometry.x[:, axis]
-            least = x.min(initial=np.inf), -x.max(initial=-np.inf)
-            low, high = (mesh.comm.allreduce(float(each), MPI.MIN) for each in least)
-            return np.array([low, -high])
-
-        return self._measured(ends)
+        return self._measured(lambda: box(mesh.comm, mesh.geometry.x)[:, axis].copy())
 
     def rest_volume(self, cavity: str) -> fem.Constant:
         """Volume (mm³) of a cavity of the whole undeformed finger."""
         x, normal = (kind(self.domain.mesh) for kind in (ufl.SpatialCoordinate, ufl.FacetNormal))
         part = self.domain.surface(cavity, quadrature_degree=3)
-        volume = fem.form(-self.fixed(self.domain.copies / 3) * ufl.inner(x, normal) * part)
-        return self._measured(lambda: np.array(self._assembled(volume)))
+        volume = to_assemble(-self.fixed(self.domain.copies / 3) * ufl.inner(x, normal) * part)
+        return self._measured(lambda: np.array(integral(volume)))
 
     def size(self, region: str) -> float:
         """Root of a region's area (mm), of the meshed part."""
@@ -225,17 +219,13 @@ class Site:
 
     def _integral(self, form: ufl.Form) -> float:
         """Over the meshed part, on all ranks."""
-        return self._assembled(fem.form(form))
-
-    def _assembled(self, form: fem.Form) -> float:
-        """Over the meshed part, on all ranks."""
-        return float(self.domain.mesh.comm.allreduce(fem.assemble_scalar(form)))
+        return integral(to_assemble(form))
 
     def lumped(self, energy: Expr) -> ufl.Form:
         """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
         clamp = self.domain.surface("clamp", quadrature_degree=1)
-        whole = fem.form(self.fixed(1.0) * clamp)
-        share = self._measured(lambda: np.array(1 / (self.domain.copies * self._assembled(whole))))
+        whole = to_assemble(self.fixed(1.0) * clamp)
+        share = self._measured(lambda: np.array(1 / (self.domain.copies * integral(whole))))
         return energy * share * clamp
 
     def _measured(self, measure: Callable[[], np.ndarray]) -> fem.Constant:

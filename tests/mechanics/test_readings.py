@@ -86,8 +86,9 @@ def test_by_state(finger: FingerModel, column: str) -> None:
 def test_force_by_the_plates_place(finger: FingerModel) -> None:
     plate, force = finger.plate, readings(finger)["force_N"]
     assert plate is not None
-    own = plate.reaction.by_constant(finger.model.u.x.array, plate.offset)
-    slope = finger.model.domain.copies * own
+    curvature = plate.pose_curvature(finger.model.u.x.array)
+    own = plate.motion @ curvature @ plate.pose.rate(plate.offset)
+    slope = finger.model.domain.copies * float(own)
     start = float(plate.offset.value)
 
     def at(step: float) -> float:

@@ -20,8 +20,8 @@ from dolfingrip.experiments.results.readings import Readings
 from dolfingrip.files.run import MeshCounts, RunFailure, RunFile, SolverCounts
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.mechanics.newton import linear_solver
 from dolfingrip.mechanics.newton.bordered import has_cholesky
+from dolfingrip.mechanics.newton.memory import peak_MB
 from dolfingrip.mechanics.newton.newton import Newton
 
 PACKAGES = ("fenics-ffcx", "fenics-ufl", "gmsh", "ipctk", "meshio", "numpy", "scipy")
@@ -113,6 +113,6 @@ def of_run(
         compiled_for=jit.PROCESSOR,
         wall_s=round(wall_s, 3),
         memory_forecast_MB=round(newton.linear_solver.forecast_MB),
-        peak_memory_MB=round(model.comm.allreduce(linear_solver.peak_MB(), MPI.SUM)),
+        peak_memory_MB=round(model.comm.allreduce(peak_MB(), MPI.SUM)),
         profile=profile.as_dict(),
     )

@@ -13,7 +13,7 @@ from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.meshes.adoption import adopt as adoption
@@ -127,13 +127,10 @@ def _displaced(domain: Domain) -> _Displacement:
     load = -ufl.inner(ufl.FacetNormal(domain.mesh), v) * inside
     held = {0: ["clamp"], 1: ["clamp", *(["symmetry"] if domain.half else [])], 2: ["clamp"]}
     supports = at_rest(space, domain, held)
-    stiffness = fem.form(
-        ufl.inner(stress, ufl.grad(v)) * domain.volume(quadrature_degree=2),
-        jit_options=jit.options(),
-    )
-    matrix = fem_petsc.assemble_matrix(stiffness, bcs=supports)
+    stiffness = ufl.inner(stress, ufl.grad(v)) * domain.volume(quadrature_degree=2)
+    matrix = fem_petsc.assemble_matrix(to_assemble(stiffness), bcs=supports)
     matrix.assemble()
-    right = fem_petsc.assemble_vector(fem.form(load, jit_options=jit.options()))
+    right = fem_petsc.assemble_vector(to_assemble(load))
     fem_petsc.set_bc(right, supports)
     ksp = PETSc.KSP().create(domain.mesh.comm)
     ksp.setOperators(matrix)

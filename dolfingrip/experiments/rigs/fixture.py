@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from dolfinx import fem
-from mpi4py import MPI
 
 from dolfingrip.channels import PRESSURE, supply_of
 from dolfingrip.config import KPA, Config, ConfigError
@@ -14,6 +13,7 @@ from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
+from dolfingrip.mechanics.model.assembly import box
 from dolfingrip.mechanics.model.model import Control, Prescribed
 from dolfingrip.mechanics.model.supports import MovingSupport
 from dolfingrip.sections.fixture import PlateSettings
@@ -50,7 +50,7 @@ def surround(site: Site, *, plate: bool) -> None:
     given, contact = site.config.plate, site.config.contact
     if plate:
         normal, mesh = normal_of(given), site.domain.mesh
-        length = mesh.comm.allreduce(mesh.geometry.x[:, 2].max(initial=-np.inf), MPI.MAX)
+        length = box(mesh.comm, mesh.geometry.x)[1, 2]
         # a facet that crosses the plate's end does not face the plate
         start = length - given.contact_length_mm - 1e-6 * length
         site.domain = site.domain.with_region(FACING, SKIN, lambda x: x[2] >= start)

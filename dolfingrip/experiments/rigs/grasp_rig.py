@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from dolfinx import fem
 from mpi4py import MPI
 from scipy.spatial.transform import Rotation
 
@@ -29,7 +28,7 @@ from dolfingrip.files.run import GraspOutcome
 from dolfingrip.mechanics.contact import force_closure
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.surface import Surface
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import integral, to_assemble
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.newton.newton import Newton
@@ -301,7 +300,7 @@ class EnergyBook:
 
     def __init__(self, gripper: GripperModel) -> None:
         self._gripper = gripper
-        self._volume = fem.form(gripper.finger.enclosed, jit_options=jit.options())
+        self._volume = to_assemble(gripper.finger.enclosed)
         self._last: tuple[float, float, float, float, float] | None = None
         self.pressure_mJ = self.table_mJ = self.friction_mJ = self.error_mJ = 0.0
 
@@ -310,7 +309,7 @@ class EnergyBook:
         model, dofs = self._gripper.model, self._gripper.model.u.x.array
         copies = model.domain.copies
         taken = copies * sum(friction.dissipated_mJ(dofs) for friction in self._frictions)
-        volume = copies * float(model.comm.allreduce(fem.assemble_scalar(self._volume), MPI.SUM))
+        volume = copies * integral(self._volume)
         pressure = self._gripper.finger.cavity.value * KPA
         force, height = self._table_N(), model.controls["table_z_mm"].value
         stored = self._stored_mJ(taken) + pressure * volume

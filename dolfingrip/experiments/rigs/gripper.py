@@ -25,6 +25,7 @@ from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
 from dolfingrip.mechanics.contact.tangential import Touching
+from dolfingrip.mechanics.model.assembly import box
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.placement import Placement
@@ -295,9 +296,8 @@ def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bo
         return side_by_side([made(config.changed(mesh={"half": True})), whole])
 
     domain = spread(comm, all_made)
-    x = domain.mesh.geometry.x[:, 0]
-    extent = comm.allreduce(x.min(initial=np.inf), MPI.MIN), comm.allreduce(x.max(), MPI.MAX)
-    domain = replace(domain, placement=placed(found, extent, half=half))
+    low, high = box(comm, domain.mesh.geometry.x)[:, 0]
+    domain = replace(domain, placement=placed(found, (low, high), half=half))
     if not half:
         return domain
     assert domain.placement is not None

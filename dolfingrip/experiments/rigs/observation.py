@@ -23,6 +23,7 @@ from dolfingrip.channels import (
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.undeformed import REST, morph
+from dolfingrip.mechanics.model.assembly import undeformed
 from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.line import of_line
@@ -196,14 +197,8 @@ class Observation:
         self.readings = {reading.column: reading for reading in found}
         self._rotation = TipRotation(model, slices)
         self._elongation = Elongation(finger)
-        self._tare_undeformed()
-
-    def _tare_undeformed(self) -> None:
-        u = self._finger.model.u.x.array
-        kept = u.copy()
-        u[:] = 0.0
-        self.tare()
-        u[:] = kept
+        with undeformed(model.u):
+            self.tare()
 
     def tare(self) -> None:
         """Count angles and displacements from the present state."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,7 +19,6 @@ from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 
 AWAY_mm = 1e4
@@ -70,7 +69,7 @@ class RigidPlate(RigidContact):
         self.offset, self.unloaded = (fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in range(2))
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
         density = TwoStage(width_mm, stiffness_MPa)
-        shape, pose = Plane(tuple(self.normal)), Pose([self.offset], self._motion, np.zeros(SIX))
+        shape, pose = Plane(tuple(self.normal)), Pose([self.offset], self.motion, np.zeros(SIX))
         super().__init__(u, domain, [region], shape, pose, density)
         self.width_mm = width_mm
         self._u = u
@@ -79,7 +78,7 @@ class RigidPlate(RigidContact):
         self.put()
 
     @property
-    def _motion(self) -> np.ndarray:
+    def motion(self) -> np.ndarray:
         """(6,) motion of the pose along the normal."""
         return np.concatenate([self.normal, np.zeros(3)])
 
@@ -130,11 +129,6 @@ class RigidPlate(RigidContact):
 
     # -- readings --------------------------------------------------------------------------------
 
-    @property
-    def reaction(self) -> ContactLoad:
-        """The normal force on the meshed part, dΠ/d(offset), with its derivatives."""
-        return ContactLoad(self, self._motion)
-
     def force_N(self) -> float:
         """Normal force on the whole finger's plate."""
         return -float(self.load_N(self._u.x.array)[:3] @ self.normal)
@@ -164,7 +158,7 @@ class RigidPlate(RigidContact):
         """
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
         self.shape = Plane(tuple(self.normal))
-        self.pose = Pose([self.offset], self._motion, np.zeros(SIX), self.pose.global_unknowns)
+        self.pose = Pose([self.offset], self.motion, np.zeros(SIX), self.pose.global_unknowns)
         self._gap_mm = gap_mm
         if self._away:
             return
@@ -189,35 +183,3 @@ class RigidPlate(RigidContact):
     def _along(self, dofs: np.ndarray) -> np.ndarray:
         """Positions of the nodes that may touch, along n (mm)."""
         return np.asarray(self.points.positions(dofs) @ self.normal)
-
-
-if TYPE_CHECKING:
-    from dolfingrip.mechanics.contact.rigid import RigidContact
-
-
-class ContactLoad:
-    """g = e · ∂Π/∂q: the force that holds a rigid body along a motion e of its pose q.
-
-    It is the meshed part's share. Each derivative is this rank's share.
-
-    Args:
-        contact: contact with the body.
-        motion: (6,) e; with (n, 0), g is the force along n.
-    """
-
-    def __init__(self, contact: RigidContact, motion: np.ndarray) -> None:
-        self._contact = contact
-        self._motion = np.asarray(motion, dtype=float)
-
-    def by_displacement(self, dofs: np.ndarray) -> np.ndarray:
-        """Derivatives by the owned displacements, in the order of a vector."""
-        return self._contact.pose_rate(dofs, self._motion).ravel()
-
-    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient, factor: float) -> None:
-        """Add ``factor`` times the derivatives by the reference coordinates."""
-        self._contact.add_load_shape_gradient(dofs, self._motion, found, factor)
-
-    def by_constant(self, dofs: np.ndarray, constant: fem.Constant) -> float:
-        """Derivative by one of the pose's coordinates; 0 by any other constant."""
-        rate = self._contact.pose.rate(constant)
-        return float(self._motion @ self._contact.pose_curvature(dofs) @ rate)

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 import scipy.sparse as sp
 import ufl
-from dolfinx import cpp, fem, la
+from dolfinx import cpp, fem
 from mpi4py import MPI
 
 from dolfingrip.forms import plate as form
@@ -25,7 +25,7 @@ from dolfingrip.mechanics.contact.pose_contact import (
     slopes,
 )
 from dolfingrip.mechanics.contact.tangential import Tangential
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import owned_vector, to_assemble
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference, to_world
 from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
@@ -64,7 +64,7 @@ class SkinPoints:
         rule = form.nodal_rule(facet, space.ufl_element().degree)
         self.measure = domain.surface(*regions, **rule)
         test = ufl.TestFunction(space)
-        shares = self._assembled(fem.form(test[0] * self.measure, jit_options=jit.options()))
+        shares = owned_vector(to_assemble(test[0] * self.measure))[::NODE]
         # a rank may own a node of a facet that only another rank has
         self.nodes = np.flatnonzero(shares > 0).astype(np.int32)
         self.areas = shares[self.nodes]
@@ -98,11 +98,10 @@ class SkinPoints:
             field, test = fem.Function(self._space), ufl.TestFunction(self._space)
             normal = ufl.FacetNormal(self._space.mesh)
             stretch = ufl.div(field) - ufl.inner(normal, ufl.grad(field) * normal)
-            rate = test[0] * stretch * self.measure
-            self._rate = field, fem.form(rate, jit_options=jit.options())
+            self._rate = field, to_assemble(test[0] * stretch * self.measure)
         field, rate = self._rate
         field.x.array[:] = velocity
-        return self._assembled(rate)[self.nodes]
+        return owned_vector(rate)[NODE * self.nodes]
 
     def moved(self, change: np.ndarray) -> SkinPoints:
         """The points after the reference nodes have moved a little by ``change`` (mm)."""
@@ -132,12 +131,6 @@ class SkinPoints:
         density.x.scatter_forward()
         found.add_form(by_coordinates)
         found.at_nodes[self.nodes[rows]] += self.to_reference(forces, rows)
-
-    def _assembled(self, integral: fem.Form) -> np.ndarray:
-        """The first component of each owned node."""
-        vector = fem.assemble_vector(integral)
-        vector.scatter_reverse(la.InsertMode.add)
-        return np.asarray(vector.array[: NODE * self.owned : NODE])
 
 
 class RigidContact(PoseContact):

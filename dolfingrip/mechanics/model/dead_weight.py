@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import owned_vector, to_assemble
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
@@ -46,26 +46,16 @@ class DeadWeight(Term):
             for names in weights_N_mm3
         ]
         test = ufl.TestFunction(space)
-        self._volume = [self._compiled(test[0] * part) for part in self._parts]
-        self._nodes = space.dofmap.index_map.size_local
-        points = space.tabulate_dof_coordinates()[: self._nodes]
-        placement = domain.placement
+        self._volume = [to_assemble(test[0] * part) for part in self._parts]
+        placement, owned = domain.placement, space.dofmap.index_map.size_local
+        points = space.tabulate_dof_coordinates()[:owned]
         self._frames = None if placement is None else placement.frames(points)
-        self._volumes_mm3 = self._assembled(self._volume)
+        self._volumes_mm3 = self._measured_mm3()
         self._by_coordinates: fem.Form | None = None
 
-    @staticmethod
-    def _compiled(form: ufl.Form) -> fem.Form:
-        return fem.form(form, jit_options=jit.options())
-
-    def _assembled(self, forms: list[fem.Form]) -> list[np.ndarray]:
-        """The first component of each owned node, for each part."""
-        found = []
-        for form in forms:
-            vector = fem.assemble_vector(form)
-            vector.scatter_reverse(la.InsertMode.add)
-            found.append(np.array(vector.array[: NODE * self._nodes : NODE]))
-        return found
+    def _measured_mm3(self) -> list[np.ndarray]:
+        """Volume at each owned node, for each part."""
+        return [owned_vector(form)[::NODE] for form in self._volume]
 
     def _loads_N(self, volumes_mm3: list[np.ndarray]) -> np.ndarray:
         """(n, 3) weight that each owned node bears, for volumes ∫ N dX that it has of each part."""
@@ -97,4 +87,4 @@ class DeadWeight(Term):
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Compute the volumes of the mesh at its present place."""
-        self._volumes_mm3 = self._assembled(self._volume)
+        self._volumes_mm3 = self._measured_mm3()

@@ -14,7 +14,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.forms import inertia
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.state import Memory
 
@@ -76,7 +76,7 @@ class Inertia(Memory):
         """The consistent mass matrix (t) of the meshed part, without regard to supports."""
         from dolfinx.fem import petsc
 
-        found = petsc.assemble_matrix(fem.form(self._mass, jit_options=jit.options()))
+        found = petsc.assemble_matrix(to_assemble(self._mass))
         found.assemble()
         return found
 

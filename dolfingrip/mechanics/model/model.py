@@ -12,6 +12,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.model.assembly import box
 from dolfingrip.mechanics.model.carried_stress import CarriedTogether, Regularised
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.potential import Potential
@@ -205,20 +206,33 @@ class Model:
         if not supported:
             return found.array
         whole = found.array.copy() if self.constraint else found.array
-        for bc in self.supports:
-            dofs, owned = bc.dof_indices()
-            found.array[dofs[:owned]] = 0.0
+        found.array[self.supported] = 0.0
         if self.constraint:
             self.constraint.add_gradient(self.u.x.array, whole, found)
         return found.array
 
     @property
+    def supported(self) -> np.ndarray:
+        """Owned dofs that supports prescribe, in a vector's order."""
+        each = (bc.dof_indices() for bc in self.supports)
+        return np.concatenate([np.zeros(0, int), *(dofs[:owned] for dofs, owned in each)])
+
+    @property
+    def nodes_mm(self) -> np.ndarray:
+        """(n, 3) reference places of the displacement's owned nodes."""
+        space = self.u.function_space
+        return np.asarray(space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local])
+
+    @property
+    def box_mm(self) -> np.ndarray:
+        """(2, 3) least and largest coordinates of the reference nodes of all ranks."""
+        return box(self.comm, self.nodes_mm)
+
+    @property
     def free(self) -> np.ndarray:
         """1 for each owned unknown in a vector's order; 0 for supported unknowns and fillers."""
         found = np.ones(self.unknowns.owned_size)
-        for bc in self.supports:
-            dofs, owned = bc.dof_indices()
-            found[dofs[:owned]] = 0.0
+        found[self.supported] = 0.0
         self.unknowns.global_rows(found)[len(self.unknowns.global_unknowns) :] = 0.0
         return found
 

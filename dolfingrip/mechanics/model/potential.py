@@ -9,8 +9,7 @@ from operator import add
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
-from mpi4py import MPI
+from dolfinx import fem
 from ufl.algorithms import expand_derivatives
 
 from dolfingrip.forms import chain_rule
@@ -19,7 +18,7 @@ from dolfingrip.forms.kinematics import (
     geometric_variation,
     strain_variation,
 )
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import integral, owned_vector, to_assemble
 from dolfingrip.mechanics.model.carried_stress import CarriedStress
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import Sheet, integration_degree, sheet_degree
@@ -34,7 +33,7 @@ from dolfingrip.mechanics.model.parts import (
 from dolfingrip.mechanics.model.points import AtPoints
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
-from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 
 
 class Potential(Term):
@@ -90,7 +89,6 @@ class Potential(Term):
         parts = [*solids, *apart]
         self.degree, self.solids = degree, found
         fields = [u] if p is None else [u, p]
-        self._comm = space.mesh.comm
         if not isinstance(strain_energies, Mapping):
             strain_energies = {(): strain_energies}
         self.by_part: ByPart = strain_energies
@@ -154,39 +152,39 @@ class Potential(Term):
 
     @cached_property
     def _value(self) -> fem.Form:
-        return _compiled(self._energy)
+        return to_assemble(self._energy)
 
     @cached_property
     def residual(self) -> fem.Form:
         """∂Π/∂u."""
-        return _compiled(self.gradient)
+        return to_assemble(self.gradient)
 
     @cached_property
     def tangent(self) -> fem.Form:
         """∂²Π/∂u²."""
-        return _compiled(self._stiffness)
+        return to_assemble(self._stiffness)
 
     @cached_property
     def constraint(self) -> fem.Form | None:
         """∂Π/∂p; None without p."""
-        return None if self._constraint is None else _compiled(self._constraint)
+        return None if self._constraint is None else to_assemble(self._constraint)
 
     @cached_property
     def coupling(self) -> tuple[fem.Form, ...]:
         """Blocks (u, p), (p, u) and (p, p) of the tangent; empty without p."""
-        return tuple(map(_compiled, self._coupling))
+        return tuple(map(to_assemble, self._coupling))
 
     # -- as a term -------------------------------------------------------------------------------
 
     def value(self, dofs: np.ndarray) -> float:
         """Energy (mJ) of the meshed part at the present unknowns."""
-        return float(self._comm.allreduce(fem.assemble_scalar(self._value), MPI.SUM))
+        return integral(self._value)
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives (N) by the unknowns at their present values."""
         forms = [self.residual] if self.constraint is None else [self.residual, self.constraint]
         for form, part in zip(forms, gradient.fields, strict=True):
-            part += _assembled(form)[: len(part)]
+            part += owned_vector(form)
         if self._globals is not None:
             self._globals.add_slopes(gradient)
 
@@ -231,17 +229,6 @@ def _sum(forms: Iterable[ufl.Form]) -> ufl.Form:
     return reduce(add, forms)
 
 
-def _compiled(form: ufl.Form) -> fem.Form:
-    return fem.form(form, jit_options=jit.options())
-
-
-def _assembled(form: fem.Form) -> np.ndarray:
-    """A form's vector; the parts of ghosts are sent to their owners."""
-    vector = fem.assemble_vector(form)
-    vector.scatter_reverse(la.InsertMode.add)
-    return np.asarray(vector.array)
-
-
 class _GlobalForms:
     """Derivatives of an energy by global unknowns that it contains as constants."""
 
@@ -254,29 +241,24 @@ class _GlobalForms:
         marked = ufl.replace(energy, dict(zip(constants, marks, strict=True)))
         slopes = [ufl.diff(marked, mark) for mark in marks]
         test = ufl.TestFunction(u.function_space)
-        self._comm = u.function_space.mesh.comm
         self._first = u.function_space.dofmap.index_map.local_range[0]
-        self._owned = u.function_space.dofmap.index_map.size_local
-        self._slopes = [_compiled(slope) for slope in slopes]
+        self._slopes = [to_assemble(slope) for slope in slopes]
         # Most pairs do not meet in any energy, and forms that are zero need not be compiled.
         self._curvatures = {
-            (i, j): _compiled(curvature)
+            (i, j): to_assemble(curvature)
             for i, j in combinations_with_replacement(range(len(marks)), 2)
             if not (curvature := expand_derivatives(ufl.diff(slopes[i], marks[j]))).empty()
         }
-        self._mixed = [_compiled(ufl.derivative(slope, u, test)) for slope in slopes]
-
-    def _sum(self, form: fem.Form) -> float:
-        return float(self._comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
+        self._mixed = [to_assemble(ufl.derivative(slope, u, test)) for slope in slopes]
 
     def add_slopes(self, gradient: Gradient) -> None:
         for unknown, slope in zip(self._globals, self._slopes, strict=True):
-            gradient.add(unknown, self._sum(slope))
+            gradient.add(unknown, integral(slope))
 
     def coupling(self) -> Coupling:
         """This rank's rows, and the rows of the global unknowns."""
-        mixed = [_assembled(form)[: NODE * self._owned] for form in self._mixed]
+        mixed = [owned_vector(form) for form in self._mixed]
         within = np.zeros((len(mixed), len(mixed)))
         for (i, j), form in self._curvatures.items():
-            within[i, j] = within[j, i] = self._sum(form)
+            within[i, j] = within[j, i] = integral(form)
         return global_coupling(self._globals, self._first, np.array(mixed), within)

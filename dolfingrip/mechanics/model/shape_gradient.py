@@ -10,7 +10,7 @@ import ufl
 from dolfinx import fem, la
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.compatibility import points_of_cells
 
 
@@ -46,7 +46,7 @@ class Coordinates:
     def compiled(self, form: ufl.Form) -> fem.Form:
         """The derivative of a form by the coordinates, at fixed nodal values of all fields."""
         x = ufl.SpatialCoordinate(self.mesh)
-        return fem.form(ufl.derivative(form, x, self.test), jit_options=jit.options())
+        return to_assemble(ufl.derivative(form, x, self.test))
 
     @cached_property
     def of_nodes(self) -> sp.csr_matrix:

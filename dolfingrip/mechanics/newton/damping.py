@@ -6,12 +6,11 @@ from collections.abc import Callable
 from functools import cached_property
 
 import ufl
-from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.inverse import Inverse
@@ -164,8 +163,7 @@ class Damping:
         model = self._model
         space = model.u.function_space
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-        form = fem.form(ufl.inner(u, v) * ufl.dx(space.mesh), jit_options=jit.options())
-        matrix = fem_petsc.assemble_matrix(form)
+        matrix = fem_petsc.assemble_matrix(to_assemble(ufl.inner(u, v) * ufl.dx(space.mesh)))
         matrix.assemble()
         diagonal = matrix.getDiagonal().array_r
         masses = model.unknowns.create_vector()

@@ -116,10 +116,7 @@ class CorrectedStep:
         dofs = model.u.x.array
         parts = [term.lagged_correction(dofs) for term in model.lagged_terms]
         self._parts = [part for part in parts if part is not None]
-        supported = [bc.dof_indices() for bc in model.supports]
-        self._supported = np.concatenate(
-            [dofs[:owned] for dofs, owned in supported] or [np.zeros(0, int)]
-        )
+        self._supported = model.supported
 
     @property
     def any(self) -> bool:

@@ -11,15 +11,15 @@ from typing import ClassVar
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import integral, owned_vector, to_assemble, undeformed
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
-from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.sections.numerics import Solver
 
@@ -75,11 +75,10 @@ class VolumeControl(Term, Memory):
         space = u.function_space
         self._comm = space.mesh.comm
         self._first = space.dofmap.index_map.local_range[0]
-        self._owned = space.dofmap.index_map.size_local
         self._copies = copies
-        self._volume = fem.form(volume, jit_options=jit.options())
+        self._volume = to_assemble(volume)
         test = ufl.TestFunction(space)
-        self._rate = fem.form(ufl.derivative(volume, u, test), jit_options=jit.options())
+        self._rate = to_assemble(ufl.derivative(volume, u, test))
         self._integral = volume
         self._by_coordinates: fem.Form | None = None
         self.control = PrescribedVolume(self.volume_mm3())
@@ -95,22 +94,12 @@ class VolumeControl(Term, Memory):
 
     def volume_mm3(self) -> float:
         """Present volume of the whole cavity."""
-        local = fem.assemble_scalar(self._volume)
-        return float(self._copies * self._comm.allreduce(local, MPI.SUM))
+        return self._copies * integral(self._volume)
 
     def _undeformed_mm3(self) -> float:
         """Volume of the whole cavity without any displacement."""
-        now = self._u.x.array.copy()
-        self._u.x.array[:] = 0.0
-        volume = self.volume_mm3()
-        self._u.x.array[:] = now
-        return volume
-
-    def _rates(self) -> np.ndarray:
-        """Derivatives of the meshed volume by this rank's owned displacements (mm²)."""
-        vector = fem.assemble_vector(self._rate)
-        vector.scatter_reverse(la.InsertMode.add)
-        return np.asarray(vector.array[: NODE * self._owned])
+        with undeformed(self._u):
+            return self.volume_mm3()
 
     # -- as a term -------------------------------------------------------------------------------
 
@@ -124,18 +113,16 @@ class VolumeControl(Term, Memory):
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """−∂V/∂u between pressure and displacement."""
-        rates = self._rates()
+        rates = owned_vector(self._rate)  # of the meshed volume (mm²)
         return [global_coupling([self.unknown], self._first, -rates[None], np.zeros((1, 1)))]
 
     def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
         """Add p ∂V*/∂X, as V* grows with the undeformed cavity."""
         if self._by_coordinates is None:
             self._by_coordinates = found.coordinates.compiled(self._integral)
-        now = self._u.x.array.copy()
-        self._u.x.array[:] = 0.0
         share = self.control.value / self._undeformed
-        found.add_form(self._by_coordinates, self.unknown.value * share)
-        self._u.x.array[:] = now
+        with undeformed(self._u):
+            found.add_form(self._by_coordinates, self.unknown.value * share)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Let the controlled volume grow with the undeformed cavity."""
@@ -154,7 +141,7 @@ class VolumeControl(Term, Memory):
         return self._force_N
 
     def _load_N(self) -> float:
-        rates = self._rates()
+        rates = owned_vector(self._rate)
         square = self._comm.allreduce(float(rates @ rates), MPI.SUM)
         return abs(self.unknown.value) * float(np.sqrt(square))
 

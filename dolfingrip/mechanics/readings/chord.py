@@ -69,7 +69,7 @@ def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         model: model with nodes on the edge.
         where: returns distances (n,) from the edge (mm) at (n, 3) coordinates.
     """
-    nodes = _owned_nodes(model)
+    nodes = model.nodes_mm
     on_edge = np.flatnonzero(where(nodes) <= LEVEL * _extent(model))
     every = model.comm.allgather(nodes[on_edge, 1])
     order = np.argsort(np.concatenate(every), kind="stable")
@@ -99,10 +99,10 @@ def back_edge(model: Model, region: str) -> np.ndarray:
     Returns:
         Weights of this rank's displacement nodes, which add up to 1 on all ranks.
     """
-    nodes = _owned_nodes(model)
+    nodes = model.nodes_mm
     space = model.u.function_space
-    lowest = model.comm.allreduce(float(nodes[:, 0].min(initial=np.inf)), MPI.MIN)
-    middle = sum(_ends(model)) / 2
+    box = model.box_mm
+    lowest, middle = box[0, 0], box[:, 2].mean()
     inside = fem.locate_dofs_topological(space, 2, model.domain.facets(region))
     inside = inside[inside < len(nodes)]
     back = nodes[inside]
@@ -123,7 +123,7 @@ def point(model: Model, at: np.ndarray) -> np.ndarray | None:
         Weights of this rank's displacement nodes, which add up to 1 on all ranks; None if
         no node is near.
     """
-    nodes = _owned_nodes(model)
+    nodes = model.nodes_mm
     distance = np.linalg.norm(nodes - at, axis=1)
     least = model.comm.allgather(float(distance.min(initial=np.inf)))
     if min(least) > NEAR * _extent(model):
@@ -134,19 +134,5 @@ def point(model: Model, at: np.ndarray) -> np.ndarray | None:
     return found
 
 
-def _owned_nodes(model: Model) -> np.ndarray:
-    space = model.u.function_space
-    nodes = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    return np.asarray(nodes)
-
-
-def _ends(model: Model) -> tuple[float, float]:
-    z = _owned_nodes(model)[:, 2]
-    comm = model.comm
-    low = comm.allreduce(float(z.min(initial=np.inf)), MPI.MIN)
-    return low, comm.allreduce(float(z.max(initial=-np.inf)), MPI.MAX)
-
-
 def _extent(model: Model) -> float:
-    low, high = _ends(model)
-    return high - low
+    return float(np.ptp(model.box_mm[:, 2]))

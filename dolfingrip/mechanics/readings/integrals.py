@@ -8,18 +8,14 @@ from functools import cached_property
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import integral, owned_vector, to_assemble
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
-
-
-def _compiled(form: ufl.Form) -> fem.Form:
-    return fem.form(form, jit_options=jit.options())
 
 
 class OfIntegrals(Reading):
@@ -52,19 +48,14 @@ class OfIntegrals(Reading):
         return float(self._function(self._values()))
 
     def _values(self) -> np.ndarray:
-        return np.array([self._summed(form) for form in self._forms])
-
-    def _summed(self, form: fem.Form) -> float:
-        return float(self.model.comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
+        return np.array([integral(form) for form in self._forms])
 
     # -- derivatives -----------------------------------------------------------------------------
 
     def gradient(self) -> np.ndarray:
         self._weigh()
         found = Gradient(self.model.unknowns)
-        vector = fem.assemble_vector(self._by_displacement)
-        vector.scatter_reverse(la.InsertMode.add)
-        found.fields[0][:] = vector.array[: found.fields[0].size]
+        found.fields[0][:] = owned_vector(self._by_displacement)
         for unknown in self.model.unknowns.global_unknowns:
             found.add(unknown, self._to_constant(unknown.constant))
         return found.array
@@ -86,12 +77,12 @@ class OfIntegrals(Reading):
         if constant not in self._by_constant:
             mark = ufl.variable(constant)
             marked = ufl.replace(self._weighed, {constant: mark})
-            self._by_constant[constant] = _compiled(ufl.diff(marked, mark))
-        return self._summed(self._by_constant[constant])
+            self._by_constant[constant] = to_assemble(ufl.diff(marked, mark))
+        return integral(self._by_constant[constant])
 
     @cached_property
     def _forms(self) -> list[fem.Form]:
-        return [_compiled(form) for form in self._integrals]
+        return [to_assemble(form) for form in self._integrals]
 
     @cached_property
     def _weights(self) -> list[fem.Constant]:
@@ -105,7 +96,7 @@ class OfIntegrals(Reading):
     @cached_property
     def _by_displacement(self) -> fem.Form:
         u = self.model.u
-        return _compiled(ufl.derivative(self._weighed, u, ufl.TestFunction(u.function_space)))
+        return to_assemble(ufl.derivative(self._weighed, u, ufl.TestFunction(u.function_space)))
 
 
 class Integral(OfIntegrals):

@@ -58,18 +58,16 @@ class BackLine:
 
     def __init__(self, model: Model) -> None:
         self._model, self._comm = model, model.comm
-        space = model.u.function_space
-        nodes = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-        low, high = self._comm.allgather(nodes.min(axis=0)), self._comm.allgather(nodes.max(axis=0))
-        lowest, length = np.min(low, axis=0), np.ptp([*low, *high], axis=0)[2]
-        near = np.abs(nodes[:, :2] - [lowest[0], 0.0]).max(axis=1) < LEVEL * length
+        nodes, box = model.nodes_mm, model.box_mm
+        length = np.ptp(box[:, 2])
+        near = np.abs(nodes[:, :2] - [box[0, 0], 0.0]).max(axis=1) < LEVEL * length
         self._own = np.flatnonzero(near)
         every = self._comm.allgather(nodes[self._own, 2])
         z = np.concatenate(every)
         self._order = np.argsort(z, kind="stable")
         first = sum(len(each) for each in every[: self._comm.rank])
         self._rank = slice(first, first + len(self._own))
-        self._degree = int(space.ufl_element().degree)
+        self._degree = int(model.u.function_space.ufl_element().degree)
         covers = len(z) > 2 and np.ptp(z) > (1 - LEVEL) * length
         if not covers or (len(z) - 1) % self._degree or self._uneven(np.sort(z)):
             raise ConfigError(

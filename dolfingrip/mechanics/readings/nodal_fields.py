@@ -16,6 +16,7 @@ from dolfingrip.forms.kinematics import current_area_vector, deformation_gradien
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.pose_contact import PoseContact
 from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.points import AtPoints, Rule
 from dolfingrip.mechanics.model.unknowns import Gradient
@@ -164,7 +165,7 @@ class ContactPressure(NodalFields):
         outwards = current_area_vector(model.u, ufl.FacetNormal(mesh))
         test = ufl.TestFunction(vertices)
         surface = ufl.ds(domain=mesh, metadata={"quadrature_degree": 4})
-        self._areas = fem.form(ufl.inner(outwards, test) * surface, jit_options=jit.options())
+        self._areas = to_assemble(ufl.inner(outwards, test) * surface)
         # the plane of symmetry is no surface: by symmetry, the surface's normals lie in it there
         at = vertices.tabulate_dof_coordinates()
         self._free = np.ones((len(at), 3))

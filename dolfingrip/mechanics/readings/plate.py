@@ -14,7 +14,7 @@ from dolfingrip.mechanics.readings.reading import Reading
 
 
 class PlateForce(Reading):
-    """Normal force on the whole finger's plate (N)."""
+    """Normal force on the whole finger's plate (N): that on the meshed part is ∂Π/∂(offset)."""
 
     def __init__(self, model: Model, plate: RigidPlate) -> None:
         super().__init__(model, FORCE.name)
@@ -24,20 +24,17 @@ class PlateForce(Reading):
         return self._plate.force_N()
 
     def gradient(self) -> np.ndarray:
-        found, load = Gradient(self.model.unknowns), self._plate.reaction
+        found, plate = Gradient(self.model.unknowns), self._plate
         dofs, copies = self.model.u.x.array, self.model.domain.copies
-        found.fields[0][:] = copies * load.by_displacement(dofs)
+        found.at_nodes[:] = copies * plate.pose_rate(dofs, plate.motion)
+        by_pose = self.model.comm.allreduce(plate.motion @ plate.pose_curvature(dofs), MPI.SUM)
         for unknown in self.model.unknowns.global_unknowns:
-            found.add(unknown, copies * self._sum(load.by_constant(dofs, unknown.constant)))
+            found.add(unknown, copies * float(by_pose @ plate.pose.rate(unknown.constant)))
         return found.array
 
     def add_shape_gradient(self, found: ShapeGradient) -> None:
-        self._plate.reaction.add_shape_gradient(
-            self.model.u.x.array, found, float(self.model.domain.copies)
-        )
-
-    def _sum(self, own: float) -> float:
-        return float(self.model.comm.allreduce(own, MPI.SUM))
+        copies = float(self.model.domain.copies)
+        self._plate.add_load_shape_gradient(self.model.u.x.array, self._plate.motion, found, copies)
 
 
 class PlatePlace(Reading):

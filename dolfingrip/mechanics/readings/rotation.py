@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from dolfingrip.channels import BENDING_ANGLE, BENDING_DIRECTION, TIP_ROTATION, TIP_ROTATIONS
 from dolfingrip.forms import tip_face
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.assembly import integral, to_assemble, undeformed
 from dolfingrip.mechanics.model.model import Model
 
 SLICES = 24
@@ -34,12 +34,9 @@ class Slices:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        space = model.u.function_space
-        self._at = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-        z = self._at[:, 2]
-        low = model.comm.allreduce(float(z.min(initial=np.inf)), MPI.MIN)
-        high = model.comm.allreduce(float(z.max(initial=-np.inf)), MPI.MAX)
-        place = (SLICES * (z - low) / (high - low)).astype(int)
+        self._at = model.nodes_mm
+        low, high = model.box_mm[:, 2]
+        place = (SLICES * (self._at[:, 2] - low) / (high - low)).astype(int)
         self._slice = np.clip(place, 0, SLICES - 1)
         count, rest = self._moments(np.zeros_like(self._at))
         self._known = rest[:, 0, 0] + rest[:, 2, 2] > FLAT * count * (high - low) ** 2
@@ -149,21 +146,16 @@ class TipRotation:
         degree = 2 * model.u.function_space.ufl_element().degree
         tip = model.domain.surface("tip", quadrature_degree=degree)
         vector = tip_face.area_vector(model.u, model.domain.mesh)
-        return [fem.form(vector[i] * tip, jit_options=jit.options()) for i in range(3)]
+        return [to_assemble(vector[i] * tip) for i in range(3)]
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
         """(3,) unit area vector of the undeformed face."""
-        u = self._model.u.x.array
-        now = u.copy()
-        u[:] = 0.0
-        found = self._normal()
-        u[:] = now
-        return found
+        with undeformed(self._model.u):
+            return self._normal()
 
     def _normal(self) -> np.ndarray:
-        local = np.array([fem.assemble_scalar(form) for form in self._forms])
-        found = np.asarray(self._model.comm.allreduce(local, MPI.SUM))
+        found = np.array([integral(form) for form in self._forms])
         if self._model.domain.half:
             found[1] = 0.0
         return found / np.linalg.norm(found)

@@ -54,16 +54,8 @@ class TransverseStrain(Reading):
 
 def _sides(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """This rank's owned displacement nodes on the lower and on the upper side, near the middle."""
-    space = model.u.function_space
-    x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    low, high = (
-        np.array([model.comm.allreduce(float(each), of) for each in ends])
-        for ends, of in (
-            (x.min(axis=0, initial=np.inf), MPI.MIN),
-            (x.max(axis=0, initial=-np.inf), MPI.MAX),
-        )
-    )
-    part = (x - low) / (high - low)
+    low, high = model.box_mm
+    part = (model.nodes_mm - low) / (high - low)
     away = np.abs(part[:, 2] - 0.5)
     nearest = model.comm.allreduce(float(away.min(initial=np.inf)), MPI.MIN)
     middle = np.isclose(away, nearest)

@@ -114,7 +114,7 @@ class ForwardSensitivity:
         step = RepeatedStep(model, before, now, here, self._history)
         self._derived = here
         solve = self._linear()
-        start = step.residual()
+        start = step.at_end(model.gradient)
         found = np.zeros((len(start), len(self._perturbations)), order="F")
         each = list(self._each())
         first, last = np.zeros(len(each)), np.full(len(each), np.inf)
@@ -123,7 +123,8 @@ class ForwardSensitivity:
         for correction in range(1 if exact else self.policy.corrections):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
             for column, i in enumerate(due.tolist()):
-                moved = step.residual(*each[i], model.unknowns.to_local(found[:, i]))
+                along = model.unknowns.to_local(found[:, i])
+                moved = step.at_end(model.gradient, *each[i], along)
                 right[:, column] = (moved - start) / each[i][2]
                 if not correction:
                     found[:, i] = step.placed(each[i][2])
@@ -138,11 +139,11 @@ class ForwardSensitivity:
             if not len(due):
                 break
             found[:, due] -= solve(np.asfortranarray(right))
-        after = step.accepted() if before.history else {}
+        after = step.at_end(self._evolved) if before.history else {}
         for i, (perturbation, change, amount) in enumerate(each):
             unknowns = model.unknowns.to_local(found[:, i])
             if before.history:
-                there = step.accepted(perturbation, change, amount, unknowns)
+                there = step.at_end(self._evolved, perturbation, change, amount, unknowns)
                 change.history = {k: _rate(there[k], after[k], amount) for k in after}
             change.unknowns = unknowns
         self._history = after or None
@@ -150,6 +151,11 @@ class ForwardSensitivity:
         model.prescribe(step.controlled(now))
         model.unknowns.set_local(here)
         model.restore_lagged(lagged)
+
+    def _evolved(self) -> Mapping[str, np.ndarray]:
+        """Internal variables once the present state is accepted."""
+        self._model.accept_step()
+        return self._model.state().history
 
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""

@@ -147,35 +147,10 @@ class RepeatedStep:
             self._end_at(self._here + amount * along)
             return evaluate()
 
-    def residual(
-        self,
-        perturbation: Perturbation | None = None,
-        change: Change | None = None,
-        amount: float = 0.0,
-        along: np.ndarray | float = 0.0,
-    ) -> np.ndarray:
-        """Residual (N) at its end; see :meth:`at_end`."""
-        return self.at_end(self._model.gradient, perturbation, change, amount, along)
-
-    def accepted(
-        self,
-        perturbation: Perturbation | None = None,
-        change: Change | None = None,
-        amount: float = 0.0,
-        along: np.ndarray | float = 0.0,
-    ) -> dict[str, np.ndarray]:
-        """Internal variables once its end is accepted; see :meth:`at_end`."""
-
-        def evolved() -> dict[str, np.ndarray]:
-            self._model.accept_step()
-            return self._model.state().history
-
-        return self.at_end(evolved, perturbation, change, amount, along)
-
     def placed(self, amount: float) -> np.ndarray:
         """How dependent displacements have moved with the mesh, for each unit; 0 elsewhere.
 
-        Call it after :meth:`residual` without a direction. The tangent leaves this motion out.
+        Call it after :meth:`at_end` without a direction. The tangent leaves this motion out.
         """
         unknowns = self._model.unknowns
         return unknowns.owned_part(unknowns.local() - self._here) / amount
