@@ -71,7 +71,7 @@ def main(out: Path, blocked: str = "") -> DiagnosisFile:
         files.append(readings(out, "blocked_force", blocked))
     model = config.load(ACTUATORS / "coupon_alone.toml", COARSE | (CLOSED if blocked else {}))
     tried = (*TRIED, *TOUCHES) if blocked else TRIED
-    found = diagnose(files, model, out, DiagnosisSettings(effects=tried))
+    found = diagnose(files, model, out, DiagnosisSettings(effects=tried, say=print))
     write(found, files, out)
     return DiagnosisFile.read(out)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from dolfingrip.diagnosis.answer.ten_lines import (
 )
 from dolfingrip.diagnosis.core.decision import held
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
+from dolfingrip.diagnosis.data.motion import smallest_change
 from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.files import diagnosis as outcome
@@ -122,8 +124,7 @@ def _brief(brief: outcome.Brief) -> list[str]:
 
 def _causes(result: outcome.DiagnosisFile) -> list[str]:
     shown = [(each.name, each.probability) for each in result.causes if each.probability >= 0.005]
-    shown += [("none", result.none), ("unknown", result.unknown)]
-    rows = [[name, chance(p)] for name, p in shown]
+    rows = [[name, chance(p)] for name, p in (*shown, *result.beside_causes.items())]
     return TextTable(["cause", "probability that it takes part"], rows).markdown()
 
 
@@ -273,19 +274,23 @@ def _off(found: Diagnosis) -> list[str]:
     problem, along = found.analysis.problem, found.analysis.errors.along
     off = found.with_best_modulus() - problem.value
     listed = found.analysis.measurement.listed()
-    experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
+    experiment, control = listed["experiment"].to_numpy(), listed["control"].to_numpy()
     sentences = []
     for of in dict.fromkeys(experiment):
         for name, at in found.analysis.measurement.channels().items():
             here = at & (experiment == of)
-            for band in range(int(1 / PAGE.band)):
+            if not here.any():
+                continue
+            largest = max(float(np.abs(control[here]).max()), 1e-12)
+            rest = smallest_change(control[here], 0.0) / largest
+            for band, way in product(range(int(1 / PAGE.band)), (1.0, -1.0)):
                 low, high = band * PAGE.band, (band + 1) * PAGE.band
-                own = here & (along.load > low) & (along.load <= high)
+                load = way * along.load
+                own = here & (load > (low if way > 0 else max(low, rest))) & (load <= high)
                 if own.any():
                     unit = CHANNELS[name].unit
-                    largest = float(control[here].max())
                     sentences.append(
-                        f"{of}, {name}, {low * largest:.3g} to {high * largest:.3g} "
+                        f"{of}, {name}, {way * low * largest:z.3g} to {way * high * largest:.3g} "
                         f"{CHANNELS[CONTROL[of]].unit}: simulated less measured "
                         f"{off[own].mean():+.3g} {unit} "
                         f"({100 * off[own].mean() / abs(problem.value[own].mean()):+.2g} %)"

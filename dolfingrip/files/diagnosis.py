@@ -238,6 +238,22 @@ class DiagnosisFile(ResultFile):
         description="time of all simulations on a worker each, those from the store included"
     )
 
+    @property
+    def beside_causes(self) -> dict[str, float]:
+        """Probabilities that no cause is seen, and of one that is not in the catalogue, by words.
+
+        That nothing acts is less probable than that nothing is seen, as a cause may hide.
+        """
+        nothing = self.verdict.probability if self.verdict.answer == "none" else self.none
+        hides = (
+            {"hidden: not seen, not excluded": self.none - nothing} if nothing < self.none else {}
+        )
+        return {
+            "none: noise alone": nothing,
+            **hides,
+            "unknown: not in the catalogue": self.unknown,
+        }
+
     def tables(self) -> list[TextTable]:
         """List what was found as tables: fits, gain, next experiments, best designs."""
         tables = []

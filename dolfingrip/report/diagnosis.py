@@ -275,7 +275,7 @@ def probabilities(found: DiagnosisFile, least: float = PICTURES.least_probabilit
     """
     known = {each.name.replace("_", " "): each.probability for each in found.causes}
     shown = {name: p for name, p in known.items() if p >= least}
-    shown |= {"none: noise alone": found.none, "unknown: not in the catalogue": found.unknown}
+    shown |= found.beside_causes
     names = sorted(shown, key=lambda name: -shown[name])
     bars = []
     for colour, of_cause in (("green", True), ("grey", False)):

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
 from dolfingrip.diagnosis.answer.diagnosis import SetupEstimate
 from dolfingrip.diagnosis.answer.ten_lines import _off
+from dolfingrip.diagnosis.results import _off as off_in_words
 from dolfingrip.diagnosis.results import page
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files.diagnosis import HEADINGS
+from dolfingrip.report.diagnosis import probabilities
 
 LINES = outcome.Brief(
     result="the cause is a regulator whose scale is off (pressure_gain)", size="6 %", fit="0.1 deg",
@@ -36,6 +44,31 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
     assert lines[0].endswith("(pressure_gain)")
     assert "| a hold | 3 | 0.30 | – | +4.0 |" in lines
     assert lines[-1] == "- beware"
+    none = verdict.model_copy(update={"answer": "none", "probability": 0.4})
+    hides = found.model_copy(update={"verdict": none, "none": 0.9, "unknown": 0.1})
+    bars = probabilities(hides).series[-1]
+    assert dict(zip(bars.said, bars.x, strict=True)) == {"0.40": 0.4, "0.50": 0.5, "0.10": 0.1}
+    assert [row for row in page(hides).splitlines() if row.startswith(("| none", "| hid"))] == [
+        "| none: noise alone | 0.40 |", "| hidden: not seen, not excluded | 0.50 |",
+    ]  # fmt: skip
+
+
+def test_suction_has_bands_of_its_own() -> None:
+    """A model whose angle is 0.1° low throughout; at rest the gauge wavers."""
+    control = np.array([-20.0, -10.0, -0.1, 20.0, 60.0, 100.0])
+    rows = pd.DataFrame({"experiment": "bending", "control": control})
+    read = np.ones(len(control), dtype=bool)
+    analysis = SimpleNamespace(
+        problem=SimpleNamespace(value=0.1 * control),
+        errors=SimpleNamespace(along=SimpleNamespace(load=control / 100.0)),
+        measurement=SimpleNamespace(listed=lambda: rows, channels=lambda: {"angle_deg": read}),
+    )
+    found: Any = SimpleNamespace(analysis=analysis, with_best_modulus=lambda: 0.1 * control - 0.1)
+    assert [each.split(": ")[0] for each in off_in_words(found)] == [
+        "bending, angle_deg, 0 to 25 kPa", "bending, angle_deg, 0 to -25 kPa",
+        "bending, angle_deg, 50 to 75 kPa", "bending, angle_deg, 75 to 100 kPa",
+    ]  # fmt: skip
+    assert off_in_words(found)[1].endswith("-0.1 deg (-6.7 %)")
 
 
 def test_a_plate_that_was_set_often_is_told_in_one_sentence() -> None:
