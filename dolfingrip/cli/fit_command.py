@@ -17,7 +17,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import choice, coupons, fit
 from dolfingrip.experiments.material_fit.choice import choose, unstable
 from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
-from dolfingrip.experiments.material_fit.fit import LawFit
+from dolfingrip.experiments.material_fit.fit import FREE, LOOKED_AT, LawFit
 from dolfingrip.experiments.material_fit.law import LAWS, limit_points
 from dolfingrip.report import material
 from dolfingrip.report.table import of_rows
@@ -101,7 +101,7 @@ def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
     The laws' titles and the modes are wrapped, so that the table fits into 80 columns. Nothing is
     known beyond the largest stretch that it names.
     """
-    highest = max(best.policy.looked_at, 2 * farthest(data))
+    highest = max(LOOKED_AT, 2 * farthest(data))
     stable = f"Stable to stretch ({', '.join(MODES)})"
     names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
     rows = []
@@ -134,7 +134,7 @@ def _values(fits: Sequence[LawFit], best: LawFit) -> Table:
             row = (
                 title if i == 0 else "",
                 key.rpartition(".")[2],
-                *_interval(value, half, each.policy.free),
+                *_interval(value, half, FREE),
             )
             rows.append(row)
     return of_rows(names, rows, "Values", left=("Law", "Parameter"))

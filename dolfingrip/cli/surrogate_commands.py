@@ -30,7 +30,7 @@ from dolfingrip.design.optimum.study_file import trade_off
 from dolfingrip.design.surrogate import surrogate, training
 from dolfingrip.design.surrogate import surrogate as network
 from dolfingrip.design.surrogate import table as designs
-from dolfingrip.design.surrogate.training import Training, TrainingPolicy, TrainingSettings
+from dolfingrip.design.surrogate.training import GOAL_MSE, Training, TrainingSettings
 from dolfingrip.files import table
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import ChosenDesign, OptimumFile
@@ -66,10 +66,9 @@ def train(asked: TrainSettings) -> None:
         )
     _write(result, data, asked.out)
     said = result.surrogate.facts
-    goal = TrainingPolicy().goal_mse
     for part in ("training", "test"):
         mse = getattr(said, f"{part}_mse")
-        verdict = "" if mse < goal else f", above the goal of {goal:g}"
+        verdict = "" if mse < GOAL_MSE else f", above the goal of {GOAL_MSE:g}"
         rms = {name: getattr(each, part) for name, each in said.rms_error.items()}
         errors = ", ".join(f"{name} {value:.3g}" for name, value in rms.items())
         count = getattr(said, f"{part}_designs")
@@ -101,7 +100,7 @@ def _write(result: Training, data: designs.Table, out: Path) -> None:
     learnt = {
         "epoch": result.epoch, "training_mse": result.training_mse, "test_mse": result.test_mse,
     }  # fmt: skip
-    chart = pictures.learning_curve(learnt, TrainingPolicy().goal_mse)
+    chart = pictures.learning_curve(learnt, GOAL_MSE)
     picture.write([chart], out / "learning_curve.png")
     predicted = result.surrogate.predict(data.inputs)
     fits = pictures.fit(data.output_names, data.outputs, predicted, result.test)

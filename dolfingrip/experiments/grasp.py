@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar, Final
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
@@ -25,42 +25,32 @@ from dolfingrip.experiments.experiment import (
 from dolfingrip.experiments.finger_experiment import notes
 from dolfingrip.experiments.protocol import Stop, grasp_stops
 
+COARSE_MM: Final = 8.4
+"""Size of the elements of the coarse preset, inside and at edges. It is half of a chamber's width,
+so that a whole finger is meshed as half a finger and its mirror image. It bends 2 % less than the
+default mesh. With 7 mm it had a fifth more elements, none of them with a side on the plane of
+symmetry, and bent 3.5 % less. Fingers with thick walls stay graded to their edges."""
 
-@dataclass(frozen=True, slots=True)
-class GraspPolicy:
-    """How a grasp is meshed and solved.
+LEAST_STEP: Final = 0.004
+"""Shortest step, as a part of the longest one. A sausage that slips out of three curled fingers
+needs steps of 0.6 ms: with 0.02 its grasp ended there before its class was decided."""
 
-    Attributes:
-        coarse_mm: size of the elements of the coarse preset, inside and at edges. It is half of a
-            chamber's width, so that a whole finger is meshed as half a finger and its mirror image.
-            It bends 2 % less than the default mesh. With 7 mm it had a fifth more elements, none of
-            them with a side on the plane of symmetry, and bent 3.5 % less. Fingers with thick walls
-            stay graded to their edges.
-        least_step: shortest step, as a part of the longest one. A sausage that slips out of three
-            curled fingers needs steps of 0.6 ms: with 0.02 its grasp ended there before its class
-            was decided.
-        most_iterations: Newton iterations after which a step is halved; it is not solved in another
-            way before.
-        time_limit_s: time limit of a grasp if none is configured; a grasp that takes longer ends as
-            a failure.
-        wait_effort: cost of a step in a wait, by that of a step while fingers are pressurised. With
-            ``lift_effort`` it serves the time left alone; both are of a cube on the coarse preset.
-        lift_effort: cost of a step in the lift, by the same.
-        rtol: relative tolerance of the residual: 1e-5 of the force that a step's change of pressure
-            exerts is a thousandth of the food's weight.
-    """
+MOST_ITERATIONS: Final = 20
+"""Newton iterations after which a step is halved; it is not solved in another way before."""
 
-    coarse_mm: float = 8.4
-    least_step: float = 0.004
-    most_iterations: int = 20
-    time_limit_s: float = 7200.0
-    wait_effort: float = 0.25
-    lift_effort: float = 2.5
-    rtol: float = 1e-5
+TIME_LIMIT_S: Final = 7200.0
+"""Time limit of a grasp if none is configured; a grasp that takes longer ends as a failure."""
 
+WAIT_EFFORT: Final = 0.25
+"""Cost of a step in a wait, by that of a step while fingers are pressurised. Like
+:data:`LIFT_EFFORT` it serves the time left alone; both are of a cube on the coarse preset."""
 
-STANDARD: Final = GraspPolicy()
-"""The numbers where a caller gives none."""
+LIFT_EFFORT: Final = 2.5
+"""Cost of a step in the lift, by the same."""
+
+RTOL: Final = 1e-5
+"""Relative tolerance of the residual: 1e-5 of the force that a step's change of pressure exerts is
+a thousandth of the food's weight."""
 
 
 class Grasp(Experiment):
@@ -69,9 +59,6 @@ class Grasp(Experiment):
     With suction (``experiment.min_pressure_kPa``) the fingers open before they approach the food.
     The gripper stands still and the table moves. Fingers are quasi-static; the food is rigid and
     has inertia. Friction on fingers and table has a memory.
-
-    Args:
-        policy: numbers that decide how it is meshed and solved.
     """
 
     name: ClassVar = "grasp"
@@ -113,25 +100,22 @@ class Grasp(Experiment):
     gradients: ClassVar = False
     pictures: ClassVar = "gripper"
 
-    def __init__(self, policy: GraspPolicy = STANDARD) -> None:
-        self.policy = policy
-
     def settings(self, config: Config) -> Config:
         config.cavity.refuse_own("a grasp")
         solver = {
-            "time_limit_s": config.solver.time_limit_s or self.policy.time_limit_s,
-            "max_iterations": min(config.solver.max_iterations, self.policy.most_iterations),
-            "rtol": max(config.solver.rtol, self.policy.rtol),
+            "time_limit_s": config.solver.time_limit_s or TIME_LIMIT_S,
+            "max_iterations": min(config.solver.max_iterations, MOST_ITERATIONS),
+            "rtol": max(config.solver.rtol, RTOL),
             "min_step_kPa": max(
-                config.solver.min_step_kPa, self.policy.least_step * config.solver.max_step_kPa
+                config.solver.min_step_kPa, LEAST_STEP * config.solver.max_step_kPa
             ),
         }
         mesh: dict[str, Any] = {"half": False}
         sized = config.mesh.size_mm is not None or config.mesh.edge_size_mm is not None
         if config.gripper.preset == "coarse" and not sized:
-            mesh["size_mm"] = self.policy.coarse_mm
+            mesh["size_mm"] = COARSE_MM
             if config.geometry.thin:
-                mesh["edge_size_mm"] = self.policy.coarse_mm
+                mesh["edge_size_mm"] = COARSE_MM
         return config.changed(mesh=mesh, solver=solver, gravity={"acceleration_m_s2": 0.0})
 
     def schedule(self, config: Config) -> Sequence[Stop]:
@@ -139,8 +123,8 @@ class Grasp(Experiment):
 
     def efforts(self, config: Config) -> list[float]:
         """The steps to each reading, those of the lift and of waits by their cost."""
-        waits = dict.fromkeys(("hold", "approach"), self.policy.wait_effort)
-        each = {**waits, "lift": self.policy.lift_effort}
+        waits = dict.fromkeys(("hold", "approach"), WAIT_EFFORT)
+        each = {**waits, "lift": LIFT_EFFORT}
         stops = self.schedule(config)
         ways = [after.time_s - before.time_s for before, after in itertools.pairwise(stops)]
         return [

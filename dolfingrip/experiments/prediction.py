@@ -24,27 +24,17 @@ from dolfingrip.experiments.results.readings import Row
 from dolfingrip.files.run import RunFile
 from dolfingrip.sections.posterior import PosteriorTable
 
+QUANTILES: Final = (0.05, 0.5, 0.95)
+"""Ends of a 90 % interval, and the median between them."""
 
-@dataclass(frozen=True, slots=True)
-class PredictionPolicy:
-    """How a prediction is drawn.
+SAMPLES: Final = 4000
+"""Size of the sample; its quantiles are accurate to 2 % of the spread."""
 
-    Attributes:
-        quantiles: ends of a 90 % interval, and the median between them.
-        samples: size of the sample; its quantiles are accurate to 2 % of the spread.
-        further: factor of the cavity's growth to which a path is extrapolated: large balloons grow
-            evenly.
-        points: points of a curve; it is straight between them.
-    """
+FURTHER: Final = 1.5
+"""Factor of the cavity's growth to which a path is extrapolated: large balloons grow evenly."""
 
-    quantiles: tuple[float, float, float] = (0.05, 0.5, 0.95)
-    samples: int = 4000
-    further: float = 1.5
-    points: int = 4000
-
-
-STANDARD: Final = PredictionPolicy()
-"""The numbers where a caller gives none."""
+POINTS: Final = 4000
+"""Points of a curve; it is straight between them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,31 +48,26 @@ class PressureCurve:
         pressure_kPa: (n,) rising pressures.
         angle_deg: (n,) angles.
         simulated_deg: the largest angle that was simulated.
-        policy: numbers that decide how it is drawn.
     """
 
     pressure_kPa: np.ndarray
     angle_deg: np.ndarray
     simulated_deg: float = np.inf
-    policy: PredictionPolicy = STANDARD
 
     @classmethod
-    def of(
-        cls, pressure_kPa: np.ndarray, angle_deg: np.ndarray, policy: PredictionPolicy = STANDARD
-    ) -> PressureCurve:
+    def of(cls, pressure_kPa: np.ndarray, angle_deg: np.ndarray) -> PressureCurve:
         """Make a curve from readings in their order.
 
         Args:
             pressure_kPa: (n,) pressures.
             angle_deg: (n,) angles.
-            policy: number of the curve's points.
         """
         place = np.arange(len(pressure_kPa), dtype=float)
-        fine = np.linspace(0.0, place[-1], policy.points)
+        fine = np.linspace(0.0, place[-1], POINTS)
         pressure = np.interp(fine, place, pressure_kPa)
         angle = np.interp(fine, place, angle_deg)
         rising = pressure >= np.maximum.accumulate(pressure)
-        return cls(pressure[rising], angle[rising], policy=policy)
+        return cls(pressure[rising], angle[rising])
 
     def at(self, pressure_kPa: np.ndarray) -> np.ndarray:
         """Angles (deg) at pressures (kPa)."""
@@ -99,14 +84,14 @@ class PressureCurve:
     def ballooning_kPa(self) -> float:
         """Pressure (kPa) at which the angle rises the fastest, over 2 % of the pressure."""
         width = 0.02 * self.pressure_kPa[-1]
-        middle = np.linspace(width, self.pressure_kPa[-1] - width, self.policy.points)
+        middle = np.linspace(width, self.pressure_kPa[-1] - width, POINTS)
         rise = self.at(middle + width / 2) - self.at(middle - width / 2)
         return float(middle[rise.argmax()])
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Quantiles of a sample; see :attr:`PredictionPolicy.quantiles`.
+    """Quantiles of a sample; see :data:`QUANTILES`.
 
     Attributes:
         pressure_kPa: (n,).
@@ -124,7 +109,6 @@ def predict(
     posterior: PosteriorTable,
     pressure_kPa: np.ndarray,
     seed: int = 0,
-    policy: PredictionPolicy = STANDARD,
 ) -> Prediction:
     """Predict from the simulated curve of each fit.
 
@@ -133,15 +117,14 @@ def predict(
         posterior: the fits, and what they left.
         pressure_kPa: (n,) pressures at which angles are predicted.
         seed: of the sample.
-        policy: size of the sample, and quantiles.
     """
     random = np.random.default_rng(seed)
-    which = random.choice(len(curves), policy.samples, p=posterior.shares)
-    factor = 1 + posterior.specimen * random.standard_normal(policy.samples)
-    shift = posterior.model_kPa * random.standard_normal(policy.samples)
-    noise = posterior.reading_deg * random.standard_normal((policy.samples, len(pressure_kPa)))
-    gain = 1 + posterior.angle * random.standard_normal((policy.samples, 1))
-    angles = np.empty((policy.samples, len(pressure_kPa)))
+    which = random.choice(len(curves), SAMPLES, p=posterior.shares)
+    factor = 1 + posterior.specimen * random.standard_normal(SAMPLES)
+    shift = posterior.model_kPa * random.standard_normal(SAMPLES)
+    noise = posterior.reading_deg * random.standard_normal((SAMPLES, len(pressure_kPa)))
+    gain = 1 + posterior.angle * random.standard_normal((SAMPLES, 1))
+    angles = np.empty((SAMPLES, len(pressure_kPa)))
     for i, curve in enumerate(curves):
         drawn = which == i
         felt = (pressure_kPa - shift[drawn, None]) / factor[drawn, None]
@@ -149,8 +132,8 @@ def predict(
     at = np.array([curve.ballooning_kPa for curve in curves])[which] * factor + shift
     return Prediction(
         pressure_kPa,
-        np.quantile(gain * angles + noise, policy.quantiles, axis=0),
-        np.quantile(at, policy.quantiles),
+        np.quantile(gain * angles + noise, QUANTILES, axis=0),
+        np.quantile(at, QUANTILES),
     )
 
 
@@ -197,11 +180,10 @@ def further(
     growth: np.ndarray,
     pressure_kPa: np.ndarray,
     angle_deg: np.ndarray,
-    policy: PredictionPolicy = STANDARD,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Readings of a path, extrapolated with the cavity's growth in the last tenth of the path."""
     start = growth[-1] - 0.1 * (growth[-1] - growth[0])
-    ratio = policy.further * (growth[-1] - growth[0]) / (growth[-1] - start)
+    ratio = FURTHER * (growth[-1] - growth[0]) / (growth[-1] - start)
     return tuple(
         np.append(each, each[-1] + ratio * (each[-1] - np.interp(start, growth, each)))
         for each in (growth, pressure_kPa, angle_deg)

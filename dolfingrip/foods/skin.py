@@ -2,40 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.meshes.closed_surface import ClosedSurface, level_set
 
+MARGIN_CELLS: Final = 4.0
+"""Cells of a sampled distance beyond the shape: what the grid's end disturbs is not felt."""
 
-@dataclass(frozen=True, slots=True)
-class SkinPolicy:
-    """How finely the shape of food is represented.
+DIVISIONS: Final = 15
+"""Points of a skin along half of a body."""
 
-    Attributes:
-        margin_cells: cells of a sampled distance beyond the shape: what the grid's end disturbs is
-            not felt.
-        divisions: points of a skin along half of a body.
-        least_spacing_mm: least distance of these points.
-        largest_spacing_mm: largest distance of these points.
-    """
+LEAST_SPACING_MM: Final = 1.0
+"""Least distance of these points."""
 
-    margin_cells: float = 4.0
-    divisions: int = 15
-    least_spacing_mm: float = 1.0
-    largest_spacing_mm: float = 4.0
+LARGEST_SPACING_MM: Final = 4.0
+"""Largest distance of these points."""
 
 
-def skin_of(
-    shape: SignedDistance, half_mm: np.ndarray, policy: SkinPolicy = SkinPolicy()
-) -> ClosedSurface:
+def skin_of(shape: SignedDistance, half_mm: np.ndarray) -> ClosedSurface:
     """Zeros of a distance within a box about the origin, in triangles fit for its size."""
     size_mm = half_mm.prod() ** (1 / 3)
-    spacing_mm = float(
-        np.clip(size_mm / policy.divisions, policy.least_spacing_mm, policy.largest_spacing_mm)
-    )
+    spacing_mm = float(np.clip(size_mm / DIVISIONS, LEAST_SPACING_MM, LARGEST_SPACING_MM))
 
     def found(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         distances = shape.at(points)
@@ -50,7 +40,6 @@ def sampled(
     source: ClosedSurface,
     grid_mm: float,
     smoothing_mm: float = 0.0,
-    policy: SkinPolicy = SkinPolicy(),
 ) -> tuple[SignedDistance, ClosedSurface]:
     """Distance of a surface as sampled on a grid, and the skin on its zeros.
 
@@ -58,12 +47,11 @@ def sampled(
         source: the surface, anywhere.
         grid_mm: spacing of the samples.
         smoothing_mm: standard deviation that rounds its edges off.
-        policy: how finely it is represented.
     """
     from dolfingrip.mechanics.contact.sampled_distance import SampledDistance
 
     source = source.moved(-source.centre_mm)
-    beyond = policy.margin_cells * grid_mm + smoothing_mm
+    beyond = MARGIN_CELLS * grid_mm + smoothing_mm
     low, high = source.points.min(axis=0) - beyond, source.points.max(axis=0) + beyond
     found = SampledDistance.of(source.distances_mm, low, high, grid_mm, smoothing_mm)
     return found, skin_of(found, np.maximum(-low, high) - grid_mm)

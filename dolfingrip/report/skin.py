@@ -32,6 +32,10 @@ _PARTS: Final = {
 }
 
 
+CREASE_DEG: Final = 35.0
+"""Angle between facets of the undeformed mesh from which their edge is a crease."""
+
+
 @dataclass(frozen=True)
 class Skin:
     """A triangulated surface whose points are nodes of the mesh or their mirror images.
@@ -71,9 +75,7 @@ class Skin:
         )  # fmt: skip
 
 
-def extract_skin(
-    mesh: FieldMesh, mirror: bool = True, cut: bool = False, crease_deg: float = 35.0
-) -> Skin:
+def extract_skin(mesh: FieldMesh, mirror: bool = True, cut: bool = False) -> Skin:
     """Surface of a finger.
 
     Args:
@@ -82,7 +84,6 @@ def extract_skin(
             plane; a whole one is left as it is.
         cut: take the facets in the symmetry plane y = 0 and no others: the section of a half
             finger, its cavity left open. ``mirror`` is then without effect.
-        crease_deg: angle between facets of the undeformed mesh from which their edge is a crease.
 
     Raises:
         ValueError: One line where a cut is asked of a whole finger.
@@ -103,7 +104,7 @@ def extract_skin(
     if half and mirror and not cut:
         points, node, side, facets = _mirror(points, node, facets, 1e-6 * size)
     triangles = np.concatenate([facets[:, part] for part in _PARTS[facets.shape[1]]])
-    edges, creases = _edges(points, facets, crease_deg)
+    edges, creases = _edges(points, facets)
     return Skin(points, node, side, triangles, edges, creases)
 
 
@@ -161,7 +162,7 @@ def _normals(points: Floats, facets: Ints) -> Floats:
     return np.asarray(np.cross(c - a, d - b))
 
 
-def _edges(points: Floats, facets: Ints, crease_deg: float) -> tuple[Ints, Ints]:
+def _edges(points: Floats, facets: Ints) -> tuple[Ints, Ints]:
     """Segments of all edges, and of those where neighbouring facets fold or one is missing."""
     normals = _normals(points, facets)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -176,7 +177,7 @@ def _edges(points: Floats, facets: Ints, crease_deg: float) -> tuple[Ints, Ints]
     start = np.concatenate([[0], np.cumsum(count)[:-1]])
     one, other = owner[order[start]], owner[order[start + count - 1]]
     fold = np.einsum("ij,ij->i", normals[one], normals[other])
-    sharp = (count != 2) | (fold < np.cos(np.radians(crease_deg)))
+    sharp = (count != 2) | (fold < np.cos(np.radians(CREASE_DEG)))
     if facets.shape[1] == corners:
         segments = ends[first][:, None, :]
     else:

@@ -17,7 +17,7 @@ from dolfingrip.experiments.protocol import lift_starts_s
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.grasp_rig import EnergyBook, GraspReadings
-from dolfingrip.experiments.rigs.gripper import GraspSolution, GripperModel, build_gripper
+from dolfingrip.experiments.rigs.gripper import SETTLING_S, GripperModel, build_gripper
 from dolfingrip.files.run import GraspKind
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
@@ -365,7 +365,7 @@ def test_momentum_of_food_in_free_fall_is_balanced(lifted: float) -> None:
     made = build_gripper(small.short(*FOOD, *EVEN, "gripper.half=true", *keys), MPI.COMM_SELF)
     model, start_s = made.model, 0.0
     if lifted:
-        start_s = GraspSolution().settling_s + lift_starts_s(made.finger.config)
+        start_s = SETTLING_S + lift_starts_s(made.finger.config)
         model.prescribe({"time_s": start_s})
         model.accept_step()
     made.pose.constants[2].value += 6.0

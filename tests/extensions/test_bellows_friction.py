@@ -9,7 +9,7 @@ from support import trial
 from dolfingrip.config import Contact
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
-from dolfingrip.mechanics.contact.friction import FrictionPolicy
+from dolfingrip.mechanics.contact.friction import SLIP_MM
 
 CYCLES = (
     "finger.gap_mm=0.4",
@@ -86,4 +86,4 @@ def test_without_a_coefficient_it_is_the_base_model() -> None:
 
 
 def test_its_elastic_displacement_is_that_on_the_plate() -> None:
-    assert BellowsFriction().slip_mm == FrictionPolicy().slip_mm
+    assert BellowsFriction().slip_mm == SLIP_MM

@@ -13,7 +13,7 @@ from dolfingrip.experiments import Result, run
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.plate_friction import PlateFriction
-from dolfingrip.mechanics.contact.friction import Friction, FrictionPolicy
+from dolfingrip.mechanics.contact.friction import SLIP_MM, Friction
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
@@ -53,7 +53,7 @@ def pressing(*overrides: str) -> tuple[FingerModel, Friction, LoadPath]:
 def test_both_frictions_are_of_one_law() -> None:
     finger = small.model(trial.configured({PlateFriction: {}, BellowsFriction: {}}), plate=True)
     found = [term for term in finger.model.terms if isinstance(term, Friction)]
-    assert [term.slip_mm for term in found] == [FrictionPolicy().slip_mm, FrictionPolicy().slip_mm]
+    assert [term.slip_mm for term in found] == [SLIP_MM, SLIP_MM]
     coefficient = {id(term.contact): term.coefficient for term in found}
     own = finger.parameters
     assert coefficient[id(finger.plate)] is own["extensions.plate_friction.mu"]
@@ -141,11 +141,11 @@ def test_derivatives() -> None:
     start = finger.model.u.x.array.copy()
     print("seed", trial.SEED)
     rng = np.random.default_rng(trial.SEED)
-    start += 0.1 * FrictionPolicy().slip_mm * rng.uniform(-1, 1, start.shape)
+    start += 0.1 * SLIP_MM * rng.uniform(-1, 1, start.shape)
     along = rng.uniform(-1, 1, start.shape)
     nodes = friction.contact.touching.at_nodes(along)
     slope = float(np.vdot(friction.forces_N(start), nodes))
-    longest = 0.02 * FrictionPolicy().slip_mm
+    longest = 0.02 * SLIP_MM
     assert taylor.rates(lambda e: friction.value(start + e * along), slope, longest).min() > 1.9
     slopes = (friction.hessian(start) @ nodes.ravel()).reshape(-1, 3)
     found = taylor.rates(lambda e: friction.forces_N(start + e * along), slopes, longest)
@@ -160,7 +160,7 @@ def test_forces_follow_a_step() -> None:
     print("seed", trial.SEED)
     rng = np.random.default_rng(trial.SEED)
     start = finger.model.u.x.array.copy()
-    start += 0.02 * FrictionPolicy().slip_mm * rng.uniform(-1, 1, start.shape)
+    start += 0.02 * SLIP_MM * rng.uniform(-1, 1, start.shape)
     along = rng.uniform(-1, 1, start.shape)
     assert friction.update_lagged(start)
     correction = friction.lagged_correction(start)
@@ -182,7 +182,7 @@ def test_forces_follow_a_step() -> None:
         friction.update_lagged(start + e * along)
         return friction.forces_N(start + e * along)
 
-    longest = 0.002 * FrictionPolicy().slip_mm
+    longest = 0.002 * SLIP_MM
     assert not change(start).any()
     more = friction.contact.touching.at_nodes(rate())
     assert np.abs(more).max() > 0.01 * np.abs(held).max()

@@ -10,7 +10,7 @@ from support import blocks
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane
-from dolfingrip.mechanics.contact.friction import Friction, FrictionPolicy
+from dolfingrip.mechanics.contact.friction import SLIP_MM, Friction
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.pose import Pose
@@ -79,7 +79,7 @@ def test_it_holds_for_a_minute() -> None:
     for _ in range(5):
         cube.step(0.2)
     start = cube.pose.coordinates
-    assert abs(start[0]) < 2 * FrictionPolicy().slip_mm
+    assert abs(start[0]) < 2 * SLIP_MM
     for _ in range(30):
         assert cube.step(2.0) == 0.0
     np.testing.assert_allclose(cube.pose.coordinates, start, atol=1e-9)

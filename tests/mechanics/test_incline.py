@@ -12,7 +12,7 @@ from petsc4py import PETSc
 from support import bodies
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.contact.friction import Friction, FrictionPolicy
+from dolfingrip.mechanics.contact.friction import SLIP_MM, Friction
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.newton import Newton
@@ -103,7 +103,7 @@ def test_it_holds_below_the_limit_without_creep() -> None:
     for part in np.linspace(0, 1, 9)[1:]:
         incline.tilt(part * angle)
     start = incline.cube.displacement()
-    assert np.linalg.norm(incline.place_mm()[:2]) < FrictionPolicy().slip_mm
+    assert np.linalg.norm(incline.place_mm()[:2]) < SLIP_MM
     np.testing.assert_allclose(
         incline.pull_N(), [-WEIGHT * np.sin(angle), 0, 0], atol=1e-9 * WEIGHT
     )
@@ -121,11 +121,11 @@ def test_it_slides_beyond_the_limit() -> None:
         incline.tilt(part * angle)
     excess = WEIGHT * (np.sin(angle) - MU * np.cos(angle))
     slid = float(incline.place_mm()[0])
-    assert slid > FrictionPolicy().slip_mm
+    assert slid > SLIP_MM
     assert slid == pytest.approx(excess / SPRING, rel=0.02)
     np.testing.assert_allclose(
         incline.pull_N(), [-MU * WEIGHT * np.cos(angle), 0, 0], atol=1e-3 * WEIGHT
     )
     # and stays there, as the plane is tilted back a little
     incline.tilt(0.99 * angle)
-    assert incline.place_mm()[0] == pytest.approx(slid, abs=FrictionPolicy().slip_mm)
+    assert incline.place_mm()[0] == pytest.approx(slid, abs=SLIP_MM)

@@ -11,7 +11,7 @@ from support import blocks
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane, RoundedBox
-from dolfingrip.mechanics.contact.friction import Friction, FrictionPolicy
+from dolfingrip.mechanics.contact.friction import SLIP_MM, Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
 from dolfingrip.mechanics.model.model import Model
@@ -104,7 +104,7 @@ def test_it_holds_below_twice_mu_n_without_creep() -> None:
     for _ in range(5):
         jaws.step(0.2)
     np.testing.assert_allclose(jaws.pose.coordinates, now, atol=1e-7)
-    assert abs(now[2] - start[2]) < FrictionPolicy().slip_mm
+    assert abs(now[2] - start[2]) < SLIP_MM
 
 
 def test_it_slips_above() -> None:
@@ -136,7 +136,7 @@ def test_it_slips_above() -> None:
         np.testing.assert_allclose(1e-3 * jaws.mass_kg * change, total, atol=1e-9)
         jaws.model.accept_step()
         places.append(here[2])
-    assert places[-1] < start - 2 * FrictionPolicy().slip_mm
+    assert places[-1] < start - 2 * SLIP_MM
     assert min(dissipated) >= 0
     assert dissipated[-1] > 0
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from dolfingrip.mechanics.contact.friction import FrictionPolicy, transfer_history
+from dolfingrip.mechanics.contact.friction import MOST_GROWTH, transfer_history
 from dolfingrip.mechanics.contact.tangential import Tangential
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -59,9 +59,9 @@ def test_memory_fades_where_a_point_had_all_but_left(key: int) -> None:
     start, stuck = pairs([[1, -1]], [1.0], [7]), np.array([[0.01, 0.0, 0.0]])
     for growth, part in (
         (0.01, 1),
-        (0.99 * FrictionPolicy().most_growth, 1),
-        (4 * FrictionPolicy().most_growth, 0.25),
-        (1e6, FrictionPolicy().most_growth / 1e6),
+        (0.99 * MOST_GROWTH, 1),
+        (4 * MOST_GROWTH, 0.25),
+        (1e6, MOST_GROWTH / 1e6),
     ):
         found = transfer_history(start, stuck, pairs([[1, -1]], [growth], [key]))
         np.testing.assert_allclose(found, part * stuck, rtol=1e-9)

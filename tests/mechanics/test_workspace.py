@@ -8,8 +8,12 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.inverse import RELAXATION, TOO_SMALL, factorise_by_mumps
-from dolfingrip.mechanics.newton.policy import WorkspacePolicy
+from dolfingrip.mechanics.newton.inverse import (
+    FIRST_PERCENT,
+    RELAXATION,
+    TOO_SMALL,
+    factorise_by_mumps,
+)
 from dolfingrip.mechanics.newton.symmetric import symmetric
 
 SEED = 4
@@ -61,7 +65,7 @@ def test_the_next_matrix_has_it_at_once(starved: PETSc.PC) -> None:
     room = starved.getFactorMatrix().getMumpsIcntl(14)
     starved.getOperators()[0].scale(2.0)
     factorise_by_mumps(starved)
-    assert starved.getFactorMatrix().getMumpsIcntl(14) == room == WorkspacePolicy().first_percent
+    assert starved.getFactorMatrix().getMumpsIcntl(14) == room == FIRST_PERCENT
 
 
 def test_a_singular_matrix_is_still_reported(starved: PETSc.PC) -> None:

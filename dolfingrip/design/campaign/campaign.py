@@ -15,6 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.experiments.results.sensitivity_table import COLUMNS
 from dolfingrip.files import whole
 from dolfingrip.files.campaign import CampaignDesign, CampaignFile
 from dolfingrip.jobs import run as jobs
@@ -107,10 +108,12 @@ def _value(data: Any, key: str) -> Any:
     return data
 
 
-_KEPT = ("failure_class", "failure", "iterations", "started_at", "wall_s", "worker")
-LONG = ("row", "column", "parameter", "derivative")
-"""Columns of ``sensitivity.csv``, as of a single experiment's."""
-_TEXTS = ("curve", "gradients", "versions")
+_TEXT, _NUMBER, _COUNT = pyarrow.string(), pyarrow.float64(), pyarrow.int64()
+_KEPT = {
+    "failure_class": _TEXT, "failure": _TEXT, "iterations": _COUNT, "started_at": _TEXT,
+    "wall_s": _NUMBER, "worker": _TEXT,
+}  # fmt: skip
+_LONG = pyarrow.schema(zip(COLUMNS, (_COUNT, _TEXT, _TEXT, _NUMBER), strict=True))
 
 
 def table(source: Path) -> pyarrow.Table:
@@ -128,24 +131,21 @@ def table(source: Path) -> pyarrow.Table:
     """
     found = read(source.parent if source.name == NAME else source)
     designs = found.designs
-    columns: dict[str, pyarrow.Array] = {
-        name: pyarrow.array([getattr(each, name) for each in designs], pyarrow.string())
-        for name in ("key", "status")
-    }
+
+    def own(name: str) -> list[Any]:
+        return [getattr(each, name) for each in designs]
+
+    columns: dict[str, tuple[list[Any], pyarrow.DataType | None]] = {
+        "key": (own("key"), _TEXT), "status": (own("status"), _TEXT),
+    }  # fmt: skip
     for key in found.parameters:
-        columns[key] = pyarrow.array([each.inputs.get(key) for each in designs])
+        columns[key] = [each.inputs.get(key) for each in designs], None
     for quantity in found.quantities:
-        values = [(each.outputs or {}).get(quantity) for each in designs]
-        columns[quantity] = pyarrow.array(values, pyarrow.float64())
-    kinds = {"iterations": pyarrow.int64(), "wall_s": pyarrow.float64()}
-    for name in _KEPT:
-        entries = [getattr(each, name) for each in designs]
-        columns[name] = pyarrow.array(entries, kinds.get(name, pyarrow.string()))
-    for name in _TEXTS:
-        entries = [getattr(each, name) for each in designs]
-        texts = [None if each is None else json.dumps(each) for each in entries]
-        columns[name] = pyarrow.array(texts, pyarrow.string())
-    return pyarrow.table(columns)
+        columns[quantity] = [(each.outputs or {}).get(quantity) for each in designs], _NUMBER
+    columns |= {name: (own(name), kind) for name, kind in _KEPT.items()}
+    for name in ("curve", "gradients", "versions"):
+        columns[name] = [None if each is None else json.dumps(each) for each in own(name)], _TEXT
+    return pyarrow.table({name: pyarrow.array(*column) for name, column in columns.items()})
 
 
 def sensitivities(source: Path) -> pyarrow.Table:
@@ -161,18 +161,12 @@ def sensitivities(source: Path) -> pyarrow.Table:
         ConfigError: one line, where there is no campaign.
     """
     found = [
-        (row, column, parameter, derivative)
+        dict(zip(COLUMNS, (row, column, parameter, derivative), strict=True))
         for row, design in enumerate(read(source).designs)
         for column, slopes in (design.gradients or {}).items()
         for parameter, derivative in slopes.items()
     ]
-    kinds = (pyarrow.int64(), pyarrow.string(), pyarrow.string(), pyarrow.float64())
-    return pyarrow.table(
-        {
-            name: pyarrow.array([each[i] for each in found], kind)
-            for i, (name, kind) in enumerate(zip(LONG, kinds, strict=True))
-        }
-    )
+    return pyarrow.Table.from_pylist(found, _LONG)
 
 
 def write(source: Path, paths: list[Path]) -> int:

@@ -6,7 +6,7 @@ import platform
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import metadata
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -40,19 +40,14 @@ class TrainingSettings:
     seed: int = 0
 
 
-@dataclass(frozen=True)
-class TrainingPolicy:
-    """How a training is followed and judged.
+FEWEST_DESIGNS: Final = 10
+"""Number of designs below which a held-out fifth says nothing."""
 
-    Attributes:
-        fewest_designs: below which a held-out fifth says nothing.
-        goal_mse: the paper's, of normalised outputs, for training and for test designs.
-        sampled_epochs: between two entries of the learning curve.
-    """
+GOAL_MSE: Final = 1e-3
+"""The paper's error of normalised outputs, for training and for test designs."""
 
-    fewest_designs: int = 10
-    goal_mse: float = 1e-3
-    sampled_epochs: int = 10
+SAMPLED_EPOCHS: Final = 10
+"""Epochs between two entries of the learning curve."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +88,6 @@ def train(
     table: Table,
     settings: TrainingSettings = TrainingSettings(),
     progress: Progress | None = None,
-    policy: TrainingPolicy = TrainingPolicy(),
     campaign: dict[str, Any] | None = None,
 ) -> Training:
     """Fit the network to a table.
@@ -102,7 +96,6 @@ def train(
         table: designs that were computed.
         settings: the paper's by default.
         progress: called with the number of epochs done.
-        policy: how it is followed and judged.
         campaign: what all designs share; None: not known.
 
     Returns:
@@ -113,10 +106,8 @@ def train(
     """
     import torch
 
-    if len(table) < policy.fewest_designs:
-        raise ConfigError(
-            f"{len(table)} computed designs; allowed: at least {policy.fewest_designs}"
-        )
+    if len(table) < FEWEST_DESIGNS:
+        raise ConfigError(f"{len(table)} computed designs; allowed: at least {FEWEST_DESIGNS}")
     test = split(len(table), settings.test_share, settings.seed)
     facts = SurrogateFile(
         inputs=_ends(table.input_names, table.inputs),
@@ -138,7 +129,7 @@ def train(
         (x[~held_out], y[~held_out]),
         (x[held_out], y[held_out]),
         settings,
-        policy.sampled_epochs,
+        SAMPLED_EPOCHS,
         progress,
     )
     surrogate = replace(surrogate, facts=_judged(surrogate, table, test, curve[-1]))

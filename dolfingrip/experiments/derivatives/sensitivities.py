@@ -16,7 +16,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.results.sensitivity_table import COLUMNS
 from dolfingrip.mechanics.newton.callbacks import callback
-from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
+from dolfingrip.mechanics.sensitivity.forward import CHANGE, ForwardSensitivity
 from dolfingrip.parameter import Entry, Parameter, every, find
 
 NUMERICAL = tuple(
@@ -207,7 +207,7 @@ class Sensitivities:
             parameter: that they are by.
             slopes: derivatives of the true readings so far, (rows,) by column.
         """
-        amount = self.forward.policy.change * parameter.scale * parameter.direction(self._config)
+        amount = CHANGE * parameter.scale * parameter.direction(self._config)
         changed = self._config
         if parameter.entry is Entry.INSTRUMENT:
             changed = parameter.at(self._config, parameter.value(self._config) + amount)

@@ -12,6 +12,11 @@ import numpy as np
 
 from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
 from dolfingrip.experiments.material_fit.fit import (
+    EQUAL,
+    FINEST,
+    LOOSE,
+    MIDDLE_STRETCH,
+    WITHIN,
     LawFit,
     allowed,
     measured_MPa,
@@ -42,7 +47,7 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
     largest measured stretch: a finger's wall is stretched along two directions, whatever the
     coupons were. If none is, those qualify that are stable where they were measured, else those
     that a configuration can have, else all. Of those that qualify and whose scatter is at most
-    ``policy.equal`` larger than the smallest, or below ``policy.finest``, the one with the fewest
+    ``EQUAL`` larger than the smallest, or below ``FINEST``, the one with the fewest
     constants is chosen, and of several the one with the smallest criterion. A stable law with no
     more constants and a smaller criterion takes its place: its scatter is within what was asked.
 
@@ -50,7 +55,7 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
         fits: fits of the laws.
         data: series that they were fitted to.
     """
-    reached, policy = farthest(data), fits[0].policy
+    reached = farthest(data)
     usable = [fit for fit in fits if allowed(fit)]
     everywhere = dict.fromkeys(MODES, reached)
     measured = {
@@ -65,7 +70,7 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
     if not stable:
         stable = usable or list(fits)
         where = "none of the laws is stable (Drucker) where it was measured"
-    enough = max((1 + policy.equal) * min(map(_scatter, stable)), policy.finest)
+    enough = max((1 + EQUAL) * min(map(_scatter, stable)), FINEST)
     equal = [fit for fit in stable if _scatter(fit) <= enough]
     best = min(equal, key=lambda fit: (len(fit.values), fit.criterion))
     simpler = [
@@ -83,7 +88,7 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
         f"{fit.law.title} is not chosen: {line}"
         for fit in fits
         if not any(fit is each for each in stable)
-        and fit.relative_rms <= (1 + policy.equal) * best.relative_rms
+        and fit.relative_rms <= (1 + EQUAL) * best.relative_rms
         for line in instabilities(fit, reached)[-1:]
     ]
     return LawChoice(best, tuple(reasons))
@@ -160,7 +165,7 @@ def _combination(fit: LawFit) -> list[str]:
         return []
     size = np.maximum(np.abs(fit.values), 1e-12 * np.abs(fit.values).max())
     spread, ways = np.linalg.eigh(fit.covariance / np.outer(size, size))
-    half = fit.policy.within * np.sqrt(max(float(spread[-1]), 0.0))
+    half = WITHIN * np.sqrt(max(float(spread[-1]), 0.0))
     if half < 1:
         return []
     way = ways[:, -1] / np.abs(ways[:, -1]).max()
@@ -175,10 +180,10 @@ def _combination(fit: LawFit) -> list[str]:
 
 def _modes(fit: LawFit, data: Sequence[CouponSeries]) -> list[str]:
     known = " and ".join(sorted({series.mode for series in data}, key=MODES.index))
-    at, found = np.array([min(fit.policy.middle_stretch, farthest(data))]), []
+    at, found = np.array([min(MIDDLE_STRETCH, farthest(data))]), []
     for mode in _open_modes(data):
         middle, half = (float(each[0]) for each in fit.band(mode, at))
-        if half > fit.policy.loose * abs(middle):
+        if half > LOOSE * abs(middle):
             found.append(
                 f"{known} tension does not fix the {mode} response: at a stretch of {at[0]:.3g} "
                 f"{middle:.3g} ± {half:.2g} MPa (90 %); a coupon in {mode} tension would fix it"
@@ -218,14 +223,13 @@ def apart(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> list[str]:
         fits: the fitted laws.
         data: series that they were fitted to.
     """
-    policy = fits[0].policy
     least = min(each.misfit for each in fits)
     equal = [each for each in fits if each.misfit <= max(each.count, 2 * least)]
-    at, found = np.array([min(policy.middle_stretch, farthest(data))]), []
+    at, found = np.array([min(MIDDLE_STRETCH, farthest(data))]), []
     for mode in _open_modes(data) if len(equal) > 1 else ():
         stresses = [(float(each.band(mode, at)[0][0]), each.law.title) for each in equal]
         (low, soft), (high, stiff) = min(stresses), max(stresses)
-        if high - low > policy.loose * abs(high):
+        if high - low > LOOSE * abs(high):
             found.append(
                 f"laws that fit equally well differ in {mode} tension: at a stretch of {at[0]:.3g} "
                 f"from {low:.3g} ({soft}) to {high:.3g} MPa ({stiff})"
@@ -244,7 +248,7 @@ def accepted(
         ratios: ratios that are tried.
     """
     keys = [key.rpartition(".")[2] for key in fit.law.keys]
-    tolerance = tolerances_MPa(data, fit.policy)
+    tolerance = tolerances_MPa(data)
     basis = np.stack(
         [predicted_MPa(fit.law, data, unit) for unit in np.eye(len(keys))], axis=1
     ) / tolerance[:, None]  # fmt: skip
@@ -252,8 +256,8 @@ def accepted(
     first, second = keys.index("C10_MPa"), keys.index("C01_MPa")
     others = [i for i in range(len(keys)) if i not in (first, second)]
     best = _least(basis, target)
-    variance = residual_variance(best, len(keys), fit.effective, data, fit.policy)
-    allowed = best + fit.policy.within**2 * variance * fit.count / fit.effective
+    variance = residual_variance(best, len(keys), fit.effective, data)
+    allowed = best + WITHIN**2 * variance * fit.count / fit.effective
     within = [
         float(ratio)
         for ratio in ratios

@@ -23,39 +23,35 @@ from dolfingrip.files import whole
 Values = np.ndarray
 
 
-@dataclass(frozen=True, slots=True)
-class FitPolicy:
-    """The numbers with which laws are fitted to coupons and fits are judged.
+WITHIN: Final = 1.645
+"""Half width of a 90 % interval of a normal distribution, in standard deviations."""
 
-    Attributes:
-        within: half width of a 90 % interval of a normal distribution, in standard deviations.
-        tolerance: accuracy that is asked of a law, as a part of a reading's stress; it is added to
-            the noise, so that small stresses weigh as much as large ones.
-        loose: a prediction is not determined if its half width is a larger part of it than this.
-        equal: fits whose relative scatter is larger than the smallest by no more than this part of
-            it are as good.
-        finest: fits whose relative scatter is below this are equally good, as no coupon is measured
-            better.
-        free: a value is called free if the half width of its interval is larger by this factor.
-        middle_stretch: stretch at which other modes are predicted, if the coupons go so far.
-        looked_at: stretch up to which instabilities and a balloon's limit points are sought; twice
-            the largest measured stretch where coupons went further.
-        digits: number of digits of a value that is written; its interval is never so narrow.
-    """
+TOLERANCE: Final = 0.02
+"""Accuracy that is asked of a law, as a part of a reading's stress; it is added to the noise, so
+that small stresses weigh as much as large ones."""
 
-    within: float = 1.645
-    tolerance: float = 0.02
-    loose: float = 0.2
-    equal: float = 0.1
-    finest: float = 0.001
-    free: float = 100.0
-    middle_stretch: float = 1.5
-    looked_at: float = 8.0
-    digits: int = 6
+LOOSE: Final = 0.2
+"""A prediction is not determined if its half width is a larger part of it than this."""
 
+EQUAL: Final = 0.1
+"""Fits whose relative scatter is larger than the smallest by no more than this part of it are as
+good."""
 
-STANDARD: Final = FitPolicy()
-"""The numbers where a caller gives none."""
+FINEST: Final = 0.001
+"""Fits whose relative scatter is below this are equally good, as no coupon is measured better."""
+
+FREE: Final = 100.0
+"""A value is called free if the half width of its interval is larger by this factor."""
+
+MIDDLE_STRETCH: Final = 1.5
+"""Stretch at which other modes are predicted, if the coupons go so far."""
+
+LOOKED_AT: Final = 8.0
+"""Stretch up to which instabilities and a balloon's limit points are sought; twice the largest
+measured stretch where coupons went further."""
+
+DIGITS: Final = 6
+"""Number of digits of a value that is written; its interval is never so narrow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +69,6 @@ class LawFit:
         correlation: correlation of successive residuals, the mean over the specimens.
         count: number of readings.
         effective: number of independent readings.
-        policy: numbers with which it was fitted and is judged.
     """
 
     law: Law
@@ -85,12 +80,11 @@ class LawFit:
     correlation: float
     count: int
     effective: float
-    policy: FitPolicy = STANDARD
 
     @property
     def half_width(self) -> Values:
         """Half width of the 90 % interval of each value."""
-        return np.asarray(self.policy.within * np.sqrt(np.diag(self.covariance)))
+        return np.asarray(WITHIN * np.sqrt(np.diag(self.covariance)))
 
     @property
     def criterion(self) -> float:
@@ -102,10 +96,10 @@ class LawFit:
         middle = stress(self.law, mode, stretch, self.values)
         slopes = jacobian(self.law, self.values, lambda v: stress(self.law, mode, stretch, v))
         variance = np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes)
-        return middle, self.policy.within * np.sqrt(np.maximum(variance, 0.0))
+        return middle, WITHIN * np.sqrt(np.maximum(variance, 0.0))
 
 
-def fit(law: Law, data: Sequence[CouponSeries], policy: FitPolicy = STANDARD) -> LawFit:
+def fit(law: Law, data: Sequence[CouponSeries]) -> LawFit:
     """Fit a law from several starts and return the best fit.
 
     If a law misses the curve, successive residuals are correlated. With a correlation ρ, n readings
@@ -114,9 +108,8 @@ def fit(law: Law, data: Sequence[CouponSeries], policy: FitPolicy = STANDARD) ->
     Args:
         law: law to fit.
         data: series with more readings than the law has parameters.
-        policy: numbers that decide how it is fitted.
     """
-    measured, tolerance = measured_MPa(data), tolerances_MPa(data, policy)
+    measured, tolerance = measured_MPa(data), tolerances_MPa(data)
 
     def residuals(values: Values) -> np.ndarray:
         return np.asarray((predicted_MPa(law, data, values) - measured) / tolerance)
@@ -127,7 +120,7 @@ def fit(law: Law, data: Sequence[CouponSeries], policy: FitPolicy = STANDARD) ->
     values = np.asarray(min(found, key=lambda each: float(each.cost)).x)
     left = residuals(values)
     correlation, effective = _correlation(left, data)
-    variance = residual_variance(float(left @ left), len(values), effective, data, policy)
+    variance = residual_variance(float(left @ left), len(values), effective, data)
     slopes = jacobian(law, values, residuals)
     left_MPa = left * tolerance
     large = np.abs(measured) > 0.1 * np.abs(measured).max()
@@ -141,7 +134,6 @@ def fit(law: Law, data: Sequence[CouponSeries], policy: FitPolicy = STANDARD) ->
         correlation,
         len(left),
         effective,
-        policy,
     )
 
 
@@ -168,15 +160,15 @@ def predicted_MPa(law: Law, data: Sequence[CouponSeries], values: Values) -> np.
     return np.concatenate([stress(law, each.mode, each.stretch, values) for each in data])
 
 
-def tolerances_MPa(data: Sequence[CouponSeries], policy: FitPolicy = STANDARD) -> np.ndarray:
+def tolerances_MPa(data: Sequence[CouponSeries]) -> np.ndarray:
     """Tolerances (MPa) that residuals are divided by: noise, and a part of the reading."""
     measured = measured_MPa(data)
-    least = 0.1 * policy.tolerance * float(np.abs(measured).max())
-    return np.hypot(np.maximum(_noise_MPa(data), least), policy.tolerance * measured)
+    least = 0.1 * TOLERANCE * float(np.abs(measured).max())
+    return np.hypot(np.maximum(_noise_MPa(data), least), TOLERANCE * measured)
 
 
 def residual_variance(
-    misfit: float, free: int, effective: float, data: Sequence[CouponSeries], policy: FitPolicy
+    misfit: float, free: int, effective: float, data: Sequence[CouponSeries]
 ) -> float:
     """Variance of the residuals relative to their tolerances; it is at least that of the noise.
 
@@ -185,9 +177,8 @@ def residual_variance(
         free: number of values that were fitted.
         effective: number of independent readings.
         data: data that they are residuals of.
-        policy: numbers that decide the tolerances.
     """
-    tolerance = tolerances_MPa(data, policy)
+    tolerance = tolerances_MPa(data)
     spare = max(effective - free, 1.0)
     noise = float(np.mean((_noise_MPa(data) / tolerance) ** 2))
     return max(misfit / len(tolerance) * effective / spare, noise)
@@ -278,7 +269,7 @@ def write(fit: LawFit, data: Sequence[CouponSeries], file: Path) -> None:
         "A coupon does not tell how compressible the material is: give material.nu or bulk_MPa.",
     ):
         document.add(tomlkit.comment(line))
-    values = [float(f"{value:.{fit.policy.digits}g}") for value in fit.values]
+    values = [float(f"{value:.{DIGITS}g}") for value in fit.values]
     for name, table in fit.law.tables(values).items():
         document.add(name, table)
     whole.write(file, tomlkit.dumps(document))

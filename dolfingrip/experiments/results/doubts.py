@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -21,24 +20,17 @@ if TYPE_CHECKING:
     from dolfingrip.experiments.results.readings import Readings
 
 
-@dataclass(frozen=True, slots=True)
-class DoubtPolicy:
-    """Limits beyond which a result is doubted.
+LEAST_DEG: Final = 0.05
+"""Bending whose direction is no rounding, and which is looked at."""
 
-    Attributes:
-        least_deg: bending whose direction is no rounding, and which is looked at.
-        sideways: part of the bending out of the plane that the angle is read in.
-        backwards_deg: negative angle of a finger that is meant to bend forwards.
-        single: part of the cells on a cavity that lie on the skin, too.
-    """
+SIDEWAYS: Final = 0.1
+"""Part of the bending out of the plane that the angle is read in."""
 
-    least_deg: float = 0.05
-    sideways: float = 0.1
-    backwards_deg: float = 0.5
-    single: float = 0.5
+BACKWARDS_DEG: Final = 0.5
+"""Negative angle of a finger that is meant to bend forwards."""
 
-
-STANDARD = DoubtPolicy()
+SINGLE: Final = 0.5
+"""Part of the cells on a cavity that lie on the skin, too."""
 
 
 class Doubt(NamedTuple):
@@ -48,12 +40,11 @@ class Doubt(NamedTuple):
     sentence: str
 
 
-def of_motion(result: Readings, policy: DoubtPolicy = STANDARD) -> Iterator[Doubt]:
+def of_motion(result: Readings) -> Iterator[Doubt]:
     """Yield the doubts that follow from the readings of one finger.
 
     Args:
         result: readings with their configuration.
-        policy: limits.
     """
     if not result.rows or BENDING_ANGLE.name not in result:
         return
@@ -62,7 +53,7 @@ def of_motion(result: Readings, policy: DoubtPolicy = STANDARD) -> Iterator[Doub
     )
     off = np.nan_to_num(np.abs(np.sin(np.radians(direction))))
     most = int(np.argmax(size * off))
-    if size[most] > policy.least_deg and off[most] > policy.sideways:
+    if size[most] > LEAST_DEG and off[most] > SIDEWAYS:
         yield Doubt(
             "plane of bending",
             f"at {pressure[most]:g} kPa the finger bends by {size[most]:.3g}° in the direction of "
@@ -82,7 +73,7 @@ def of_motion(result: Readings, policy: DoubtPolicy = STANDARD) -> Iterator[Doub
     ratios = [each.pressure_ratio for each in result.config.cavity.all.values()]
     highest = int(np.argmax(pressure))
     forwards = pressure[highest] > 0 and all(ratio == 1 for ratio in ratios)
-    if forwards and angle[highest] < -policy.backwards_deg:
+    if forwards and angle[highest] < -BACKWARDS_DEG:
         yield Doubt(
             "direction of bending",
             f"at {pressure[highest]:g} kPa the angle is {angle[highest]:.1f}°: the finger bends "
@@ -116,16 +107,15 @@ def elongation(result: Readings) -> list[str]:
     ]
 
 
-def of_run(result: Readings, single: float, policy: DoubtPolicy = STANDARD) -> Iterator[Doubt]:
+def of_run(result: Readings, single: float) -> Iterator[Doubt]:
     """Yield the doubts about a finger's run: of its motion, and of its mesh.
 
     Args:
         result: readings with their configuration.
         single: part of the elements on a cavity that lie on the skin, too.
-        policy: limits.
     """
-    yield from of_motion(result, policy)
-    if result.config.solver.element == "P1" and single > policy.single:
+    yield from of_motion(result)
+    if result.config.solver.element == "P1" and single > SINGLE:
         yield Doubt(
             "elements through a wall",
             f"{100 * single:.0f} % of the elements on a cavity reach through its wall: one linear "

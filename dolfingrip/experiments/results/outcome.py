@@ -10,33 +10,26 @@ import numpy as np
 
 from dolfingrip.files.run import GraspKind, GraspOutcome
 
+HELD_MM: Final = 1.0
+"""Way by which a held object may sink against the fingers; a lower rise is no lift."""
 
-@dataclass(frozen=True, slots=True)
-class OutcomePolicy:
-    """The numbers that decide the class of a grasp.
+AWAY_MM: Final = 15.0
+"""Distance from the start beyond which an object that no finger touches has left the fingers."""
 
-    Attributes:
-        held_mm: way by which a held object may sink against the fingers; a lower rise is no lift.
-        away_mm: distance from the start beyond which an object that no finger touches has left the
-            fingers.
-        borne: the fingers bear an object if the table bears a smaller part of its weight than this.
-        pushed: fingers only push an object if the table bears a larger part of its weight than
-            this.
-        leaving_mm_per_s: smallest speed of an object that is being squeezed out.
-        leaving_steps: number of steps that show that speed.
-        ahead: a finger stands in an object's way if the cosine of the angle between both is larger.
-    """
+BORNE: Final = 0.01
+"""The fingers bear an object if the table bears a smaller part of its weight than this."""
 
-    held_mm: float = 1.0
-    away_mm: float = 15.0
-    borne: float = 0.01
-    pushed: float = 0.5
-    leaving_mm_per_s: float = 20.0
-    leaving_steps: int = 2
-    ahead: float = 0.5
+PUSHED: Final = 0.5
+"""Fingers only push an object if the table bears a larger part of its weight than this."""
 
+LEAVING_MM_PER_S: Final = 20.0
+"""Smallest speed of an object that is being squeezed out."""
 
-POLICY: Final = OutcomePolicy()
+LEAVING_STEPS: Final = 2
+"""Number of steps that show that speed."""
+
+AHEAD: Final = 0.5
+"""A finger stands in an object's way if the cosine of the angle between both is larger."""
 
 
 EARLY = " (the computation ended there)"
@@ -80,7 +73,7 @@ class Ring:
     def is_open(self, way: np.ndarray) -> bool:
         """Tell if no finger stands in the way of an object that moves along (2,) ``way``."""
         length = float(np.linalg.norm(way))
-        return bool((self.outward @ way < POLICY.ahead * length).all())
+        return bool((self.outward @ way < AHEAD * length).all())
 
 
 NOWHERE = Ring(np.inf, np.zeros((1, 2)))
@@ -102,12 +95,12 @@ def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> GraspOutcome | N
         return None
     last, way = moments[-1], moments[-1].centre_mm - moments[0].centre_mm
     sideways, upwards = float(np.linalg.norm(way[:2])), float(way[2])
-    on_table = last.table_part > POLICY.pushed
-    away = max(sideways, upwards) >= POLICY.away_mm
+    on_table = last.table_part > PUSHED
+    away = max(sideways, upwards) >= AWAY_MM
     gone = away and not last.fingers_N.any()
     pushed = on_table and sideways >= ring.radius_mm
     speed = _speed_mm_per_s(moments)
-    rolls = on_table and sideways >= POLICY.away_mm and speed > 0 and ring.is_open(way[:2])
+    rolls = on_table and sideways >= AWAY_MM and speed > 0 and ring.is_open(way[:2])
     if not (gone or pushed or (rolls and ring is not NOWHERE)):
         return None
     left = touched[-1].time_s
@@ -118,12 +111,12 @@ def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> GraspOutcome | N
 
 def _speed_mm_per_s(moments: Sequence[Moment]) -> float:
     """Speed of an object that leaves the middle of the fingers ever faster; 0 if it does not."""
-    last = moments[-POLICY.leaving_steps - 1 :]
-    if len(last) <= POLICY.leaving_steps:
+    last = moments[-LEAVING_STEPS - 1 :]
+    if len(last) <= LEAVING_STEPS:
         return 0.0
     places = np.array([moment.centre_mm[:2] - moments[0].centre_mm[:2] for moment in last])
     rates = np.diff(np.linalg.norm(places, axis=1)) / np.diff([m.time_s for m in last])
-    faster = rates.min() >= POLICY.leaving_mm_per_s and rates[-1] >= rates[0]
+    faster = rates.min() >= LEAVING_MM_PER_S and rates[-1] >= rates[0]
     return float(rates[-1]) if faster else 0.0
 
 
@@ -150,7 +143,7 @@ def judge(
     lift = [moment for moment in moments if moment.lifting]
     up = [moment for moment in lift if _is_up(moment) and moment.fingers_N.any()]
     last = moments[-1]
-    if up and (last.table_part >= POLICY.borne or not last.fingers_N.any()):
+    if up and (last.table_part >= BORNE or not last.fingers_N.any()):
         time_s = up[-1].time_s
         return GraspOutcome(
             GraspKind.DROPPED, time_s, f"lost at {time_s:.2f} s, {up[-1].rise_mm:.0f} mm up"
@@ -185,7 +178,7 @@ def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
 
 def _is_up(moment: Moment) -> bool:
     """Tell if the object is off the table, and the table bears nothing of it."""
-    return moment.rise_mm > POLICY.held_mm and moment.table_part < POLICY.borne
+    return moment.rise_mm > HELD_MM and moment.table_part < BORNE
 
 
 def _borne(moments: Sequence[Moment], up_s: float, early: str) -> GraspOutcome:
@@ -193,7 +186,7 @@ def _borne(moments: Sequence[Moment], up_s: float, early: str) -> GraspOutcome:
     last, before = moments[-1], [moment for moment in moments if not moment.lifting][-1]
     fallen = float(before.centre_mm[2] - last.centre_mm[2])
     lift = [moment for moment in moments if moment.lifting]
-    sunk = [m for m in lift if before.centre_mm[2] - m.centre_mm[2] > POLICY.held_mm]
+    sunk = [m for m in lift if before.centre_mm[2] - m.centre_mm[2] > HELD_MM]
     if sunk:
         said = f"sank by {fallen:z.1f} mm against the fingers, and is held"
         return GraspOutcome(GraspKind.SLIPPED, sunk[0].time_s, said + early)
@@ -205,7 +198,7 @@ def _leaving(moments: Sequence[Moment]) -> GraspOutcome | None:
     """The outcome if the object was leaving the fingers ever faster at the last step, else None."""
     way = moments[-1].centre_mm - moments[0].centre_mm
     sideways, speed = float(np.linalg.norm(way[:2])), _speed_mm_per_s(moments)
-    if speed <= 0 or sideways < POLICY.held_mm:
+    if speed <= 0 or sideways < HELD_MM:
         return None
     said = f"on its way out sideways at {speed:.0f} mm/s, {sideways:.0f} mm away"
     return GraspOutcome(GraspKind.EJECTED, moments[-1].time_s, said + EARLY)
@@ -217,4 +210,4 @@ def _left_behind(moments: Sequence[Moment]) -> bool:
     if not lift:
         return False
     before = [moment for moment in moments if not moment.lifting][-1]
-    return float(before.centre_mm[2] - lift[-1].centre_mm[2]) > POLICY.held_mm
+    return float(before.centre_mm[2] - lift[-1].centre_mm[2]) > HELD_MM

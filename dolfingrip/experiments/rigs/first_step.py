@@ -26,26 +26,14 @@ POISSON: Final = 0.3
 """Ratio of the step's material: linear elements of a rubber would not bend."""
 
 
-@dataclass(frozen=True, slots=True)
-class FirstStepPolicy:
-    """Bounds that decide on a first step.
+BENDS: Final = 0.05
+"""Way of the tip across the part, by the largest displacement, from which it bends."""
 
-    Attributes:
-        bends: way of the tip across the part, by the largest displacement, from which it bends.
-        towards_deg: angle between this way and the back, up to which the back fits.
-    """
-
-    bends: float = 0.05
-    towards_deg: float = 45.0
+TOWARDS_DEG: Final = 45.0
+"""Angle between this way and the back, up to which the back fits."""
 
 
-def adopt(
-    path: Path,
-    asked: Asked,
-    wanted: MeshRequest,
-    scale: float = 1.0,
-    policy: FirstStepPolicy = FirstStepPolicy(),
-) -> AdoptedPart:
+def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> AdoptedPart:
     """Adopt a part, and let one step of pressure say which way it bends.
 
     Where that is not towards the back, the back is put there, unless the back was asked for.
@@ -55,7 +43,6 @@ def adopt(
         asked: corrections of what is taken for what.
         wanted: size and order of elements.
         scale: mm for each unit of length of the file.
-        policy: what the step tells.
 
     Returns:
         The part.
@@ -65,14 +52,14 @@ def adopt(
     """
     part = adoption.adopt(path, asked, wanted, scale)
     share, way = _bends(part)
-    if share < policy.bends:
+    if share < BENDS:
         part.roles.said["bends"] = (
             f"not by itself: one step of pressure moves the tip across by {share:.2g} of the "
             "largest displacement; a film, a material or another [cavity] pressure bends it"
         )
         return part
     # the back faces −x, and a part bends towards its back
-    fits = -way[0] >= np.cos(np.radians(policy.towards_deg))
+    fits = -way[0] >= np.cos(np.radians(TOWARDS_DEG))
     told = f"one step of pressure moves the tip across by {share:.2g} of the largest displacement"
     towards = part.roles.rotation.T @ way
     if fits:

@@ -98,7 +98,7 @@ SIDEWAYS = frozenset({"y_mm", "turn_x_rad", "turn_z_rad"})
 """Coordinates of a body that have the other sign in its mirror image."""
 
 
-def halved(config: Config, food: GraspedBody, even_mm: float = 0.01) -> bool:
+def halved(config: Config, food: GraspedBody) -> bool:
     """Decide if half of a gripper is computed for the whole.
 
     Fingers B and C are mirror images in any pose of the gripper. Only with ``gripper.half = false``
@@ -107,8 +107,6 @@ def halved(config: Config, food: GraspedBody, even_mm: float = 0.01) -> bool:
     Args:
         config: gripper and fingers.
         food: body that is grasped.
-        even_mm: difference of the food from its mirror image that is not felt: a part of the
-            barrier's width.
 
     Returns:
         True if half a thumb and one finger are computed for the whole gripper.
@@ -117,13 +115,13 @@ def halved(config: Config, food: GraspedBody, even_mm: float = 0.01) -> bool:
         ConfigError: one line, if half is asked for and something is not symmetric.
     """
     asked = config.gripper.half
-    uneven = "" if asked is False else _uneven(config, food, even_mm)
+    uneven = "" if asked is False else _uneven(config, food)
     if asked and uneven:
         raise ConfigError(f"gripper.half = true: {uneven}; allowed: what is its own mirror image")
     return asked is not False and not uneven
 
 
-def _uneven(config: Config, food: GraspedBody, even_mm: float) -> str:
+def _uneven(config: Config, food: GraspedBody) -> str:
     """Key and value of something that is not its own mirror image; "" if everything is."""
     if config.mesh.file is not None:
         return "mesh.file may be any solid"
@@ -135,7 +133,7 @@ def _uneven(config: Config, food: GraspedBody, even_mm: float) -> str:
     points = food.surface.points
     apart = food.shape.at(points * MIRROR).value - food.shape.at(points).value
     most = float(np.abs(apart).max())
-    if most > even_mm:
+    if most > EVEN_MM:
         return f"the food differs from its mirror image by {most:.2g} mm"
     return ""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from dolfinx import fem
@@ -96,32 +96,11 @@ ONE_FINGER = "skin of finger B"
 """Region of a half gripper that may touch its own mirror image."""
 
 
-@dataclass(frozen=True, slots=True)
-class GraspSolution:
-    """The numbers with which a gripper and its food are solved, step by step in time.
+SETTLING_S: Final = 0.1
+"""Time before the first stop, in which fingers and food come to rest."""
 
-    Attributes:
-        guess_residual_ratio: pairs in contact make a predicted state a bad start, so its residual
-            must be half of that of the step's start or less. If twice is allowed, more steps around
-            a large potato fail.
-        shortest, patience: as :class:`~dolfingrip.mechanics.newton.policy.StepPolicy` has them: a
-            step that a bound cuts so short, as where the food is first touched, goes astray, and
-            half a step in time is easy.
-        lag_tolerance: largest change of the nodes' normal forces, relative to their sum, that
-            friction's forces may lag behind by. Each step updates them, so the next step has it.
-        close: part of the residual that a step may leave. With 1e-4 a grasp solves nearly twice as
-            often with the factors and takes as many iterations.
-        settling_s: time before the first stop, in which fingers and food come to rest.
-        restraint_mm: see :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`.
-    """
-
-    guess_residual_ratio: float = 0.5
-    shortest: float = 0.05
-    patience: int = 0
-    lag_tolerance: float = 0.05
-    close: float = 1e-2
-    settling_s: float = 0.1
-    restraint_mm: float = 1.0
+RESTRAINT_MM: Final = 1.0
+"""See :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`."""
 
 
 @dataclass(slots=True)
@@ -167,9 +146,7 @@ class GripperModel:
         return placement
 
 
-def build_gripper(
-    config: Config, comm: MPI.Comm, restraint_mm: float = GraspSolution().restraint_mm
-) -> GripperModel:
+def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     """Build the model that a configuration asks for.
 
         Π = Π_fingers + Π_motion + Π_contact + Π_finger_friction + Π_table + Π_table_friction
@@ -182,7 +159,6 @@ def build_gripper(
     Args:
         config: gripper, fingers and food.
         comm: ranks to run on.
-        restraint_mm: see :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`.
 
     Returns:
         The model; food and fingers do not touch.
@@ -199,7 +175,7 @@ def build_gripper(
     grasps: list[_Grasp] = []
 
     def adds(site: Site) -> Additions:
-        grasps.append(_grasp(config, food, site, comm, restraint_mm))
+        grasps.append(_grasp(config, food, site, comm))
         return grasps[0].additions
 
     finger = build(hung, domain, plate=False, adds=adds)
@@ -217,9 +193,7 @@ class _Grasp(NamedTuple):
     additions: Additions
 
 
-def _grasp(
-    config: Config, food: GraspedBody, site: Site, comm: MPI.Comm, restraint_mm: float
-) -> _Grasp:
+def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Grasp:
     """Put food and table among the fingers."""
     domain, u, gripper = site.domain, site.u, config.gripper
     gravity = GRAVITY_M_S2 * np.array(DOWN)
@@ -233,7 +207,7 @@ def _grasp(
     standing = Pose([height], np.array([[0, 0, 1, 0, 0, 0.0]]).T, np.zeros(6))
     barrier, skin = Smooth(gripper.barrier_mm, gripper.stiffness_MPa), food.surface
     areas, copies = skin.point_areas_mm2(), domain.copies
-    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=restraint_mm)
+    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=RESTRAINT_MM)
     contact = RigidContact(u, domain, SKIN, food.shape, pose, barrier)
     table = RigidPoints(u, skin.points, areas, pose, UPWARDS, standing, barrier, copies)
     _stand(motion, table, u.x.array)
@@ -241,9 +215,8 @@ def _grasp(
     table_friction = friction(table, config.food.table_friction, "friction on the table")
     mirror = [_mirror_image(config, domain, u)] if domain.half else []
     accelerated = gripper.lift_acceleration_m_s2 is not None
-    settling_s = GraspSolution().settling_s
     additions = Additions(
-        memories=[Acceleration(config, site, motion, height, settling_s)] if accelerated else [],
+        memories=[Acceleration(config, site, motion, height, SETTLING_S)] if accelerated else [],
         terms=[motion, contact, finger_friction, table, table_friction, *mirror],
         global_unknowns=pose.free,
         controls={"table_z_mm": RisingTable(height, table=table)},

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import cast
+from typing import Final, cast
 
 import numpy as np
 import ufl
@@ -26,24 +26,20 @@ from dolfingrip.forms import evaluate_many
 from dolfingrip.forms.chain_rule import strain_variable
 from dolfingrip.forms.evaluate_many import SOLID, Evaluation
 
+ITERATIONS: Final = 60
+"""Largest number of iterations of the secant method."""
 
-@dataclass(frozen=True, slots=True)
-class UniaxialPolicy:
-    """How the sides' stretch is found.
+TOLERANCE: Final = 1e-9
+"""Change of λ_t from one iteration to the next below which it is found."""
 
-    Attributes:
-        iterations: of the secant method at most.
-        tolerance: of λ_t, from one iteration to the next.
-        accepted: largest last change of λ_t of a bar that counts as solved.
-        largest_change: of λ_t in one iteration.
-        nudge: change of λ_t that the first slope is taken by, at rest.
-    """
+ACCEPTED: Final = 1e-8
+"""Largest last change of λ_t of a bar that counts as solved."""
 
-    iterations: int = 60
-    tolerance: float = 1e-9
-    accepted: float = 1e-8
-    largest_change: float = 0.05
-    nudge: float = 1e-6
+LARGEST_CHANGE: Final = 0.05
+"""Largest change of λ_t in one iteration."""
+
+NUDGE: Final = 1e-6
+"""Change of λ_t that the first slope is taken by, at rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +60,12 @@ class UniaxialTension:
 
     Args:
         config: material and effects; parameters that :meth:`pull` is not given stay as here.
-        policy: how the sides' stretch is found.
 
     Raises:
         ValueError: the material differs between the directions across the bar.
     """
 
-    def __init__(self, config: Config, policy: UniaxialPolicy = UniaxialPolicy()) -> None:
-        self._policy = policy
+    def __init__(self, config: Config) -> None:
         raster = getattr(config.extensions, "print_anisotropy")  # noqa: B009
         if raster is not None and raster.raster_deg:
             raise ValueError("raster_deg: a bar pulled across its raster shears; allowed: 0")
@@ -156,22 +150,20 @@ class UniaxialTension:
         across = guess
         residual, _ = self._at(symbols, along, across)
         if slope is None:
-            beside, _ = self._at(symbols, along, across + self._policy.nudge)
-            slope = (beside - residual) / self._policy.nudge
-        for _ in range(self._policy.iterations):
+            beside, _ = self._at(symbols, along, across + NUDGE)
+            slope = (beside - residual) / NUDGE
+        for _ in range(ITERATIONS):
             with np.errstate(all="ignore"):
-                step = np.clip(
-                    -residual / slope, -self._policy.largest_change, self._policy.largest_change
-                )
+                step = np.clip(-residual / slope, -LARGEST_CHANGE, LARGEST_CHANGE)
             changed, axial = self._at(symbols, along, across + step)
             with np.errstate(all="ignore"):
                 secant = (changed - residual) / step
-            usable = np.isfinite(secant) & (secant > 0) & (np.abs(step) > self._policy.tolerance)
+            usable = np.isfinite(secant) & (secant > 0) & (np.abs(step) > TOLERANCE)
             slope = np.where(usable, secant, slope)
             across, residual = across + step, changed
-            if not (np.abs(step) > self._policy.tolerance).any():
+            if not (np.abs(step) > TOLERANCE).any():
                 break
-        solved = np.abs(step) <= self._policy.accepted
+        solved = np.abs(step) <= ACCEPTED
         return across, np.where(solved, axial, np.nan), slope
 
     def _at(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import ipctk
 import numpy as np
@@ -26,19 +25,11 @@ PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMe
 """Projection of each pair's Hessian, by whether it must be convex."""
 
 
-@dataclass(frozen=True, slots=True)
-class PairPolicy:
-    """How pairs of a surface with itself are found and differentiated.
+UNALIGNED: Final = 3e-7
+"""Part of an edge's length by which vertices are moved at random: no edges then lie on one line."""
 
-    Attributes:
-        unaligned: part of an edge's length by which vertices are moved at random, so that no edges
-            lie on one line.
-        moved: part of the barrier's width by which points move for derivatives that are taken by
-            differences.
-    """
-
-    unaligned: float = 3e-7
-    moved: float = 1e-4
+MOVED: Final = 1e-4
+"""Part of the barrier's width by which points move for derivatives by differences."""
 
 
 class BarrierContact(Term):
@@ -54,7 +45,6 @@ class BarrierContact(Term):
         surface: vertices and triangles of all bodies.
         width_mm: distance ĝ at which contact is first felt.
         stiffness_MPa: κ.
-        policy: how pairs are found and differentiated.
         title: what the surface is called where it passes through itself.
         crowded: whether walls are pressed on one another over wide areas.
         separate: whether only separate parts of the surface repel one another, as the two faces of
@@ -68,19 +58,17 @@ class BarrierContact(Term):
         surface: Surface,
         width_mm: float,
         stiffness_MPa: float,
-        policy: PairPolicy = PairPolicy(),
         title: str = "the skin",
         *,
         crowded: bool = False,
         separate: bool = False,
     ) -> None:
-        self._policy = policy
         self.title, self.crowded, self.separate = title, crowded, separate
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
         self._size_mm = float(np.linalg.norm(np.ptp(surface.rest, axis=0)))
-        self._jitter = _jitter(surface, policy.unaligned)
+        self._jitter = _jitter(surface, UNALIGNED)
         self._mesh = _collision_mesh(surface, self._jitter, separate=separate)
         self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
         self._apart = False
@@ -225,9 +213,9 @@ class BarrierContact(Term):
         weight = pair.weight * (pair.mollifier(positions) if pair.is_mollified() else 1.0)
         force, nearer = (
             weight * self._potential.force_magnitude(part**2 * float(apart @ apart), pair.dmin)
-            for part in (1.0, 1 - self._policy.moved)
+            for part in (1.0, 1 - MOVED)
         )
-        rise = (nearer - force) / (self._policy.moved * float(np.linalg.norm(apart)))
+        rise = (nearer - force) / (MOVED * float(np.linalg.norm(apart)))
         return vertices, shares, apart, float(force), float(rise)
 
     def facing(self, step: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Protocol
+from typing import ClassVar, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -239,23 +239,14 @@ class Path(NamedTuple):
     bend: np.ndarray
 
 
-@dataclass(frozen=True, slots=True)
-class AdvancePolicy:
-    """The bound on the approach of points to a shape in a step of Newton's method.
+KEPT: Final = 0.1
+"""Part of its distance that each point keeps in a step."""
 
-    Attributes:
-        kept: part of its distance that each point keeps in a step.
-        pieces: largest number of pieces of a step; each is as long as is safe from the end of the
-            last one.
-    """
-
-    kept: float = 0.1
-    pieces: int = 16
+PIECES: Final = 16
+"""Largest number of pieces of a step; each is as long as is safe from the end of the last one."""
 
 
-def reach(
-    at: Callable[[float], Path], bounds: Bounds, policy: AdvancePolicy = AdvancePolicy()
-) -> float:
+def reach(at: Callable[[float], Path], bounds: Bounds) -> float:
     """The largest safe fraction of a step, 1 or less; each point keeps a part of its distance.
 
     With a shape's slope L and concavity κ, φ(t) ≥ φ + t φ' − t² (L A + κ v²)/2 as long as φ stays
@@ -266,18 +257,17 @@ def reach(
     Args:
         at: returns the points at a fraction of the step.
         bounds: bounds of the shape.
-        policy: the part of its distance that each point keeps, and the number of pieces.
     """
     path = at(0.0)
     if not len(path.distance):
         return 1.0
-    least, reached = policy.kept * path.distance, 0.0
-    for _ in range(policy.pieces):
+    least, reached = KEPT * path.distance, 0.0
+    for _ in range(PIECES):
         ahead = _ahead(path, least, bounds)
         reached += ahead
         if reached >= 1.0:
             return 1.0
-        if ahead < policy.kept * reached:
+        if ahead < KEPT * reached:
             break
         path = at(reached)
     return reached

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.optimize import linprog
 
+EDGES: Final = 8
+"""Number of edges of the pyramid that replaces a friction cone."""
 
-@dataclass(frozen=True, slots=True)
-class ClosurePolicy:
-    """The size of the problem whose solution is a force-closure margin.
-
-    Attributes:
-        edges: number of edges of the pyramid that replaces a friction cone.
-        contacts: number of contacts that are used; they have the largest normal forces.
-    """
-
-    edges: int = 8
-    contacts: int = 40
+CONTACTS: Final = 40
+"""Number of contacts that are used; they have the largest normal forces."""
 
 
 def margin(
@@ -26,7 +19,6 @@ def margin(
     normals: np.ndarray,
     normal_N: np.ndarray,
     friction: float,
-    policy: ClosurePolicy = ClosurePolicy(),
 ) -> float:
     """Force-closure margin of contacts; 0 if some load cannot be resisted.
 
@@ -42,12 +34,11 @@ def margin(
         normals: (n, 3) directions in which they push the object.
         normal_N: (n,) normal forces; the points with the largest ones are used.
         friction: μ.
-        policy: size of the problem.
     """
-    hardest = np.argsort(normal_N)[::-1][: policy.contacts]
+    hardest = np.argsort(normal_N)[::-1][:CONTACTS]
     if len(hardest) < 2:
         return 0.0
-    wrenches = _wrenches(points_mm[hardest], normals[hardest], friction, policy.edges)
+    wrenches = _wrenches(points_mm[hardest], normals[hardest], friction, EDGES)
     ways = [sign * np.eye(6)[k] for k in range(6) for sign in (1, -1)]
     return max(min(_borne(wrenches, way) for way in ways), 0.0)
 

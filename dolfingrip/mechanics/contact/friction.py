@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -86,25 +86,18 @@ class Sliding(NamedTuple):
     slid_mm: np.ndarray
 
 
-@dataclass(frozen=True, slots=True)
-class FrictionPolicy:
-    """How friction remembers where points stick.
+SLIP_MM: Final = 0.02
+"""The elastic displacement of a point that sticks is smaller. It is a numerical choice and not a
+property of a material: small compared with the motion of fingers (mm), large enough for Newton's
+method."""
 
-    Attributes:
-        slip_mm: ε: the elastic displacement of a point that sticks is smaller. It is a numerical
-            choice and not a property of a material: small compared with the motion of fingers
-            (mm), large enough for Newton's method.
-        same: relative change of the nodes' normal forces that counts as none: far above that in a
-            load step in which nothing happens but Newton's method ending elsewhere within its
-            tolerance.
-        most_growth: growth of a normal force in a load step up to which a point's memory stays. If
-            forces grow less, like those of fingers, it must not fade, or shorter steps would give
-            other results.
-    """
+SAME: Final = 1e-6
+"""Relative change of the nodes' normal forces that counts as none: far above that in a load step in
+which nothing happens but Newton's method ending elsewhere within its tolerance."""
 
-    slip_mm: float = 0.02
-    same: float = 1e-6
-    most_growth: float = 10.0
+MOST_GROWTH: Final = 10.0
+"""Growth of a normal force in a load step up to which a point's memory stays. If forces grow less,
+like those of fingers, it must not fade, or shorter steps would give other results."""
 
 
 class Friction(Term, Lagged, Memory):
@@ -139,9 +132,8 @@ class Friction(Term, Lagged, Memory):
         contact: normal contact that presses points together.
         u: displacement (mm); its present value is the start of a load step.
         coefficient: μ.
-        slip_mm: ε; default: that of the policy.
+        slip_mm: ε; default: :data:`SLIP_MM`.
         title: name of its memory in a state.
-        policy: how it remembers where points stick.
     """
 
     name: ClassVar[str] = "friction"
@@ -153,12 +145,10 @@ class Friction(Term, Lagged, Memory):
         coefficient: fem.Constant,
         slip_mm: float | None = None,
         title: str = "friction",
-        policy: FrictionPolicy = FrictionPolicy(),
     ) -> None:
         self.contact = contact
         self.coefficient = coefficient
-        self.slip_mm = policy.slip_mm if slip_mm is None else slip_mm
-        self._policy = policy
+        self.slip_mm = SLIP_MM if slip_mm is None else slip_mm
         self._ramp = Ramp(self.slip_mm)
         self._u = u
         self._title = title
@@ -242,7 +232,7 @@ class Friction(Term, Lagged, Memory):
             coefficient,
             self._ramp,
             self.contact.facing,
-            self._policy.most_growth,
+            MOST_GROWTH,
         )
 
     # -- lagged quantities -------------------------------------------------------------------------
@@ -255,10 +245,10 @@ class Friction(Term, Lagged, Memory):
         by that.
         """
         now = self.contact.tangential(dofs)
-        if not self._anew and _change(self._seen_N, now.pressing_N()) <= self._policy.same:
+        if not self._anew and _change(self._seen_N, now.pressing_N()) <= SAME:
             return False
         self._lagged, self._anew = now, True
-        self._memory = transfer_history(self._start, self._stuck, now, self._policy.most_growth)
+        self._memory = transfer_history(self._start, self._stuck, now, MOST_GROWTH)
         return True
 
     def lag_error(self, dofs: np.ndarray) -> float:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 
 from dolfingrip.mechanics.contact.density import BarrierValues, Density
 from dolfingrip.mechanics.contact.distance import (
-    AdvancePolicy,
     Distances,
     MovingPoints,
     SignedDistance,
@@ -102,20 +100,12 @@ def curvatures(near: Near, *, convex: bool) -> np.ndarray:
     return within
 
 
-@dataclass(frozen=True, slots=True)
-class NearPolicy:
-    """The points that a contact with a shape evaluates, in widths of the barrier.
+AROUND: Final = 2.0
+"""Widths of the barrier from a ball around the shape beyond which no point is evaluated: twice that
+of an exact distance, because a sampled distance is only nearly as steep."""
 
-    Attributes:
-        around: distance from a ball around the shape beyond which no point is evaluated: twice that
-            of an exact distance, because a sampled distance is only nearly as steep.
-        within: distance from the shape up to which its barrier is evaluated; it is 0 from 1 on.
-        advance: how near points come in a step.
-    """
-
-    around: float = 2.0
-    within: float = 1 + 1e-6
-    advance: AdvancePolicy = AdvancePolicy()
+WITHIN: Final = 1 + 1e-6
+"""Widths of the barrier up to which it is evaluated; it is 0 from 1 on."""
 
 
 class PoseContact(Term):
@@ -130,21 +120,12 @@ class PoseContact(Term):
         pose: of the body.
         density: b.
         copies: number of meshed parts that make the whole and share the body.
-        policy: which points are evaluated, and how near they come in a step.
     """
 
     passes: ClassVar[str]
     """Sentence for a state in which a point lies within the shape."""
 
-    def __init__(
-        self,
-        shape: SignedDistance,
-        pose: Pose,
-        density: Density,
-        copies: int,
-        policy: NearPolicy = NearPolicy(),
-    ) -> None:
-        self.policy = policy
+    def __init__(self, shape: SignedDistance, pose: Pose, density: Density, copies: int) -> None:
         self.shape = shape
         self.pose = pose
         self.density = density
@@ -173,7 +154,7 @@ class PoseContact(Term):
     def _felt(self, places: np.ndarray) -> tuple[np.ndarray, Distances, BarrierValues]:
         """The points within the barrier's width, with their distances and the barrier there."""
         every = self.shape.at(places)
-        rows = np.flatnonzero(every.value < self.density.width_mm * self.policy.within)
+        rows = np.flatnonzero(every.value < self.density.width_mm * WITHIN)
         distances = Distances(*(values[rows] for values in every))
         return rows, distances, self.density.at(distances.value)
 
@@ -197,8 +178,7 @@ class PoseContact(Term):
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest fraction of ``step`` in which each point keeps a tenth of its distance."""
         moving = self._moving(dofs, step)
-        bounds, advance = self.shape.bounds, self.policy.advance
-        return self._least(reach(lambda part: moving.at(part, self.shape), bounds, advance))
+        return self._least(reach(lambda part: moving.at(part, self.shape), self.shape.bounds))
 
     def rejects(self, dofs: np.ndarray) -> str:
         """A state in which a point lies within the shape."""

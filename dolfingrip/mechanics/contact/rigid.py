@@ -15,11 +15,11 @@ from mpi4py import MPI
 
 from dolfingrip.forms import plate as form
 from dolfingrip.mechanics.contact.density import Density
-from dolfingrip.mechanics.contact.distance import MovingPoints, SignedDistance
+from dolfingrip.mechanics.contact.distance import KEPT, MovingPoints, SignedDistance
 from dolfingrip.mechanics.contact.node_set import NodeSet, RelativeNodes, weights
 from dolfingrip.mechanics.contact.pose_contact import (
+    AROUND,
     Near,
-    NearPolicy,
     PoseContact,
     curvatures,
     slopes,
@@ -149,7 +149,6 @@ class RigidContact(PoseContact):
         shape: the body's signed distance.
         pose: of the body.
         density: the barrier.
-        policy: which points are evaluated, and how near they come in a step.
     """
 
     name: ClassVar[str] = "rigid contact"
@@ -163,9 +162,8 @@ class RigidContact(PoseContact):
         shape: SignedDistance,
         pose: Pose,
         density: Density,
-        policy: NearPolicy = NearPolicy(),
     ) -> None:
-        super().__init__(shape, pose, density, domain.copies, policy)
+        super().__init__(shape, pose, density, domain.copies)
         self.points = SkinPoints(u.function_space, domain, regions)
         self._space = u.function_space
         self._comm = u.function_space.mesh.comm
@@ -192,7 +190,7 @@ class RigidContact(PoseContact):
         turned = rotation(q[3:]).inverse
         arms = positions - q[:3]
         beyond = np.linalg.norm(arms, axis=1) - self.shape.bounds.radius_mm
-        around = np.flatnonzero(beyond < self.policy.around * self.density.width_mm)
+        around = np.flatnonzero(beyond < AROUND * self.density.width_mm)
         some, distances, barrier = self._felt(arms[around] @ turned.matrix.T)
         rows = around[some]
         areas = self.points.areas[rows]
@@ -208,7 +206,7 @@ class RigidContact(PoseContact):
         away, speed = (np.linalg.norm(vectors, axis=1) for vectors in (arms, drift))
         turn = float(np.linalg.norm(change[3:]))
         beyond = away - self.shape.bounds.radius_mm
-        close = (1 - self.policy.advance.kept) * beyond <= turn * (away + speed) + speed
+        close = (1 - KEPT) * beyond <= turn * (away + speed) + speed
         still = np.zeros(3)
         return MovingPoints(arms[close], drift[close], still, still, q[3:], change[3:], back=True)
 

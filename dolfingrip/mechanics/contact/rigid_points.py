@@ -15,7 +15,6 @@ from dolfingrip.mechanics.contact.distance import MovingPoints, SignedDistance
 from dolfingrip.mechanics.contact.node_set import RelativeNodes, weights
 from dolfingrip.mechanics.contact.pose_contact import (
     Near,
-    NearPolicy,
     PoseContact,
     curvatures,
     slopes,
@@ -42,7 +41,6 @@ class RigidPoints(PoseContact):
         other: prescribed pose of the other body.
         density: the barrier.
         copies: number of meshed parts that make the whole and share the body.
-        policy: which points are evaluated, and how near they come in a step.
     """
 
     name: ClassVar[str] = "table"
@@ -58,9 +56,8 @@ class RigidPoints(PoseContact):
         other: Pose,
         density: Density,
         copies: int = 1,
-        policy: NearPolicy = NearPolicy(),
     ) -> None:
-        super().__init__(shape, pose, density, copies, policy)
+        super().__init__(shape, pose, density, copies)
         self.other = other
         self._space = u.function_space
         self._points = points

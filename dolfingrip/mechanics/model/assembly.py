@@ -14,31 +14,58 @@ from dolfingrip.mechanics.model import jit
 
 
 def to_assemble(form: ufl.Form) -> fem.Form:
-    """The form, compiled with the options of :mod:`dolfingrip.mechanics.model.jit`."""
+    """Compile a form with the options of :mod:`dolfingrip.mechanics.model.jit`.
+
+    Args:
+        form: in UFL.
+    """
     return fem.form(form, jit_options=jit.options())
 
 
 def integral(form: fem.Form) -> float:
-    """The form's number, on every rank."""
+    """Sum all ranks' parts of an integral.
+
+    Args:
+        form: without arguments.
+    """
     return float(form.mesh.comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
 
 
 def owned_vector(form: fem.Form) -> np.ndarray:
-    """The form's vector at the dofs that this rank owns; ranks send the parts of their ghosts."""
+    """Assemble a vector; ranks send the parts of their ghosts.
+
+    Args:
+        form: linear in its test function.
+
+    Returns:
+        Its values at the dofs that this rank owns.
+    """
     vector, dofs = fem.assemble_vector(form), form.function_spaces[0].dofmap
     vector.scatter_reverse(la.InsertMode.add)
     return np.asarray(vector.array[: dofs.index_map.size_local * dofs.index_map_bs])
 
 
 def box(comm: MPI.Comm, points: np.ndarray) -> np.ndarray:
-    """(2, 3) least and largest coordinates of all ranks' points (n, 3)."""
+    """Find the box around points.
+
+    Args:
+        comm: their ranks.
+        points: (n, 3) of this rank.
+
+    Returns:
+        (2, 3) least and largest coordinates of all ranks' points.
+    """
     low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
     return np.array([comm.allreduce(low, np.minimum), comm.allreduce(high, np.maximum)])
 
 
 @contextmanager
 def undeformed(u: fem.Function) -> Iterator[None]:
-    """A context in which the displacement is 0; it is restored afterwards."""
+    """Set a displacement to 0 in this context.
+
+    Args:
+        u: restored afterwards.
+    """
     now = u.x.array.copy()
     u.x.array[:] = 0.0
     try:

@@ -19,9 +19,8 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import Final, TextIO
 
 import cffi
 from mpi4py import MPI
@@ -35,21 +34,17 @@ _IN_PROCESS = threading.Lock()
 """A compile changes the process' working folder and its standard output."""
 
 
-@dataclass(frozen=True, slots=True)
-class CompilationPolicy:
-    """When compiles tell how they go on, and how long they wait for one another.
+SILENT_S: Final = 2.0
+"""Time after which a compile, or a wait, tells that it goes on."""
 
-    Attributes:
-        silent_s: time after which a compile, or a wait, tells that it goes on.
-        every_s: time from one such message to the next.
-        poll_s: time between two attempts to get the lock.
-        patience_s: longest wait for a process that compiles the same; it may be suspended.
-    """
+EVERY_S: Final = 1.0
+"""Time from one such message to the next."""
 
-    silent_s: float = 2.0
-    every_s: float = 1.0
-    poll_s: float = 0.05
-    patience_s: float = 600.0
+POLL_S: Final = 0.05
+"""Time between two attempts to get the lock."""
+
+PATIENCE_S: Final = 600.0
+"""Longest wait for a process that compiles the same; it may be suspended."""
 
 
 class CompilationError(MachineError):
@@ -88,19 +83,13 @@ def told_to(tell: Tell | None) -> Iterator[None]:
         _listener.reset(token)
 
 
-def compiled[T](
-    folder: Path,
-    get: Callable[[Path], T],
-    what: str,
-    policy: CompilationPolicy = CompilationPolicy(),
-) -> T:
+def compiled[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
     """Load what a folder of the cache holds, after compiling it where it is missing or broken.
 
     Args:
         folder: of this code alone. Its name contains all that the code depends on.
         get: loads the code from a folder, after compiling it there if the folder is empty.
         what: is compiled, in words.
-        policy: how long it waits for another process, and when it tells that it goes on.
 
     Returns:
         What ``get`` returns.
@@ -116,7 +105,7 @@ def compiled[T](
             return get(folder)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with _locked(folder.with_name(f"{folder.name}.lock"), what, policy) as alone:
+        with _locked(folder.with_name(f"{folder.name}.lock"), what) as alone:
             with suppress(Exception):
                 if folder.exists():  # another process has compiled it meanwhile
                     return get(folder)
@@ -124,17 +113,17 @@ def compiled[T](
             if alone:
                 for left in folder.parent.glob(f"{folder.name}.*.part"):
                     shutil.rmtree(left, ignore_errors=True)
-            return _made(folder, get, what, policy)
+            return _made(folder, get, what)
     except (OSError, ImportError, cffi.VerificationError) as error:
         raise CompilationError(f"{what} could not be compiled: {error}") from error
 
 
-def _made[T](folder: Path, get: Callable[[Path], T], what: str, policy: CompilationPolicy) -> T:
+def _made[T](folder: Path, get: Callable[[Path], T], what: str) -> T:
     """Compile into a new folder; an error or an interrupt leaves nothing of it."""
     place = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:8]}.part")
     place.mkdir()
     try:
-        with _watched(lambda: f"compiling {what}", policy), _IN_PROCESS:
+        with _watched(lambda: f"compiling {what}"), _IN_PROCESS:
             found = get(place)
         try:
             place.rename(folder)
@@ -147,11 +136,11 @@ def _made[T](folder: Path, get: Callable[[Path], T], what: str, policy: Compilat
 
 
 @contextmanager
-def _locked(path: Path, what: str, policy: CompilationPolicy) -> Iterator[bool]:
+def _locked(path: Path, what: str) -> Iterator[bool]:
     """Hold a lock of the operating system; yield False on a disk that has none."""
     while True:
         with path.open("a+", encoding="utf-8", errors="replace") as file:
-            alone = _acquired(file, what, policy)
+            alone = _acquired(file, what)
             if alone and not _is_at(path, file):  # its last holder has removed it
                 continue
             file.truncate(0)
@@ -171,7 +160,7 @@ def _is_at(path: Path, file: TextIO) -> bool:
         return False
 
 
-def _acquired(file: TextIO, what: str, policy: CompilationPolicy) -> bool:
+def _acquired(file: TextIO, what: str) -> bool:
     """Wait for the lock of a file; return False on a disk that has none."""
     began_s = time.monotonic()
 
@@ -179,31 +168,29 @@ def _acquired(file: TextIO, what: str, policy: CompilationPolicy) -> bool:
         file.seek(0)
         return f"waiting for another process{file.read()[:80]}, which compiles {what}"
 
-    with _watched(wait, policy):
+    with _watched(wait):
         while True:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 return True
             except BlockingIOError:
-                if time.monotonic() - began_s > policy.patience_s:
-                    raise CompilationError(
-                        f"{wait()}, given up after {policy.patience_s:.0f} s"
-                    ) from None
+                if time.monotonic() - began_s > PATIENCE_S:
+                    raise CompilationError(f"{wait()}, given up after {PATIENCE_S:.0f} s") from None
             except OSError:
                 return False
-            time.sleep(policy.poll_s)
+            time.sleep(POLL_S)
 
 
 @contextmanager
-def _watched(line: Callable[[], str], policy: CompilationPolicy) -> Iterator[None]:
+def _watched(line: Callable[[], str]) -> Iterator[None]:
     """Tell what goes on in this block, and for how long, once it has taken some time."""
     tell, began_s, over = _listener.get() or _lines, time.monotonic(), threading.Event()
 
     def watch() -> None:
-        pause_s, told = policy.silent_s, False
+        pause_s, told = SILENT_S, False
         while not over.wait(pause_s):
             tell(f"{line()}, {time.monotonic() - began_s:.0f} s")
-            pause_s, told = policy.every_s, True
+            pause_s, told = EVERY_S, True
         if told:
             tell("")
 

@@ -22,6 +22,10 @@ from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 COORDINATES: Final = ("x_mm", "y_mm", "z_mm", "turn_x_rad", "turn_y_rad", "turn_z_rad")
 """Names of the six global unknowns."""
 
+LONGEST_MM: Final = 8.0
+"""Largest step of a centre, and of the turn at the radius of gyration. A linear prediction would
+throw a nearly free body metres away."""
+
 N_PER_KG_MM_S2: Final = 1e-3
 
 
@@ -84,7 +88,7 @@ class RigidMotion(Term, Memory, Regularised):
     over a load step of h seconds that starts at c_n, R_n, v_n, Ṙ_n; J = ½ tr(I) 1 − I is the
     second moment of mass. The last is ½ ∫ ρ |R X − R_n X − h Ṙ_n X|² dV/h² without its constant.
     If no time passes there is no inertia: the body is at rest, and no velocity is stored.
-    It bounds Newton's steps to ``longest_mm``.
+    It bounds Newton's steps to :data:`LONGEST_MM`.
 
     Args:
         body: mass and inertia.
@@ -93,8 +97,6 @@ class RigidMotion(Term, Memory, Regularised):
         copies: number of meshed parts that make the whole and share the body.
         restraint_mm: distance over which the restraint, a stiffness that Newton's method adds to a
             nearly free body, bears the residual's force; it vanishes with the residual.
-        longest_mm: largest step of the centre, and of the turn at the radius of gyration. A linear
-            prediction would throw a nearly free body metres away.
     """
 
     name: ClassVar[str] = "rigid body"
@@ -107,9 +109,7 @@ class RigidMotion(Term, Memory, Regularised):
         comm: MPI.Comm,
         copies: int = 1,
         restraint_mm: float = np.inf,
-        longest_mm: float = 8.0,
     ) -> None:
-        self.longest_mm = longest_mm
         self.restraint_mm = restraint_mm
         self.body = body
         self.pose = pose
@@ -198,10 +198,10 @@ class RigidMotion(Term, Memory, Regularised):
         return self._share * float(np.linalg.norm(self.weight_N))
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction that moves the body by ``longest_mm`` or less."""
+        """Largest fraction that moves the body by :data:`LONGEST_MM` or less."""
         change = self.pose.change(step)
         length = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
-        return min(1.0, self.longest_mm / max(float(length), self.longest_mm))
+        return min(1.0, LONGEST_MM / max(float(length), LONGEST_MM))
 
     # -- memory ----------------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import scipy.sparse as sp
@@ -63,6 +63,10 @@ def has_cholesky(model: Model) -> bool:
     return model.comm.size == 1 and not saddle and cholmod.available()
 
 
+BORDER_RTOL: Final = 1e-6
+"""Error of the columns that couple the border, relative to them, for steps."""
+
+
 class Bordered:
     """The inverse of a symmetric matrix whose last rows couple parts that nothing else couples.
 
@@ -75,15 +79,11 @@ class Bordered:
         comm: one rank.
         border: rows of blocks at the matrix' end that are no part's.
         create: returns what factorises a part.
-        border_rtol: error of the columns that couple the border, relative to them, for steps.
     """
 
     exact = True
 
-    def __init__(
-        self, comm: MPI.Comm, border: int, create: Callable[[], Cholesky], border_rtol: float = 1e-6
-    ) -> None:
-        self._border_rtol = border_rtol
+    def __init__(self, comm: MPI.Comm, border: int, create: Callable[[], Cholesky]) -> None:
         self._border, self._create = border, create
         self._matrix: PETSc.Mat | None = None
         self._parts: list[_Part] = []
@@ -98,7 +98,7 @@ class Bordered:
         for part in self._parts:
             part.set_up(blocks)
         self._coupling = self._coupled(blocks)
-        self._eliminate(self._border_rtol)
+        self._eliminate(BORDER_RTOL)
         self.pc.setOperators(matrix)
 
     def _eliminate(self, rtol: float | None = None) -> None:

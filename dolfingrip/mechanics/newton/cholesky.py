@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from mpi4py import MPI
@@ -18,7 +18,17 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.cholmod import CholmodFactors, elimination
 from dolfingrip.mechanics.newton.inverse import Factorisation
-from dolfingrip.mechanics.newton.policy import CholeskyPolicy
+
+MOST_SKIPPED: Final = 31
+"""Largest number of matrices that are left to LDLᵀ before the next try: none after one that was not
+definite, then 1, 3, 7 and so on after each further one in a row."""
+
+ITERATIONS: Final = 30
+"""Largest number of conjugate gradients' iterations with factors in single precision."""
+
+ROUNDING: Final = 1e-12
+"""Error that is taken for rounding, relative to the solution; see
+:func:`~.cholesky.conjugate_gradients`."""
 
 BLOCK = 3
 """Rows of a block of the tangent."""
@@ -35,7 +45,6 @@ class Cholesky:
         comm: one rank.
         indefinite: returns what factorises matrices that are not definite.
         dtype: precision of the first factors, float32 or float64.
-        policy: when Cholesky factors are tried, and how exact solutions are.
     """
 
     exact = True
@@ -45,9 +54,7 @@ class Cholesky:
         comm: MPI.Comm,
         indefinite: Callable[[], Factorisation],
         dtype: type[np.floating[Any]] = np.float32,
-        policy: CholeskyPolicy = CholeskyPolicy(),
     ) -> None:
-        self._policy = policy
         self._create_indefinite = indefinite
         self._scalars: _Scalars | None = None
         self._definite = False
@@ -71,7 +78,7 @@ class Cholesky:
         if self._skips > 0:
             self._skips -= 1
             return
-        self._skips = min(2**self._refused - 1, self._policy.most_skipped)
+        self._skips = min(2**self._refused - 1, MOST_SKIPPED)
         self._refused += 1
 
     @cached_property
@@ -132,7 +139,7 @@ class Cholesky:
                 rounding.
         """
         if self._definite and self._dtype == np.float32:
-            limits = rtol or self._policy.rounding, self._policy.iterations
+            limits = rtol or ROUNDING, ITERATIONS
             found = conjugate_gradients(self._matrix, self.approximate, right, *limits)
             if found is not None:
                 return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Final
 
 import ufl
 from dolfinx.fem import petsc as fem_petsc
@@ -14,8 +15,37 @@ from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.ending import Counts
 from dolfingrip.mechanics.newton.inverse import Inverse
-from dolfingrip.mechanics.newton.policy import DampingPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
+
+LEAST_DAMPING: Final = 1e-7
+"""Smallest damping above 0, relative to the tangent's diagonal."""
+
+STIFFER: Final = 8.0
+"""Factor on a damping that leaves the tangent indefinite."""
+
+MOST_OFTEN: Final = 20
+"""Largest number of such factors in a row; the last damping is far stiffer than the body."""
+
+EASY: Final = 0.5
+LESS: Final = 4.0
+"""A step of which a larger part is taken has the next ones damped less, by this factor."""
+
+HARD: Final = 0.1
+STRONGER: Final = 4.0
+"""A step of which a smaller part is taken has the next ones damped more, by this factor."""
+
+STUCK: Final = 1e-3
+FAR_STRONGER: Final = 100.0
+"""A step of which a still smaller part is taken has the next ones damped far more, by so much."""
+
+ITERATIONS: Final = 3
+"""Factor on the iterations that a solve may take."""
+
+RTOL: Final = 1e-4
+"""Preconditioned residual of conjugate gradients, relative to its first."""
+
+SOLVES: Final = 200
+"""Largest number of their iterations."""
 
 NEGATIVE = (
     PETSc.KSP.ConvergedReason.DIVERGED_INDEFINITE_MAT,
@@ -39,7 +69,6 @@ class Damping:
         inverse: inverse of the damped tangent; it tells its inertia.
         model: model whose tangent is factorised.
         tangent: the tangent.
-        policy: how much is damped.
         counts: counts that solves add to.
 
     Attributes:
@@ -47,15 +76,9 @@ class Damping:
     """
 
     def __init__(
-        self,
-        inverse: Callable[[], Inverse],
-        model: Model,
-        tangent: Tangent,
-        policy: DampingPolicy,
-        counts: Counts,
+        self, inverse: Callable[[], Inverse], model: Model, tangent: Tangent, counts: Counts
     ) -> None:
         self._model = model
-        self._policy = policy
         self._counts = counts
         self._tangent = tangent
         # Π is concave in further fields, such as a pressure, and in multipliers
@@ -74,14 +97,13 @@ class Damping:
 
     def adapt(self, fraction: float) -> None:
         """Damp the next step less or more, depending on the fraction taken of the last step."""
-        policy = self._policy
-        if abs(fraction) > policy.easy:
-            self._damping /= policy.less
+        if abs(fraction) > EASY:
+            self._damping /= LESS
             if self._damping < self._least:
                 self._damping = 0.0
-        elif abs(fraction) < policy.hard:
-            stuck = abs(fraction) <= policy.stuck
-            by = policy.far_stronger if stuck else policy.stronger
+        elif abs(fraction) < HARD:
+            stuck = abs(fraction) <= STUCK
+            by = FAR_STRONGER if stuck else STRONGER
             self._damping = max(by * self._damping, self._least)
 
     # -- preconditioner of PETSc -------------------------------------------------------------------
@@ -90,20 +112,20 @@ class Damping:
         """Factorise the matrix, damped."""
         matrix = pc.getOperators()[0]
         stiffness = matrix.getDiagonal().norm(PETSc.NormType.N1)
-        self._least = self._policy.least * stiffness / self._masses.norm(PETSc.NormType.N1)
+        self._least = LEAST_DAMPING * stiffness / self._masses.norm(PETSc.NormType.N1)
         self._add(matrix, self._damping)
         if self._leads_downhill(matrix):
             return
         # contact of edges that pass one another is far from convex: damping it would hold all
         self._tangent.assemble(convex=True)
         self._add(matrix, self._damping)
-        for _ in range(self._policy.most):
+        for _ in range(MOST_OFTEN):
             if self._leads_downhill(matrix):
                 return
             self._damp_more(matrix)
 
     def _damp_more(self, matrix: PETSc.Mat) -> None:
-        more = max(self._policy.more * self._damping, self._least)
+        more = max(STIFFER * self._damping, self._least)
         self._add(matrix, more - self._damping)
         self._damping = more
 
@@ -128,7 +150,7 @@ class Damping:
 
         An inverse that is not exact may not see each negative eigenvalue.
         """
-        for _ in range(self._policy.most):
+        for _ in range(MOST_OFTEN):
             self._ksp.setOperators(matrix)
             self._ksp.solve(right, solution)
             if self._ksp.getConvergedReason() not in NEGATIVE:
@@ -147,7 +169,7 @@ class Damping:
         ksp.setType(PETSc.KSP.Type.CG)
         ksp.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
         ksp.setPC(self._inverse.pc)
-        ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.solves)
+        ksp.setTolerances(rtol=RTOL, max_it=SOLVES)
         return ksp
 
     def _add(self, matrix: PETSc.Mat, damping: float) -> None:

@@ -9,8 +9,16 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.policy import WorkspacePolicy
 from dolfingrip.mechanics.newton.symmetric import symmetric
+
+FIRST_PERCENT: Final = 100
+"""Memory beyond MUMPS' estimate (%) with which a factorisation is repeated at first."""
+
+GROWTH: Final = 4
+"""Factor on that memory for each further repetition."""
+
+MOST_PERCENT: Final = 400
+"""The largest such memory (%); a matrix of zeros needs no more to be refused."""
 
 CANDIDATES: Final = (2, 4, 6)
 """MUMPS' ICNTL(7): approximate minimum fill, PORD, minimum degree with quasi-dense rows. On one
@@ -198,7 +206,7 @@ TOO_SMALL: Final = (-8, -9, -14, -17, -20)
 """INFOG(1) of MUMPS where the integer or real workspace, or a buffer of messages, is too small."""
 
 
-def factorise_by_mumps(pc: PETSc.PC, policy: WorkspacePolicy = WorkspacePolicy()) -> None:
+def factorise_by_mumps(pc: PETSc.PC) -> None:
     """Factorise; if MUMPS' workspace is too small, factorise again with a larger one.
 
     The estimate does not know delayed pivots, which saddle points have. Rounding decides which ones
@@ -208,14 +216,13 @@ def factorise_by_mumps(pc: PETSc.PC, policy: WorkspacePolicy = WorkspacePolicy()
     Args:
         pc: a factorisation by MUMPS with its operators; what it still fails by is its own
             ``getFailedReason``.
-        policy: how much larger the workspace may be.
     """
     pc.setUp()
-    more = policy.first_percent
-    while more <= policy.most_percent and pc.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL:
+    more = FIRST_PERCENT
+    while more <= MOST_PERCENT and pc.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL:
         operators = pc.getOperators()
         pc.reset()  # PETSc takes no further matrix for factors that ran out of memory once
         pc.setOperators(*operators)
         PETSc.Options(pc.getOptionsPrefix())[RELAXATION] = more
         pc.setUp()
-        more *= policy.growth
+        more *= GROWTH

@@ -65,11 +65,7 @@ class System:
             spare_policy=policy.factors,
         )
         self.damping = Damping(
-            lambda: linear.with_inertia(PREFIX + "damped_"),
-            model,
-            self.tangent,
-            policy.damping,
-            counts,
+            lambda: linear.with_inertia(PREFIX + "damped_"), model, self.tangent, counts
         )
         self.residual, self._vector = (model.unknowns.create_vector() for _ in range(2))
 

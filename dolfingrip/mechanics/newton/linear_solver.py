@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Final
 
 import scipy.sparse as sp
 
@@ -19,10 +20,25 @@ from dolfingrip.mechanics.newton.inverse import (
 )
 from dolfingrip.mechanics.newton.memory import MB, refuse_too_large
 from dolfingrip.mechanics.newton.multigrid import Multigrid
-from dolfingrip.mechanics.newton.policy import LinearPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.numerics import Solver
+
+ITERATIVE_FROM: Final = 120_000
+"""Unknowns of quadratic tetrahedra from which on multigrid takes less time."""
+
+ITERATIVE_FROM_HEXAHEDRA: Final = 400_000
+"""The same of hexahedra of 20 nodes. In walls of one element linear ones cannot bend, so that the
+linear level says less."""
+
+WORKSPACE: Final = 1.4
+"""Memory of a factorisation by that of the factors' entries."""
+
+TANGENT_KB: Final = 2.0
+"""Memory for each unknown of a tangent, its assembly and the carried stress."""
+
+MULTIGRID_KB: Final = 4.0
+"""Memory for each unknown of multigrid with its linear level."""
 
 
 class LinearSolver:
@@ -36,7 +52,6 @@ class LinearSolver:
         model: model whose tangent is inverted.
         tangent: the tangent.
         settings: which solver is asked for, and the memory that it may take.
-        policy: from which size on multigrid is used, and the memory that solvers need.
 
     Attributes:
         iterative: whether inverses are approximate.
@@ -46,14 +61,7 @@ class LinearSolver:
         ConfigError: one line, if the element has no multigrid, or the model will not fit.
     """
 
-    def __init__(
-        self,
-        model: Model,
-        tangent: Tangent,
-        settings: Solver,
-        policy: LinearPolicy = LinearPolicy(),
-    ) -> None:
-        self._policy = policy
+    def __init__(self, model: Model, tangent: Tangent, settings: Solver) -> None:
         self._model, self._tangent = model, tangent
         self._mixed = len(model.unknowns.fields) > 1
         element = model.u.function_space.ufl_element()
@@ -61,8 +69,8 @@ class LinearSolver:
         if settings.linear == "iterative" and not quadratic:
             raise ConfigError('solver.linear = "iterative": allowed: with elements P2 and S2')
         large = {
-            "tetrahedron": policy.iterative_from,
-            "hexahedron": policy.iterative_from_hexahedra,
+            "tetrahedron": ITERATIVE_FROM,
+            "hexahedron": ITERATIVE_FROM_HEXAHEDRA,
         }[str(model.domain.mesh.ufl_cell())]
         wanted = settings.linear == "iterative" or model.dofs >= large
         self.iterative = settings.linear != "direct" and quadratic and wanted
@@ -84,11 +92,11 @@ class LinearSolver:
 
     def _needed_MB(self) -> float:
         """Memory of the solver on all ranks (10⁶ bytes)."""
-        thousands, policy = self._model.dofs / 1e3, self._policy
+        thousands = self._model.dofs / 1e3
         if self.iterative:
-            return (policy.tangent_kB + policy.multigrid_kB) * thousands
+            return (TANGENT_KB + MULTIGRID_KB) * thousands
         factors_MB = 8 * 9 * self._entries() / MB  # 9 numbers for each pair of nodes
-        return policy.tangent_kB * thousands + policy.workspace * factors_MB
+        return TANGENT_KB * thousands + WORKSPACE * factors_MB
 
     def _entries(self) -> float:
         """Entries of the factors, one for each pair of nodes."""

@@ -128,7 +128,7 @@ def _scalar_graph(form: fem.Form) -> sp.csr_matrix:
     return sp.kron(block_graph(form), np.ones(blocks), "csr")
 
 
-def condensing_step(model: Model, rtol: float = 1e-12) -> np.ndarray:
+def condensing_step(model: Model) -> np.ndarray:
     """The step from a mixed model's p to the p(u) that solves ∂Π/∂p = 0 at the present u.
 
     A step of displacement and pressure together may raise Π, which is concave in p. Π(u, p(u)), of
@@ -136,7 +136,6 @@ def condensing_step(model: Model, rtol: float = 1e-12) -> np.ndarray:
 
     Args:
         model: a mixed model, quadratic in p like a perturbed Lagrangian.
-        rtol: relative tolerance of the equations of p.
 
     Returns:
         A local array of the unknowns.
@@ -154,7 +153,7 @@ def condensing_step(model: Model, rtol: float = 1e-12) -> np.ndarray:
     ksp = PETSc.KSP().create(model.comm)
     ksp.setType(PETSc.KSP.Type.CG)
     ksp.getPC().setType(PETSc.PC.Type.JACOBI)  # this makes a mass matrix well conditioned
-    ksp.setTolerances(rtol=rtol)
+    ksp.setTolerances(rtol=1e-12)
     ksp.setOperators(tangent)
     ksp.solve(right, change)
     step = np.zeros(model.unknowns.owned_size)

@@ -6,6 +6,7 @@ The linear level has the interpolation to the quadratic one, and the tangent of 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 import basix
 import numpy as np
@@ -18,7 +19,18 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.bordered import factors
 from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.inverse import Exact, cheapest
-from dolfingrip.mechanics.newton.policy import MultigridPolicy
+
+DEGREE: Final = 2
+"""Degree of Chebyshev's polynomial, before and after the linear level's step."""
+
+RATIO: Final = 4.0
+"""Ratio of the highest and the lowest eigenvalue that it damps."""
+
+BEYOND: Final = 1.1
+"""Ratio of the highest and the one that the power method finds from below."""
+
+POWERS: Final = 10
+"""Steps of the power method."""
 
 BLOCK = 3
 """Unknowns of a node."""
@@ -258,7 +270,6 @@ class Multigrid:
     Args:
         prefix: prefix of PETSc's options of the factorisation.
         model: model with a displacement of second order, its only field.
-        policy: numbers of the smoother.
 
     Attributes:
         pc: the preconditioner.
@@ -266,10 +277,7 @@ class Multigrid:
 
     exact = False
 
-    def __init__(
-        self, prefix: str, model: Model, policy: MultigridPolicy = MultigridPolicy()
-    ) -> None:
-        self._policy = policy
+    def __init__(self, prefix: str, model: Model) -> None:
         self._level = LinearLevel(model)
         self._model, self._comm = model, model.comm
         self._coarse: Exact | None = None
@@ -330,8 +338,8 @@ class Multigrid:
     def _smooth(self, right: PETSc.Vec, solution: PETSc.Vec, *, start: bool) -> None:
         """Improve ``solution``, which is zero unless ``start``."""
         residual, step, scaled, product = self._vectors
-        highest = self._policy.beyond * self._largest
-        lowest = highest / self._policy.ratio
+        highest = BEYOND * self._largest
+        lowest = highest / RATIO
         middle, half = (highest + lowest) / 2, (highest - lowest) / 2
         sigma = middle / half
         rho = 1 / sigma
@@ -343,7 +351,7 @@ class Multigrid:
         self._inverse.mult(residual, step)
         step.scale(1 / middle)
         solution.axpy(1.0, step)
-        for _ in range(self._policy.degree - 1):
+        for _ in range(DEGREE - 1):
             self._matrix.mult(step, product)
             residual.axpy(-1.0, product)
             self._inverse.mult(residual, scaled)
@@ -379,7 +387,7 @@ class Multigrid:
             self._inverse.mult(self._mode, step)  # nothing in global unknowns
             step.copy(self._mode)
         found = 0.0
-        for _ in range(self._policy.powers):
+        for _ in range(POWERS):
             self._mode.normalize()
             self._matrix.mult(self._mode, product)
             self._inverse.mult(product, scaled)

@@ -13,6 +13,7 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
+from dolfingrip.mechanics.newton import damping
 from dolfingrip.mechanics.newton.ending import Counts, Solve, ending_of
 from dolfingrip.mechanics.newton.iterations import PREFIX, Iterations, System
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
@@ -114,7 +115,7 @@ class Newton:
         Returns:
             The outcome, and whether a step with a correction for lagged quantities overshot.
         """
-        factor = self._system.policy.damping.iterations if damped else 1
+        factor = damping.ITERATIONS if damped else 1
         allowed = self.settings.max_iterations * factor
         self._snes.setTolerances(max_it=min(allowed, iterations or allowed))
         course = Iterations(

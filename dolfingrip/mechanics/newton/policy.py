@@ -137,110 +137,6 @@ class FactorPolicy:
 
 
 @dataclass(frozen=True, slots=True)
-class DampingPolicy:
-    """How much a damped solve is damped; see :class:`~.damping.Damping`.
-
-    Attributes:
-        least: smallest damping above 0, relative to the tangent's diagonal.
-        more: factor on a damping that leaves the tangent indefinite.
-        most: largest number of such factors in a row; the last damping is far stiffer than the
-            body.
-        easy, less: a step of which a larger part is taken has the next ones damped less, by this
-            factor.
-        hard, stronger: a step of which a smaller part is taken has the next ones damped more, by
-            this factor.
-        stuck, far_stronger: a step of which a still smaller part is taken has the next ones damped
-            far more, by this factor.
-        iterations: factor on the iterations that a solve may take.
-        rtol: preconditioned residual of conjugate gradients, relative to its first.
-        solves: largest number of their iterations.
-    """
-
-    least: float = 1e-7
-    more: float = 8.0
-    most: int = 20
-    easy: float = 0.5
-    less: float = 4.0
-    hard: float = 0.1
-    stronger: float = 4.0
-    stuck: float = 1e-3
-    far_stronger: float = 100.0
-    iterations: int = 3
-    rtol: float = 1e-4
-    solves: int = 200
-
-
-@dataclass(frozen=True, slots=True)
-class WorkspacePolicy:
-    """How much memory beyond MUMPS' estimate a factorisation may have.
-
-    Attributes:
-        first_percent: what a factorisation is repeated with at first.
-        growth: factor for each further repetition.
-        most_percent: the largest; a matrix of zeros needs no more to be refused.
-    """
-
-    first_percent: int = 100
-    growth: int = 4
-    most_percent: int = 400
-
-
-@dataclass(frozen=True, slots=True)
-class CholeskyPolicy:
-    """When Cholesky factors are tried; see :class:`~.cholesky.Cholesky`.
-
-    Attributes:
-        most_skipped: largest number of matrices that are left to LDLᵀ before the next try: none
-            after one that was not definite, then 1, 3, 7 and so on after each further one in a row.
-        iterations: largest number of conjugate gradients' iterations with factors in single
-            precision.
-        rounding: error that is taken for rounding, relative to the solution; see
-            :func:`~.cholesky.conjugate_gradients`.
-    """
-
-    most_skipped: int = 31
-    iterations: int = 30
-    rounding: float = 1e-12
-
-
-@dataclass(frozen=True, slots=True)
-class LinearPolicy:
-    """From which size on multigrid takes the place of factors, and the memory that they need.
-
-    Attributes:
-        iterative_from: unknowns of quadratic tetrahedra from which on multigrid takes less time.
-        iterative_from_hexahedra: of hexahedra of 20 nodes, in walls of one element: linear ones
-            cannot bend, so the linear level says less.
-        workspace: memory of a factorisation by that of the factors' entries.
-        tangent_kB: memory for each unknown of a tangent, its assembly and the carried stress.
-        multigrid_kB: memory for each unknown of multigrid with its linear level.
-    """
-
-    iterative_from: int = 120_000
-    iterative_from_hexahedra: int = 400_000
-    workspace: float = 1.4
-    tangent_kB: float = 2.0
-    multigrid_kB: float = 4.0
-
-
-@dataclass(frozen=True, slots=True)
-class MultigridPolicy:
-    """One V-cycle on the quadratic and the linear element; see :class:`~.multigrid.Multigrid`.
-
-    Attributes:
-        degree: of Chebyshev's polynomial, before and after the linear level's step.
-        ratio: of the highest and the lowest eigenvalue that it damps.
-        beyond: of the highest and the one that the power method finds from below.
-        powers: steps of the power method.
-    """
-
-    degree: int = 2
-    ratio: float = 4.0
-    beyond: float = 1.1
-    powers: int = 10
-
-
-@dataclass(frozen=True, slots=True)
 class NewtonPolicy:
     """All decisions of one solver.
 
@@ -256,5 +152,4 @@ class NewtonPolicy:
     correction: CorrectionPolicy = field(default_factory=CorrectionPolicy)
     factors: FactorPolicy = field(default_factory=FactorPolicy)
     multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, iterations=30, worn=25)
-    damping: DampingPolicy = field(default_factory=DampingPolicy)
     guess_residual_ratio: float = np.inf

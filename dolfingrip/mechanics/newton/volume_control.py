@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 import ufl
@@ -158,27 +158,26 @@ def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Mode
     return model.with_term(term, [term.unknown], {CONTROL: term.control})
 
 
-@dataclass(frozen=True, slots=True)
-class LimitPointPolicy:
-    """How far and how finely a limit point is searched for.
+FIRST_STEP: Final = 1e-4
+"""First step of the volume, relative to the cavity's; each is twice the one before."""
 
-    Attributes:
-        first: first step of the volume, relative to the cavity's; each is twice the one before.
-        longest: longest step of the volume, relative to the cavity's.
-        most: largest number of steps; together they are about the cavity's volume.
-        shorter: factor by which a step that fails is shortened.
-        failures: of steps, after which the search ends.
-        iterations: of a step, at most.
-        fall: part of the pressure by which it must fall after a maximum.
-    """
+LONGEST_STEP: Final = 0.1
+"""Longest step of the volume, relative to the cavity's."""
 
-    first: float = 1e-4
-    longest: float = 0.1
-    most: int = 20
-    shorter: float = 4.0
-    failures: int = 3
-    iterations: int = 10
-    fall: float = 1e-4
+MOST_STEPS: Final = 20
+"""Largest number of steps; together they are about the cavity's volume."""
+
+SHORTER: Final = 4.0
+"""Factor by which a step that fails is shortened."""
+
+FAILURES: Final = 3
+"""Number of failed steps after which the search ends."""
+
+ITERATIONS: Final = 10
+"""Largest number of Newton iterations of a step."""
+
+FALL: Final = 1e-4
+"""Part of the pressure by which it must fall after a maximum."""
 
 
 class LimitPointSearch:
@@ -192,22 +191,13 @@ class LimitPointSearch:
         pressure: control of the pressure.
         volume: UFL form of the meshed cavity's volume (mm³).
         settings: of Newton's method.
-        policy: lengths and number of steps.
     """
 
-    def __init__(
-        self,
-        model: Model,
-        pressure: Control,
-        volume: ufl.Form,
-        settings: Solver,
-        policy: LimitPointPolicy = LimitPointPolicy(),
-    ) -> None:
-        self._policy = policy
+    def __init__(self, model: Model, pressure: Control, volume: ufl.Form, settings: Solver) -> None:
         self._model = model
         self._pressure = pressure
         self._volume = volume
-        few = min(settings.max_iterations, self._policy.iterations)
+        few = min(settings.max_iterations, ITERATIONS)
         self._settings = settings.model_copy(update={"max_iterations": few})
 
     def is_near(self, beyond_kPa: float) -> bool:
@@ -220,27 +210,27 @@ class LimitPointSearch:
         model = volume_controlled(self._model, self._pressure, self._volume)
         newton, control = Newton(model, self._settings), model.controls[CONTROL]
         highest, start = self._pressure.value, control.value
-        smallest = self._policy.first * start
+        smallest = FIRST_STEP * start
         volume, step, last = start, smallest, model.state()
         failed = 0
         try:
-            for _ in range(self._policy.most):
+            for _ in range(MOST_STEPS):
                 control.set(volume + step)
                 if not newton.solve().converged:
                     model.restore(last)
-                    step /= self._policy.shorter
+                    step /= SHORTER
                     failed += 1
-                    if step < smallest or failed == self._policy.failures:
+                    if step < smallest or failed == FAILURES:
                         break
                     continue
                 pressure = self._pressure.value
-                if pressure < (1 - self._policy.fall) * highest:
+                if pressure < (1 - FALL) * highest:
                     return True
                 if pressure > beyond_kPa:
                     return False
                 highest = max(highest, pressure)
                 volume, last = volume + step, model.state()
-                step = min(2 * step, self._policy.longest * start)
+                step = min(2 * step, LONGEST_STEP * start)
             # a long step may have passed the maximum, where the next one fails as the volume turns
             model.restore(last)
             here = self._pressure.value

@@ -39,9 +39,9 @@ def angle_slopes(x: float, z: float) -> np.ndarray:
 class FaceAngle(OfIntegrals):
     """Rotation of the tip face's area vector about y (deg), positive towards −x."""
 
-    def __init__(self, model: Model, column: str = ANGLE.name) -> None:
+    def __init__(self, model: Model) -> None:
         vector, tip = tip_face.area_vector(model.u, model.domain.mesh), _face(model)
-        super().__init__(model, column, [vector[0] * tip, vector[2] * tip])
+        super().__init__(model, ANGLE.name, [vector[0] * tip, vector[2] * tip])
 
     def _function(self, integrals: np.ndarray) -> float:
         return angle_deg(*integrals)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from mpi4py import MPI
@@ -12,11 +13,16 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
 from dolfingrip.mechanics.readings.reading import Reading
-from dolfingrip.mechanics.sensitivity.repeated_step import (
-    Perturbation,
-    RepeatedStep,
-    SensitivityPolicy,
-)
+from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation, RepeatedStep
+
+CHANGE: Final = 1e-5
+"""Part of a parameter's scale by which it is changed. Differences are of second order, and of two
+points on one side, since some parameters allow smaller values only."""
+
+ALONG_MM: Final = 1e-5
+"""Largest motion of a node along the adjoint state for the derivative by all coordinates, a central
+difference. It is small against the distances of contact; ten times smaller, rounding of the
+contact's part is 1e-5 of a force's derivative."""
 
 
 class HasHistory(Exception):
@@ -62,7 +68,6 @@ class Adjoint:
         model: at a solution.
         linear: makes K⁻¹ at the model's present state, for owned arrays in the order of a vector.
         reading: g.
-        policy: sizes of differences.
 
     Raises:
         HasHistory: one line, where internal variables or lagged quantities remember earlier states.
@@ -73,9 +78,7 @@ class Adjoint:
         model: Model,
         linear: Callable[[], Callable[[np.ndarray], np.ndarray]],
         reading: Reading,
-        policy: SensitivityPolicy = SensitivityPolicy(),
     ) -> None:
-        self._policy = policy
         self._model = model
         self._reading = reading
         self._state = model.state()
@@ -96,7 +99,7 @@ class Adjoint:
 
     def derivative(self, perturbation: Perturbation) -> float:
         """dg/dm, in the reading's unit for each unit of the parameter."""
-        amount = self._policy.adjoint_change * perturbation.scale * perturbation.direction
+        amount = CHANGE * perturbation.scale * perturbation.direction
         once, twice = (self._change(perturbation, each) for each in (amount, 2 * amount))
         return (4 * once - twice) / (2 * amount)
 
@@ -121,7 +124,7 @@ class Adjoint:
         largest = model.comm.allreduce(float(np.abs(along).max(initial=0.0)), MPI.MAX)
         if largest == 0:
             return ShapeDerivative(coordinates, own.owned)
-        amount = self._policy.along_mm / largest
+        amount = ALONG_MM / largest
         ends = []
         for sign in (1, -1):
             model.unknowns.set_local(here + sign * amount * along)

@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.state import State
-from dolfingrip.mechanics.sensitivity.repeated_step import (
-    Change,
-    Perturbation,
-    RepeatedStep,
-    SensitivityPolicy,
-)
+from dolfingrip.mechanics.sensitivity.repeated_step import Change, Perturbation, RepeatedStep
+
+CHANGE: Final = 1e-7
+"""Part of a parameter's scale by which a model is perturbed. The residual of a solution is 0 to
+Newton's tolerance, so that a one-sided difference is good to this part, and rounding to 1e-6."""
+
+CORRECTIONS: Final = 30
+"""Largest number of corrections where terms have lagged quantities, as friction has normal forces,
+whose change the tangent leaves out; each is a solve with the present tangent."""
+
+CLOSE: Final = 1e-6
+"""Part of the first residual's derivative that may be left then."""
+
+STALLED: Final = 0.9
+"""Part of a correction's residual from which on the next one gains nothing."""
 
 Readings = Mapping[str, float]
 
@@ -37,7 +47,6 @@ class ForwardSensitivity:
         model: model at rest, at the start of its path.
         linear: returns K⁻¹ at the model's present state, for owned arrays in a vector's order.
         perturbations: a perturbation for each parameter.
-        policy: sizes of differences, and when corrections end.
 
     Attributes:
         changes: derivatives of the present state, one for each parameter.
@@ -48,9 +57,7 @@ class ForwardSensitivity:
         model: Model,
         linear: Callable[[], Callable[[np.ndarray], np.ndarray]],
         perturbations: Sequence[Perturbation],
-        policy: SensitivityPolicy = SensitivityPolicy(),
     ) -> None:
-        self.policy = policy
         self._model = model
         self._linear = linear
         self._perturbations = perturbations
@@ -120,7 +127,7 @@ class ForwardSensitivity:
         first, last = np.zeros(len(each)), np.full(len(each), np.inf)
         exact = not lagged
         due = np.arange(len(each))
-        for correction in range(1 if exact else self.policy.corrections):
+        for correction in range(1 if exact else CORRECTIONS):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
             for column, i in enumerate(due.tolist()):
                 along = model.unknowns.to_local(found[:, i])
@@ -132,8 +139,8 @@ class ForwardSensitivity:
             if not correction:
                 first = np.maximum(size, np.finfo(float).tiny)
             # what falls no more is rounding
-            falls = size < self.policy.stalled * last[due]
-            remaining = falls & (size > self.policy.close * first[due])
+            falls = size < STALLED * last[due]
+            remaining = falls & (size > CLOSE * first[due])
             due, right = due[remaining], right[:, remaining]
             last[due] = size[remaining]
             if not len(due):
@@ -160,7 +167,7 @@ class ForwardSensitivity:
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""
         for perturbation, change in zip(self._perturbations, self.changes, strict=True):
-            amount = self.policy.change * perturbation.scale * perturbation.direction
+            amount = CHANGE * perturbation.scale * perturbation.direction
             yield perturbation, change, amount
 
 

@@ -21,23 +21,14 @@ from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.sections.errors import ConfigError
 
+ALONG: Final = 12
+"""Points of the surrogate's front that can be pointed at."""
 
-@dataclass(frozen=True, slots=True)
-class FrontPolicy:
-    """How much of a design loop a page shows.
+SHAPES: Final = 40
+"""Designs with a shape; choices come first."""
 
-    Attributes:
-        along: points of the surrogate's front that can be pointed at.
-        shapes: designs with a shape; choices come first.
-        designs: designs of experiments; others are left out evenly.
-    """
-
-    along: int = 12
-    shapes: int = 40
-    designs: int = 400
-
-
-POLICY: Final = FrontPolicy()
+DESIGNS: Final = 400
+"""Designs of experiments; others are left out evenly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +94,7 @@ class _Design:
     failure: str = ""
 
 
-def front(loop: Loop, most_shapes: int = POLICY.shapes) -> Front | None:
+def front(loop: Loop, most_shapes: int = SHAPES) -> Front | None:
     """The front of a design loop; None if fewer than two outputs are known.
 
     Args:
@@ -231,7 +222,7 @@ def _chosen(optimum: OptimumFile | None) -> list[_Design]:
 def _along(optimum: OptimumFile | None) -> list[_Design]:
     """Points along the surrogate's front."""
     points = () if optimum is None else optimum.front
-    keep = np.unique(np.linspace(0, len(points) - 1, min(POLICY.along, len(points))).round())
+    keep = np.unique(np.linspace(0, len(points) - 1, min(ALONG, len(points))).round())
     return [
         _Design(f"Front {number} of {len(keep)}", "front", each.inputs, each.surrogate)
         for number, each in enumerate([points[int(i)] for i in keep], 1)
@@ -242,14 +233,14 @@ def _computed(loop: Loop) -> list[_Design]:
     """Designs of experiments that were computed."""
     done = [(each.inputs, each.outputs) for each in loop.designs if each.outputs]
     if done:
-        keep = np.unique(np.linspace(0, len(done) - 1, min(POLICY.designs, len(done))).astype(int))
+        keep = np.unique(np.linspace(0, len(done) - 1, min(DESIGNS, len(done))).astype(int))
         return [_Design(f"Design {i + 1}", "design", done[i][0], {}, done[i][1]) for i in keep]
     learnt: list[LearntDesign] = []
     if loop.learnt is not None and loop.surrogate is not None:
         learnt = loop.learnt.designs(loop.surrogate)
     return [
         _Design(f"Design {number}", "design", each.inputs, each.predicted, each.outputs)
-        for number, each in enumerate(learnt[: POLICY.designs], 1)
+        for number, each in enumerate(learnt[:DESIGNS], 1)
     ]
 
 
