@@ -41,11 +41,9 @@ def diagnose(asked: DiagnoseSettings) -> None:
     kept = asked.store or asked.out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         chosen = diagnosing.DiagnosisSettings(
-                asked.workers, kept, asked.quick, list(asked.effects) or None, asked.campaign,
-                asked.anew,
-                screen.say,
-                show,
-            )  # fmt: skip
+            asked.workers, kept, asked.quick, list(asked.effects) or None, asked.campaign,
+            asked.anew, screen.say, show,
+        )  # fmt: skip
         found = diagnosing.diagnose(data, resolved, asked.out, chosen)
     result = write(found, data, asked.out)
 
@@ -99,12 +97,10 @@ def plan_experiment(asked: PlanExperimentSettings) -> None:
     check_noise(asked.noise)
     kept = asked.store or asked.out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
-        chosen = planning.PlanSettings(
-                kept, asked.workers, asked.quick, effects,
-                screen.say,
-                show,
-            )  # fmt: skip
-        found = planning.plan(asked.rig, resolved, chosen, asked.changes, asked.noise)
+        chosen = diagnosing.DiagnosisSettings(
+            asked.workers, kept, asked.quick, effects, say=screen.say, progress=show
+        )
+        found = planning.plan(asked.rig, resolved, asked.out, chosen, asked.changes, asked.noise)
     found.write(asked.out)
     text = plan_text(found)
     whole.write(asked.out / "plan.md", text)

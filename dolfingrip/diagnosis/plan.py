@@ -24,7 +24,7 @@ from scipy.special import ndtri
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.core.decision import decide
+from dolfingrip.diagnosis.core.decision import decide, held
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
     CovarianceModel,
@@ -37,14 +37,13 @@ from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.diagnose import analyse
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, analyse
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import base_variant
 from dolfingrip.diagnosis.simulation.runner import NotAtHand, Workers, staying
 from dolfingrip.diagnosis.simulation.simulated import simulate
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
-from dolfingrip.jobs.run import Progress, silent
 
 
 @dataclass(frozen=True)
@@ -98,11 +97,9 @@ class RecoveryTrial:
         )
         decision = decide(posterior, single=True)
         within = decision.answer == "cause" and name in decision.first
-        mass: dict[str, float] = defaultdict(float)
-        for p, fit in posterior.weighed:
-            for each in self.problem.effects(fit.subset):
-                mass[each] += p
-        return RecoveryOutcome(within and decision.first == (name,), within, dict(mass))
+        subsets = posterior.subsets
+        mass = {each: held(subsets, (each,)) for each in self.planned.effects}
+        return RecoveryOutcome(within and decision.first == (name,), within, mass)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,11 +201,6 @@ def share(found: Sequence[EffectOutlook]) -> float:
     return float(np.mean([each.share for each in found] or [0.0]))
 
 
-def share_of_classes(found: Sequence[EffectOutlook]) -> float:
-    """Part of the effects that is named at least within a set."""
-    return float(np.mean([each.class_share for each in found] or [0.0]))
-
-
 def _naming(trial: RecoveryTrial, cause: Cause, before: EffectOutlook | None) -> EffectOutlook:
     hidden = Hidden(trial, cause)
     noises = ADDITIONS.noises
@@ -304,31 +296,11 @@ ALONE: Final = (
 """Said where effects were chosen."""
 
 
-@dataclass(frozen=True)
-class PlanSettings:
-    """How a plan is made.
-
-    Attributes:
-        workers: processes that simulate.
-        store: folder of the simulations.
-        quick: judge those additions alone whose simulations are at hand.
-        effects: names of those that may be there; the whole catalogue where None.
-        say: told what is being done.
-        progress: called with each simulation that is done.
-    """
-
-    store: Path
-    workers: int = 2
-    quick: bool = False
-    effects: Sequence[str] | None = None
-    say: Callable[[str], None] = silent
-    progress: Progress = silent
-
-
 def plan(
     file: Path | None,
     config: Config,
-    settings: PlanSettings,
+    out: Path,
+    settings: DiagnosisSettings,
     changes: Mapping[str, Any] = MappingProxyType({}),
     noise: Mapping[str, float] | None = None,
 ) -> PlanFile:
@@ -337,7 +309,10 @@ def plan(
     Args:
         file: TOML of the rig, see :mod:`dolfingrip.diagnosis.data.rig`; the paper's where None.
         config: the model.
-        settings: how it is made.
+        out: folder of the results; simulations are kept in it, too, unless ``settings`` tells
+            another folder.
+        settings: how it is made; the quick way judges those additions alone whose simulations are
+            at hand.
         changes: values of the rig's protocol by key.
         noise: standard deviations by column, in place of the rig's.
 
@@ -347,7 +322,8 @@ def plan(
     """
     measurement, can_vary = rig.read(file, config, changes, noise)
     names = settings.effects
-    with staying(settings.store, settings.workers, settings.progress) as workers:
+    store = settings.store or out / "simulations"
+    with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
         settings.say("simulating the rig's protocol, and with each effect")
         own = analyse_plan(measurement, config, workers, names)
         found = namings(own)
@@ -371,7 +347,8 @@ def plan(
     return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
         readings=len(measurement.listed()), minutes=float(lasting), share=before,
-        class_share=share_of_classes(found), effects=tuple(found),
+        class_share=float(np.mean([each.class_share for each in found] or [0.0])),
+        effects=tuple(found),
         additions=tuple(sorted(additions, key=lambda a: -a.gain_per_minute)),
         warnings=(*measurement.warnings, *failed),
     )  # fmt: skip

@@ -81,7 +81,7 @@ def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list
     if "unloading" in set(rows["branch"]):
         ways = ways[1:]
     return [
-        _proposal(kind, name, ("ramp",), test, way, top, pace, (reading,))
+        _proposal(kind, name, ["ramp"], [test], way, top, pace, [reading])
         for kind, name, way, pace in ways
     ]
 
@@ -103,21 +103,17 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
             found.append(_seen(measurement, "blocked_angle", name, blocked, [ANGLE.name]))
         gap_mm = blocked.applied(config).plate.gap_mm + ADDITIONS.other_gap_mm
         away = _with(blocked, "plate", {"gap_mm": gap_mm})
-        high = _top(own, blocked)
-        found.append(_proposal("gap", f"the blocked force at a gap of {gap_mm:g} mm", ("plate",),
-                               away, loading, high, rate, (FORCE.name,)))  # fmt: skip
+        name, high = f"the blocked force at a gap of {gap_mm:g} mm", _top(own, blocked)
+        found.append(_proposal("gap", name, ["plate"], [away], loading, high, rate, [FORCE.name]))
     if test.experiment == "bending":
+        weight, name = STANDARD_GRAVITY_m_s2, "free bending with the tip up and with the tip down"
         poses = [
-            _with(test, "gravity", {"direction": [0.0, 0.0, z],
-                                    "acceleration_m_s2": STANDARD_GRAVITY_m_s2})
+            _with(test, "gravity", {"direction": [0.0, 0.0, z], "acceleration_m_s2": weight})
             for z in (1.0, -1.0)
-        ]  # fmt: skip
-        tests = [replace(pose, number=i) for i, pose in enumerate(poses)]
-        lines = [_rows(each, loading, top, rate, (ANGLE.name,)) for each in tests]
-        minutes = ADDITIONS.set_up_min["plate"] + 2 * top / rate / 60
-        found.append(Proposal("free bending with the tip up and with the tip down", minutes,
-                              Measurement(pd.concat(lines, ignore_index=True), tests),
-                              "orientation"))  # fmt: skip
+        ]
+        found.append(
+            _proposal("orientation", name, ["plate"], poses, loading, top, rate, [ANGLE.name])
+        )
     return found
 
 
@@ -137,12 +133,12 @@ def _coupons(
     ) -> Proposal:
         far = _with(test, "coupon", {"max_strain": by * own.max_strain})
         # laws whose forces agree may differ in how far the volume changes, which the width tells
-        columns = (FORCE.name, TRANSVERSE_STRAIN.name) if seen or width else (FORCE.name,)
+        columns = [FORCE.name, *([TRANSVERSE_STRAIN.name] if seen or width else ())]
         return _proposal(
             "coupon_width" if width else "coupon",
             f"{name}; a camera measures its width, too" if width else name,
             ["coupon", "camera"] if width else ["coupon"],
-            test if by == 1.0 else far, way, by * top, rate, columns,
+            [test if by == 1.0 else far], way, by * top, rate, columns,
         )  # fmt: skip
 
     name = "a coupon in uniaxial tension"
@@ -183,32 +179,25 @@ def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
 
 def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float:
     """Median rate of the ramps, in the control's unit per second; else as configured."""
-    found = measurement.ramp_rate(test)
-    if found is not None:
-        return found
-    applied = test.applied(config)
-    return (
-        applied.coupon.rate_mm_per_s
-        if test.experiment == "coupon"
-        else applied.experiment.rate_kPa_per_s
-    )
+    return measurement.ramp_rate(test) or test.configured_rate(config)
 
 
 def _proposal(
     kind: str,
     name: str,
     mounted: Sequence[str],
-    test: SpecimenTest,
+    tests: Sequence[SpecimenTest],
     way: Way,
     top: float,
     rate: float,
-    columns: tuple[str, ...],
+    columns: Sequence[str],
 ) -> Proposal:
-    own = replace(test, number=0)
-    lines = _rows(own, way, top, rate, columns)
-    set_up = sum(ADDITIONS.set_up_min[each] for each in mounted)
-    minutes = set_up + float(lines["time_s"].max()) / 60
-    return Proposal(name, minutes, Measurement(lines, [own]), kind)
+    own = [replace(test, number=i) for i, test in enumerate(tests)]
+    ramp = top * np.arange(1, ADDITIONS.stops + 1) / ADDITIONS.stops
+    rows = [rig.planned_rows(t, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s) for t in own]
+    minutes = sum(ADDITIONS.set_up_min[each] for each in mounted)
+    minutes += sum(float(each["time_s"].max()) for each in rows) / 60
+    return Proposal(name, minutes, Measurement(pd.concat(rows, ignore_index=True), own), kind)
 
 
 def _seen(
@@ -221,10 +210,3 @@ def _seen(
     lasting = float(np.ptp(measurement.rows(test.number)["time_s"])) / 60
     minutes = ADDITIONS.set_up_min["camera"] + lasting
     return Proposal(name, minutes, Measurement(lines, measurement.tests), kind, known_mesh=True)
-
-
-def _rows(
-    test: SpecimenTest, way: Way, top: float, rate: float, columns: Sequence[str]
-) -> pd.DataFrame:
-    ramp = top * np.arange(1, ADDITIONS.stops + 1) / ADDITIONS.stops
-    return rig.planned_rows(test, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s)

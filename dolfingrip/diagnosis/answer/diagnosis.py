@@ -22,7 +22,6 @@ from dolfingrip.diagnosis.answer.hiding import (
 from dolfingrip.diagnosis.core.decision import (
     Decision,
     Sensitivity,
-    nothing_visible,
     sensitivity,
 )
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
@@ -240,7 +239,7 @@ class Diagnosis:
             names = {name for each in self.alternatives for name in each.fit.subset}
             sure -= sum(
                 p for p, fit in self.posterior.weighed
-                if nothing_visible(fit) and not names.isdisjoint(fit.subset)
+                if fit.shows_nothing and not names.isdisjoint(fit.subset)
             )  # fmt: skip
         return float(np.clip(sure, 0.0, 1.0))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
@@ -23,7 +22,7 @@ from dolfingrip.diagnosis.additions.worth import (
 )
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.core.evidence import NONE, MapFit, Subset
+from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.files.diagnosis import NextExperiment
@@ -79,9 +78,7 @@ def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
     if decision.answer == "none":
         rest = [(each.factor, each.stronger) for each in found.alternatives]
         return [(1.0, found.none), *rest]
-    total: dict[Subset, float] = defaultdict(float)
-    for p, fit in posterior.weighed:
-        total[posterior.problem.causes(fit.subset)] += p
+    total = posterior.by_causes
     likely = sorted(total, key=lambda each: -total[each])[: POLICY.compared]
     least = POLICY.rival * total[likely[0]]
     return [(total[each], posterior.best(each)) for each in likely if total[each] > least]

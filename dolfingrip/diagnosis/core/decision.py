@@ -6,12 +6,13 @@ The answer is tried under other priors: other odds of two causes, wider priors o
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import scipy.linalg
+from scipy.special import softmax
 
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit, Subset, mixture
 from dolfingrip.diagnosis.core.search import ModelPosterior
@@ -51,24 +52,19 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     effect does it is as probable as under the prior that speaks most against it: an effect may be
     stronger than was thought, and the end of its range is no finding.
     """
-    variants = {
-        OWN: posterior,
-        "two causes a third as likely": _reweighted(
-            posterior, _pairs_by(posterior, 1 / POLICY.pairs_by)
-        ),
-        "two causes three times as likely": _reweighted(
-            posterior, _pairs_by(posterior, POLICY.pairs_by)
-        ),
-        **{
-            f"priors {by:g} times as wide": _reweighted(
-                posterior,
-                [_wider(fit, posterior.problem.tail(fit.subset), by) for fit in posterior.fits],
-            )
-            for by in POLICY.widths
-        },
+    problem = posterior.problem
+    pairs = np.array([len(problem.causes(fit.subset)) == 2 for fit in posterior.fits])
+    by_odds = pairs * np.log(POLICY.pairs_by)
+    changes = {
+        "two causes a third as likely": -by_odds,
+        "two causes three times as likely": by_odds,
     }
-    answers = {name: decide(each) for name, each in variants.items()}
-    decision = answers[OWN]
+    for by in POLICY.widths:
+        wider = [_wider(fit, problem.tail(fit.subset), by) for fit in posterior.fits]
+        changes[f"priors {by:g} times as wide"] = np.array(wider)
+    decision = decide(posterior)
+    others = {name: decide(_reweighted(posterior, logs)) for name, logs in changes.items()}
+    answers = {OWN: decision, **others}
     if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.likelier:
         decision = decide(posterior, single=True)
     found = Sensitivity(answers, {name: _of(each, decision) for name, each in answers.items()})
@@ -84,11 +80,6 @@ def _of(other: Decision, decision: Decision) -> float:
     if decision.answer == "unknown":
         return other.discrepancy if decision.nearest else other.unknown
     return min(held(other.subsets, decision.first, decision.second), 1 - other.unexplained)
-
-
-def _pairs_by(posterior: ModelPosterior, factor: float) -> list[float]:
-    causes = posterior.problem.causes
-    return [np.log(factor) if len(causes(fit.subset)) == 2 else 0.0 for fit in posterior.fits]
 
 
 def _wider(fit: MapFit, tails: np.ndarray, by: float) -> float:
@@ -111,11 +102,9 @@ def _wider(fit: MapFit, tails: np.ndarray, by: float) -> float:
     return gain - d * float(np.log(by)) - 0.5 * float(determinants)
 
 
-def _reweighted(posterior: ModelPosterior, logs: Sequence[float]) -> ModelPosterior:
+def _reweighted(posterior: ModelPosterior, logs: np.ndarray) -> ModelPosterior:
     with np.errstate(divide="ignore"):
-        total = np.log(posterior.probability) + np.asarray(logs)
-    weights = np.exp(total - total.max())
-    return replace(posterior, probability=weights / weights.sum())
+        return replace(posterior, probability=softmax(np.log(posterior.probability) + logs))
 
 
 Answer = Literal["cause", "none", "unknown"]
@@ -175,22 +164,11 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
         posterior: probabilities of all hypotheses.
         single: name one set of causes even where two causes act more probably than not.
     """
-    mass: dict[Subset, float] = defaultdict(float)
-    by_effects: dict[Subset, float] = defaultdict(float)
-    none = 0.0
-    seen: list[tuple[float, Subset, MapFit]] = []
     problem = posterior.problem
-    for p, fit in posterior.weighed:
-        visible = tuple(
-            name
-            for name, strength in zip(fit.subset, fit.strengths, strict=True)
-            if strength >= POLICY.visible_sigma
-        )
-        mass[visible] += p
-        by_effects[(problem.effects(visible) or visible)[:2]] += p
-        seen.append((p, visible, fit))
-        if nothing_visible(fit):
-            none += p
+    mass = posterior.by(lambda fit: fit.visible)
+    by_effects = posterior.by(lambda fit: (problem.effects(fit.visible) or fit.visible)[:2])
+    none = posterior.by(lambda fit: fit.shows_nothing).get(True, 0.0)
+    discrepancy = posterior.by(lambda fit: fit.level > 0).get(True, 0.0)
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
@@ -203,15 +181,14 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     if first and not second and not single and rig and inclusion[rig] >= POLICY.credible:
         second = (rig,)
     if second:
-        stays = {one: _stays(posterior, seen, one, other)
+        stays = {one: _stays(posterior, one, other)
                  for one, other in ((first, second), (second, first))}  # fmt: skip
         worse = max(stays, key=stays.__getitem__)
         claim = min(held(mass, first, second), _at_most(stays[worse]))
         if claim < POLICY.both:
             first, second = first if worse == second else second, ()
             claim = held(mass, first)
-    unexplained, discrepancy = _stays(posterior, seen), _discrepancy(seen)
-    unknown = mass[NONE] - none
+    unexplained, unknown = _stays(posterior), mass.get(NONE, 0.0) - none
     answer: Answer = "cause"
     probability = claim
     if none >= POLICY.claimed:
@@ -226,15 +203,15 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
             unknown = max(unknown, discrepancy)
     if answer != "cause":
         first, second = (), ()
-    best = _leading(seen, first, second, posterior)
+    best = _leading(posterior, first, second)
     by_shape = not all(_beyond_a_curve(posterior, best, names) for names in (first, second))
     if by_shape:
         probability = min(probability, POLICY.likelier)
     nuisance_only = not second and not problem.implausible.keys().isdisjoint(first)
     return Decision(
         answer, _all_names(problem, first), _all_names(problem, second), nearest,
-        float(probability), inclusion, none, float(unknown), unexplained, discrepancy, dict(mass),
-        best, nuisance_only, by_shape,
+        float(probability), inclusion, none, float(unknown), unexplained, discrepancy, mass, best,
+        nuisance_only, by_shape,
     )  # fmt: skip
 
 
@@ -261,15 +238,6 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     return 0.5 * (free - best.misfit) > ADDITIONS.tied
 
 
-def nothing_visible(fit: MapFit) -> bool:
-    """Tell if a hypothesis leaves nothing to be seen: no cause, and nothing beside them.
-
-    Args:
-        fit: of it.
-    """
-    return fit.level == 0 and all(each < POLICY.visible_sigma for each in fit.strengths)
-
-
 def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, ...]:
     """With all that a factor of the model's own may be."""
     place = problem.implausible
@@ -281,10 +249,12 @@ def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, 
 
 def held(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()) -> float:
     """Probability that a member of each set takes part."""
-    return sum(
-        p for subset, p in mass.items()
-        if set(subset) & set(first) and (not second or set(subset) & set(second))
-    )  # fmt: skip
+    return sum(p for subset, p in mass.items() if _meets(subset, first, second))
+
+
+def _meets(subset: Subset, first: tuple[str, ...], second: tuple[str, ...]) -> bool:
+    """Tell if causes have a member of the first set, and of the second where there is one."""
+    return bool({*subset} & {*first}) and (not second or bool({*subset} & {*second}))
 
 
 def _sets(
@@ -339,24 +309,15 @@ def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[s
     return tuple(found)
 
 
-def _leading(
-    seen: list[tuple[float, Subset, MapFit]],
-    first: tuple[str, ...],
-    second: tuple[str, ...],
-    posterior: ModelPosterior,
-) -> MapFit:
+def _leading(posterior: ModelPosterior, first: tuple[str, ...], second: tuple[str, ...]) -> MapFit:
     """The most probable fit, summed over levels, of causes that the answer names."""
 
-    def allowed(visible: Subset) -> bool:
-        if not first:
-            return not visible
-        own = set(visible)
-        return bool(own & set(first)) and (not second or bool(own & set(second)))
+    def allowed(fit: MapFit) -> bool:
+        named = _meets(fit.visible, first, second) if first else not fit.visible
+        return named and fit.visible == fit.subset
 
-    total: dict[Subset, float] = defaultdict(float)
-    for p, visible, fit in seen:
-        if allowed(visible) and len(visible) == len(fit.subset):
-            total[fit.subset] += p
+    told = posterior.by(lambda fit: (allowed(fit), fit.subset))
+    total = {subset: p for (named, subset), p in told.items() if named}
     if not total:
         return posterior.best(NONE)
     # what is told of the answer is of causes that it names, where these do without others
@@ -371,22 +332,13 @@ def _at_most(stays: float) -> float:
     return float((1 - stays) ** POLICY.doubt)
 
 
-def _discrepancy(seen: list[tuple[float, Subset, MapFit]]) -> float:
-    """The probability that something stays beside the causes."""
-    return sum(p for p, _, fit in seen if fit.level > 0)
-
-
 def _stays(
-    posterior: ModelPosterior,
-    seen: list[tuple[float, Subset, MapFit]],
-    names: tuple[str, ...] = (),
-    beside: tuple[str, ...] = (),
+    posterior: ModelPosterior, names: tuple[str, ...] = (), beside: tuple[str, ...] = ()
 ) -> float:
     """Share of χ² that stays, where a discrepancy is on, of what is missed without causes.
 
     Args:
         posterior: probabilities of all hypotheses.
-        seen: each hypothesis' probability, visible causes and fit.
         names: of what is missed without one of these; all causes where empty.
         beside: pairs with one of these alone are asked; all hypotheses where empty.
     """
@@ -397,9 +349,9 @@ def _stays(
             own = causes(fit.subset)
             off[own] = min(fit.misfit - n, off.get(own, np.inf))
     share, total = 0.0, 0.0
-    for p, _, fit in seen:
+    for p, fit in posterior.weighed:
         own = causes(fit.subset)
-        if names and not (set(fit.subset) & set(names) and set(fit.subset) & set(beside)):
+        if names and not _meets(fit.subset, names, beside):
             continue
         total += p
         missed = off[tuple(each for each in own if names and each not in names)]

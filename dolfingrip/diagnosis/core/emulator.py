@@ -46,13 +46,13 @@ class Emulator(ABC):
     columns: np.ndarray
     errors: np.ndarray
 
-    @abstractmethod
     def at(self, zeta: np.ndarray) -> np.ndarray:
         """g at many places, shape (places, k).
 
         Args:
             zeta: shape (places, d).
         """
+        return np.array([self.with_slopes(each)[0] for each in zeta])
 
     @abstractmethod
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -96,9 +96,6 @@ class Local(Emulator):
         columns = np.linalg.solve(inner, data).T / scale
         return cls(columns, np.zeros((len(columns), 0)), places, exact, length)
 
-    def at(self, zeta: np.ndarray) -> np.ndarray:
-        return np.array([_related(each, self.places, self.length)[0] for each in zeta])
-
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return _related(zeta, self.places, self.length)
 
@@ -135,9 +132,6 @@ class Straight(Emulator):
     def of(cls, inner: Emulator, box: np.ndarray) -> Straight:
         """Go on with an emulator beyond a box."""
         return cls(inner.columns, inner.errors, inner, box)
-
-    def at(self, zeta: np.ndarray) -> np.ndarray:
-        return np.array([self.with_slopes(each)[0] for each in zeta])
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         inside = np.clip(zeta, *self.box.T)
@@ -264,83 +258,81 @@ class Coordinate:
 
 
 @dataclass(frozen=True, eq=False)
+class Polynomial:
+    """Monomials of coordinates of ζ.
+
+    Attributes:
+        coordinates: of the entries of ζ.
+        exponents: of the coordinates, shape (m, coordinates).
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    exponents: np.ndarray
+
+    @classmethod
+    def of(cls, coordinates: Sequence[Coordinate], degree: int) -> Polynomial:
+        """All monomials up to a degree that have an amplitude; any where there is no amplitude."""
+        d = len(coordinates)
+        some = np.array([each.amplitude for each in coordinates], dtype=bool)
+        kept = [row for row in exponents_up_to(degree, d) if not any(some) or row[some].sum() > 0]
+        # of an amplitude that differs to either side one side is 0 where the other is not
+        of = np.array([each.of for each in coordinates])
+        kept = [row for row in kept if len(set(of[row > 0])) == (row > 0).sum()]
+        return cls(tuple(coordinates), np.array(kept, dtype=int).reshape(len(kept), d))
+
+    def __call__(self, zeta: np.ndarray) -> np.ndarray:
+        """(places, m) at ζ, shape (places, d)."""
+        return monomials(self._values(zeta), self.exponents)
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same, and derivatives by ζ, (places, m, d)."""
+        found, by_coordinate = monomials_with_slopes(self._values(zeta), self.exponents)
+        slopes = np.zeros((*found.shape, zeta.shape[1]))
+        for place, each in enumerate(self.coordinates):
+            rates = each.rates(zeta[:, each.of])[:, None]
+            slopes[..., each.of] += by_coordinate[..., place] * rates
+        return found, slopes
+
+    def _values(self, zeta: np.ndarray) -> np.ndarray:
+        """(places, coordinates)."""
+        found = np.empty((len(zeta), len(self.coordinates)))
+        for place, each in enumerate(self.coordinates):
+            found[:, place] = each.value(zeta[:, each.of])
+        return found
+
+
+@dataclass(frozen=True, eq=False)
 class PolynomialEmulator(Emulator):
     """A polynomial of coordinates of ζ.
 
     Attributes:
         left: root mean square error of a simulation that was left out, by the noise.
-        exponents: of the coordinates, shape (m, coordinates).
+        polynomial: of the entries of ζ, without the first where there is a ``table``.
         weights: shape (m, k); those of the middle node where there is a ``table``.
-        coordinates: of the entries of ζ, without the first where there is a ``table``.
         table: weights by the first entry of ζ, (m, k); None where these are constant.
     """
 
     left: float
-    exponents: np.ndarray
+    polynomial: Polynomial
     weights: np.ndarray
-    coordinates: tuple[Coordinate, ...]
     table: CubicSpline | None
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         zeta = np.asarray(zeta, dtype=float)
         if self.table is None:
-            return np.asarray(self._basis(zeta) @ self.weights)
+            return np.asarray(self.polynomial(zeta) @ self.weights)
         inside = np.clip(zeta[:, 0], self.table.x[0], self.table.x[-1])
-        return np.asarray(np.einsum("im,imk->ik", self._basis(zeta[:, 1:]), self.table(inside)))
+        return np.asarray(np.einsum("im,imk->ik", self.polynomial(zeta[:, 1:]), self.table(inside)))
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        first = self.table is not None
-        own = zeta[1:] if first else zeta
-        weights = self.weights
-        slopes = []
-        (u,), (rates,) = (of(self.coordinates, own[None]) for of in (_values, _rates))
-        basis, derived_by = monomials_with_slopes(u, self.exponents)
-        if self.table is not None:
-            inside = float(np.clip(zeta[0], self.table.x[0], self.table.x[-1]))
-            weights = self.table(inside)
-            slopes.append(basis @ self.table(inside, 1))
-        nuisance_change = np.zeros((len(own), weights.shape[1]))
-        for each, rate, column in zip(self.coordinates, rates, derived_by.T, strict=True):
-            nuisance_change[each.of] += rate * column @ weights
-        return basis @ weights, np.array([*slopes, *nuisance_change]).reshape(
-            -1, weights.shape[1]
-        ).T
-
-    def _basis(self, zeta: np.ndarray) -> np.ndarray:
-        """(places, m)."""
-        return monomials(_values(self.coordinates, zeta), self.exponents)
-
-
-def _values(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:
-    """(places, coordinates)."""
-    return _stacked([each.value(zeta[:, each.of]) for each in coordinates], zeta)
-
-
-def _rates(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:
-    """Derivatives of coordinates by the entry of ζ of each, (places, coordinates)."""
-    return _stacked([each.rates(zeta[:, each.of]) for each in coordinates], zeta)
-
-
-def _stacked(columns: Sequence[np.ndarray], zeta: np.ndarray) -> np.ndarray:
-    return np.column_stack(columns) if columns else np.zeros((len(zeta), 0))
-
-
-def derived(u: np.ndarray, exponents: np.ndarray, i: int) -> np.ndarray:
-    """(places, m) derivatives of the monomials by the i-th coordinate."""
-    lower = exponents.copy()
-    lower[:, i] = np.maximum(lower[:, i] - 1, 0)
-    return np.asarray(monomials(u, lower) * exponents[:, i])
-
-
-def exponents_of(coordinates: Sequence[Coordinate], degree: int) -> np.ndarray:
-    """All monomials up to a degree that have an amplitude; any where there is no amplitude."""
-    d = len(coordinates)
-    some = np.array([each.amplitude for each in coordinates], dtype=bool)
-    kept = [row for row in exponents_up_to(degree, d) if not any(some) or row[some].sum() > 0]
-    # of an amplitude that differs to either side one side is 0 where the other is not
-    of = np.array([each.of for each in coordinates])
-    kept = [row for row in kept if len(set(of[row > 0])) == (row > 0).sum()]
-    return np.array(kept, dtype=int).reshape(len(kept), d)
+        own, weights = zeta[None] if self.table is None else zeta[None, 1:], self.weights
+        (basis,), (slopes,) = self.polynomial.with_slopes(own)
+        if self.table is None:
+            return basis @ weights, weights.T @ slopes
+        inside = float(np.clip(zeta[0], self.table.x[0], self.table.x[-1]))
+        weights = self.table(inside)
+        first = basis @ self.table(inside, 1)
+        return basis @ weights, np.column_stack([first, weights.T @ slopes])
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,21 +405,14 @@ def _trained(
     white_slopes = told.slopes / scale
     # the moduli at their middle count as much as all others
     basis = principal(white.reshape(-1, n), POLICY.components * (2 if share == 1.0 else 1))
-    u, du = _values(coordinates, told.zeta), _rates(coordinates, told.zeta)
     known = [i for i in range(d) if np.isfinite(told.slopes[:, :, i]).all()]
     size = places * (1 + len(known))
-    while degree > 1 and len(exponents_of(coordinates, degree)) > share * size:
+    polynomial = Polynomial.of(coordinates, degree)
+    while degree > 1 and len(polynomial.exponents) > share * size:
         degree -= 1
-    exponents = exponents_of(coordinates, degree)
-    matrix = [monomials(u, exponents)]
-    matrix += [
-        POLICY.slope_weight * np.sum(
-            [derived(u, exponents, j) * du[:, j, None] for j, c in enumerate(coordinates)
-             if c.of == i], axis=0,
-        )
-        for i in known
-    ]  # fmt: skip
-    design = np.vstack(matrix)
+        polynomial = Polynomial.of(coordinates, degree)
+    monomials, derived = polynomial.with_slopes(told.zeta)
+    design = np.vstack([monomials, *(POLICY.slope_weight * derived[:, :, i] for i in known)])
     scores = white @ basis.T
     slope_scores = [white_slopes[:, :, i] @ basis.T * POLICY.slope_weight for i in known]
     target = np.concatenate([scores, *slope_scores], axis=1)
@@ -442,9 +427,9 @@ def _trained(
     rest = []
     for out in folds:
         own = weights[middle]
-        if (~out).sum() * (1 + len(known)) >= len(exponents):
+        if (~out).sum() * (1 + len(known)) >= len(polynomial.exponents):
             own = solve(~out, slice(middle, middle + 1))[0]
-        rest.append(white[middle, out] - matrix[0][out] @ own @ basis)
+        rest.append(white[middle, out] - monomials[out] @ own @ basis)
     table = None if told.nodes is None else CubicSpline(told.nodes, weights)
     errors, left = np.zeros((n, 0)), 0.0
     if rest:  # what a simulation tells of itself is no longer left out
@@ -452,9 +437,8 @@ def _trained(
         off = np.vstack([away[out] for out in folds])
         errors, left = error_of(np.vstack(rest), off, scale)
     return PolynomialEmulator(
-        basis.T * scale[:, None], errors, left, exponents, weights[middle], tuple(coordinates),
-        table,
-    )  # fmt: skip
+        basis.T * scale[:, None], errors, left, polynomial, weights[middle], table
+    )
 
 
 def trained(
@@ -486,9 +470,9 @@ def trained(
 
 def linear(change: np.ndarray) -> Emulator:
     """Make an emulator of one number from its change by one standard deviation, shape (n,)."""
-    none, first = np.zeros((len(change), 0)), np.array([[1]])
-    own = (Coordinate.within(-1.0, 1.0),)
-    return PolynomialEmulator(change[:, None], none, 0.0, first, np.ones((1, 1)), own, None)
+    none, own = np.zeros((len(change), 0)), (Coordinate.within(-1.0, 1.0),)
+    first = Polynomial(own, np.array([[1]]))
+    return PolynomialEmulator(change[:, None], none, 0.0, first, np.ones((1, 1)), None)
 
 
 def places(box: np.ndarray, count: int) -> np.ndarray:
@@ -555,18 +539,14 @@ def error_of(rest: np.ndarray, off: np.ndarray, scale: np.ndarray) -> tuple[np.n
 
 
 def monomials_with_slopes(u: np.ndarray, exponents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Monomials, shape (m,), and their derivatives, shape (m, d), at one place u, shape (d,)."""
-    d = len(u)
-    if not d:
-        return np.ones(len(exponents)), np.zeros((len(exponents), 0))
-    orders = np.arange(exponents.max() + 1)
-    powers = u[:, None] ** orders
+    """(places, m) of u, shape (places, d), and derivatives by it, (places, m, d)."""
+    orders, rows = np.arange(exponents.max(initial=0) + 1), np.arange(u.shape[1])
+    powers = u[:, :, None] ** orders
     down = np.zeros_like(powers)
-    down[:, 1:] = powers[:, :-1] * orders[1:]
-    rows = np.arange(d)
-    each, changed = powers[rows, exponents], down[rows, exponents]
+    down[..., 1:] = powers[..., :-1] * orders[1:]
+    each, changed = powers[:, rows, exponents], down[:, rows, exponents]
     before, after = np.ones_like(each), np.ones_like(each)
-    for i in range(1, d):
-        before[:, i] = before[:, i - 1] * each[:, i - 1]
-        after[:, d - 1 - i] = after[:, d - i] * each[:, d - i]
-    return before[:, -1] * each[:, -1], before * changed * after
+    for i in rows[1:]:
+        before[..., i] = before[..., i - 1] * each[..., i - 1]
+        after[..., -1 - i] = after[..., -i] * each[..., -i]
+    return each.prod(axis=2), before * changed * after

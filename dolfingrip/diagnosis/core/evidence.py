@@ -30,6 +30,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -353,6 +354,17 @@ class MapFit:
     strengths: tuple[float, ...]
     draws: tuple[np.ndarray, np.ndarray] | None = None
 
+    @cached_property
+    def visible(self) -> Subset:
+        """Those of the subset that could be seen."""
+        pairs = zip(self.subset, self.strengths, strict=True)
+        return tuple(name for name, strength in pairs if strength >= POLICY.visible_sigma)
+
+    @property
+    def shows_nothing(self) -> bool:
+        """Tell if nothing is to be seen: no cause, and nothing beside them."""
+        return self.level == 0 and not self.visible
+
 
 @dataclass(eq=False)
 class CovarianceModel:
@@ -367,37 +379,22 @@ class CovarianceModel:
 
     problem: InferenceProblem
     level: float
-    gram: np.ndarray = field(init=False)
-    log_det: float = field(init=False)
-    _lower: np.ndarray = field(init=False)
-    _white: np.ndarray = field(init=False)
-    _place: dict[str, slice] = field(init=False)
 
     def __post_init__(self) -> None:
         problem = self.problem
         total = problem.covariance + self.level**2 * problem.kernel
-        lower = scipy.linalg.cholesky(total, lower=True)
-        blocks = [(problem.value - problem.base)[:, None]]
-        self._place = {}
-        at = 1
-
-        def add(name: str, columns: np.ndarray) -> None:
-            nonlocal at
-            blocks.append(columns)
-            self._place[name] = slice(at, at + columns.shape[1])
-            at += columns.shape[1]
-
+        self._lower = scipy.linalg.cholesky(total, lower=True)
+        blocks = {"": (problem.value - problem.base)[:, None]}
         corrections = {
             correction_name(causes): each for causes, each in problem.corrections.items()
         }
         for name, each in {BASELINE: problem.baseline, **problem.emulators, **corrections}.items():
-            add(name, each.columns)
-            add(f"{name} error", each.errors)
-        self._lower = lower
-        self._white = self.whitened(np.hstack(blocks))
+            blocks |= {name: each.columns, f"{name} error": each.errors}
+        self._place = dict(zip(blocks, _side_by_side([*blocks.values()]), strict=True))
+        self._white = self.whitened(np.hstack([*blocks.values()]))
         self.gram = self._white.T @ self._white
-        n = len(problem.value)
-        self.log_det = 2 * float(np.log(np.diag(lower)).sum()) + n * np.log(2 * np.pi)
+        log_2_pi = len(problem.value) * np.log(2 * np.pi)
+        self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
         """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
@@ -435,11 +432,9 @@ class CovarianceModel:
         by = dict.fromkeys((name for each in seen for name in each), POLICY.surer)
         if (effects := self.problem.effects(subset)) in self.problem.local:
             by = dict.fromkeys(effects, 0.0)
-        errors, size = np.empty(0, int), np.empty(0)
-        for name in names:
-            own = np.r_[self._place[f"{name} error"]]
-            errors = np.r_[errors, own]
-            size = np.r_[size, np.full(len(own), by.get(name, 1.0))]
+        own = {name: np.r_[self._place[f"{name} error"]] for name in names}
+        errors = np.concatenate([*own.values()])
+        size = np.concatenate([np.full(len(each), by.get(n, 1.0)) for n, each in own.items()])
         gram, log_det = self.gram[np.ix_(at, at)], self.log_det
         if len(errors):
             inner = np.outer(size, size) * self.gram[np.ix_(errors, errors)] + np.eye(len(errors))
@@ -448,6 +443,12 @@ class CovarianceModel:
             gram = gram - cross @ scipy.linalg.cho_solve(factor, cross.T)
             log_det += 2 * float(np.log(np.diag(factor[0])).sum())
         return Hypothesis(self.problem, subset, self.level, gram, log_det)
+
+
+def _side_by_side(blocks: Sequence[np.ndarray]) -> list[slice]:
+    """Columns of each block of some that stand side by side."""
+    ends = np.cumsum([0, *(each.shape[1] for each in blocks)])
+    return [slice(first, end) for first, end in pairwise(map(int, ends))]
 
 
 LEVELS: Final[Mapping[float, float]] = {
@@ -464,6 +465,17 @@ def at_levels(problem: InferenceProblem) -> dict[float, CovarianceModel]:
     return {level: CovarianceModel(problem, level) for level in LEVELS}
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """−ln of a density at ζ, its derivatives there, and bᵀGb."""
+
+    zeta: np.ndarray
+    value: float
+    gradient: np.ndarray
+    hessian: np.ndarray
+    misfit: float
+
+
 @dataclass(eq=False)
 class Hypothesis:
     """Causes under one covariance."""
@@ -477,6 +489,7 @@ class Hypothesis:
     def __post_init__(self) -> None:
         self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
         self._parts = self.problem.parts(self.subset)
+        self._rows = _side_by_side([np.ones((1, 1)), *(e.columns for _, e, _ in self._parts)])[1:]
         own, tails = self.problem.widths(self.subset), self.problem.tail(self.subset)
         self._width = np.r_[own, np.ones(len(tails))]
         self._tail = np.r_[np.ones(len(own)), tails]
@@ -488,15 +501,10 @@ class Hypothesis:
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
-        every = self._parts
-        total = 1 + sum(emulator.columns.shape[1] for _, emulator, _ in every)
-        value, columns = np.ones(total), np.zeros((total, len(zeta)))
-        row = 1
-        for _, emulator, own in every:
+        value, columns = np.ones(len(self.gram)), np.zeros((len(self.gram), len(zeta)))
+        for (_, emulator, own), rows in zip(self._parts, self._rows, strict=True):
             g, dg = emulator.with_slopes(zeta[own])
-            value[row : row + len(g)] = -g
-            columns[row : row + len(g), own] = -dg
-            row += len(g)
+            value[rows], columns[rows, own] = -g, -dg
         return value, columns
 
     def fit(self, starts: Sequence[np.ndarray], settled: float | None = None) -> MapFit:
@@ -507,68 +515,57 @@ class Hypothesis:
             settled: ln of probability that the last step gains at most; the policy's where None.
         """
         least = POLICY.settled if settled is None else settled
-        found = [self._descend(start, least) for start in starts]
-        modes: list[tuple[float, np.ndarray, np.ndarray, float]] = []
-        for value, zeta, hessian, misfit in sorted(found, key=lambda each: each[0]):
-            apart = (
-                (zeta - other) @ hessian_ @ (zeta - other) > 9 for _, other, hessian_, _ in modes
-            )
-            if all(apart) and value < found[0][0] + 50:
-                modes.append((value, zeta, hessian, misfit))
-        logs = [
-            -value - 0.5 * float(np.linalg.slogdet(hessian)[1]) for value, _, hessian, _ in modes
-        ]
-        _, zeta, hessian, misfit = modes[int(np.argmax(logs))]
+        modes: list[_Place] = []
+        for each in sorted(
+            (self._descend(start, least) for start in starts), key=lambda each: each.value
+        ):
+            off = [each.zeta - other.zeta for other in modes]
+            apart = all(d @ other.hessian @ d > 9 for d, other in zip(off, modes, strict=True))
+            if not modes or (apart and each.value < modes[0].value + 50):
+                modes.append(each)
+        logs = [-each.value - 0.5 * float(np.linalg.slogdet(each.hessian)[1]) for each in modes]
+        best = modes[int(np.argmax(logs))]
         log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det
-        return MapFit(self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta))
+        return MapFit(
+            self.subset, self.level, log, best.zeta, best.hessian, best.misfit,
+            self._strengths(best.zeta),
+        )  # fmt: skip
 
-    def misfit(self, zeta: np.ndarray) -> float:
-        """bᵀGb at ζ, shape (d,)."""
-        b, _ = self._factors(zeta)
-        return float(b @ self.gram @ b)
-
-    def _descend(
-        self, start: np.ndarray, settled: float
-    ) -> tuple[float, np.ndarray, np.ndarray, float]:
-        low, high = self._box.T
-        zeta = np.clip(start, low, high)
+    def at(self, zeta: np.ndarray) -> _Place:
+        """−ln of the density of readings and ζ, shape (d,), but for what all ζ share."""
         b, slopes = self._factors(zeta)
-        pull = self.gram @ b
-        told_prior, precision = self._prior(zeta)
-        value = 0.5 * float(b @ pull) + float(told_prior)
-        damping = 1e-3
+        pull, (prior, precision) = self.gram @ b, self._prior(zeta)
+        return _Place(
+            zeta, 0.5 * float(b @ pull) + float(prior), slopes.T @ pull + precision * zeta,
+            slopes.T @ self.gram @ slopes + np.diag(precision), float(b @ pull),
+        )  # fmt: skip
+
+    def _descend(self, start: np.ndarray, settled: float) -> _Place:
+        """The minimum by damped Newton's steps within the box (Levenberg–Marquardt)."""
+        low, high = self._box.T
+        here, damping = self.at(np.clip(start, low, high)), 1e-3
         for _ in range(60):
-            gradient = slopes.T @ pull + precision * zeta
-            hessian = slopes.T @ self.gram @ slopes + np.diag(precision)
+            zeta, gradient, there = here.zeta, here.gradient, here
             held = ((zeta <= low) & (gradient > 0)) | ((zeta >= high) & (gradient < 0))
-            better = False
             for _ in range(12):
-                matrix = hessian + damping * np.diag(np.diag(hessian))
+                matrix = here.hessian + damping * np.diag(np.diag(here.hessian))
                 matrix[held], matrix[:, held] = 0.0, 0.0
                 matrix[held, held] = 1.0
                 step = -np.linalg.solve(matrix, np.where(held, 0.0, gradient))
                 step = np.clip(step, -1.5, 1.5)
                 if -float(gradient @ step) < settled:  # more than it can gain
-                    break
-                new = np.clip(zeta + step, low, high)
-                told, told_slopes = self._factors(new)
-                told_pull = self.gram @ told
-                told_prior, told_precision = self._prior(new)
-                there = 0.5 * float(told @ told_pull) + float(told_prior)
-                if there < value:
-                    better = True
+                    return here
+                there = self.at(np.clip(zeta + step, low, high))
+                if there.value < here.value:
                     break
                 damping *= 5
-            if not better:
-                break
-            gain = value - there
-            zeta, b, slopes, pull, value = new, told, told_slopes, told_pull, there
-            precision = told_precision
-            damping = max(damping / 10, 1e-9)
+            gain = here.value - there.value
+            if not gain > 0:
+                return here
+            here, damping = there, max(damping / 10, 1e-9)
             if gain < settled:
                 break
-        hessian = slopes.T @ self.gram @ slopes + np.diag(precision)
-        return value, zeta, hessian, float(b @ pull)
+        return here
 
     def _strengths(self, zeta: np.ndarray) -> tuple[float, ...]:
         """Return the strength of each name of the subset in standard deviations.
@@ -582,17 +579,12 @@ class Hypothesis:
         found: dict[str, float] = {
             name: abs(float(zeta[place])) for name, place in self.problem.implausible.items()
         }
-        row = 1
-        for name, emulator, _ in self._parts:
-            k = emulator.columns.shape[1]
+        for (name, *_), rows in zip(self._parts, self._rows, strict=True):
             if name in self.subset:
-                change = np.zeros(len(b))
-                change[row : row + k] = b[row : row + k]
-                pull = self.gram @ change
+                pull = self.gram[:, rows] @ b[rows]
                 cross = free.T @ pull
-                square = float(change @ pull - cross @ np.linalg.solve(inner, cross))
+                square = float(b[rows] @ pull[rows] - cross @ np.linalg.solve(inner, cross))
                 found[name] = float(np.sqrt(max(square, 0.0)))
-            row += k
         return tuple(found[name] for name in self.subset)
 
     def sampled(self, fit: MapFit, rng: np.random.Generator) -> MapFit:

@@ -6,7 +6,7 @@ Beside each the model's own numbers are as told, or far from it where the readin
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
@@ -53,13 +53,22 @@ class ModelPosterior:
         """Each hypothesis' fit with its probability."""
         return zip(map(float, self.probability), self.fits, strict=True)
 
+    def by[K](self, of: Callable[[MapFit], K]) -> dict[K, float]:
+        """Probability of all hypotheses that have something in common, by what it is."""
+        found: dict[K, float] = defaultdict(float)
+        for p, fit in self.weighed:
+            found[of(fit)] += p
+        return dict(found)
+
     @property
     def subsets(self) -> dict[Subset, float]:
         """Probability of each set of causes, at any level."""
-        found: dict[Subset, float] = defaultdict(float)
-        for p, fit in self.weighed:
-            found[fit.subset] += p
-        return dict(found)
+        return self.by(lambda fit: fit.subset)
+
+    @property
+    def by_causes(self) -> dict[Subset, float]:
+        """Probability of each set of causes, whatever numbers of the model are implausible."""
+        return self.by(lambda fit: self.problem.causes(fit.subset))
 
     @property
     def strengths(self) -> dict[str, float]:
@@ -88,48 +97,36 @@ def search(
 
     A pair of causes is left out where even its largest likelihood is far below the best evidence.
     """
-    every = at_levels(problem)
-    names = tuple(problem.emulators)
-    singles: dict[str, np.ndarray] = {}
-    none: dict[float, np.ndarray] = {}
+    every, names, own = at_levels(problem), tuple(problem.emulators), problem.nuisance_count
     fits: list[MapFit] = []
-    start = np.zeros(problem.nuisance_count)
-    for level, columns in every.items():
-        fitted = _fitted_with_implausible(columns, NONE, [start])
-        none[level] = start = max(fitted, key=lambda fit: fit.log_evidence).zeta
-        fits += fitted
+    zeta: dict[Key, np.ndarray] = {}
+
+    def fit(subset: Subset, level: float, starts: Sequence[np.ndarray]) -> list[np.ndarray]:
+        found = _fitted_with_implausible(every[level], subset, starts)
+        zeta[subset, level] = max(found, key=lambda each: each.log_evidence).zeta
+        fits.extend(found)
+        return [each.zeta for each in found]
+
+    start = np.zeros(own)
+    for level in every:
+        fit(NONE, level, [start])
+        start = zeta[NONE, level]
     for name in names:
         warm: list[np.ndarray] = []
-        for level, columns in every.items():
-            first = [np.r_[none[level], z] for z in _starts(problem, name)]
-            fitted = _fitted_with_implausible(
-                columns, (name,), [*warm, *(first if not warm else first[:1])]
-            )
-            warm = [fit.zeta for fit in fitted]
-            fits += fitted
-            if level == 0.0:
-                singles[name] = max(fitted, key=lambda fit: fit.log_evidence).zeta
-    best = max(fit.log_evidence for fit in fits)
-    own = problem.nuisance_count
+        for level in every:
+            first = [np.r_[zeta[NONE, level], z] for z in _starts(problem, name)]
+            warm = fit((name,), level, [*warm, *(first[:1] if warm else first)])
     for pair in _pairs(every, names):
-        warm = []
-        hopeful = [
-            level for level, columns in every.items()
-            if columns.largest(pair) >= best - POLICY.hopeless
+        least = max(each.log_evidence for each in fits) - POLICY.hopeless
+        hopeful = [level for level, columns in every.items() if columns.largest(pair) >= least]
+        one, other = (zeta[(name,), 0.0] for name in pair)
+        weak = [_starts(problem, name)[0] for name in pair]
+        warm = [
+            np.r_[one, weak[1]], np.r_[other[:own], weak[0], other[own:]], np.r_[one, other[own:]],
         ]  # fmt: skip
-        for level, columns in every.items():
-            # the share that stays is counted without a discrepancy
-            if not hopeful or level not in (0.0, *hopeful):
-                continue
-            first = [
-                np.r_[singles[pair[0]], _starts(problem, pair[1])[0]],
-                np.r_[singles[pair[1]][:own], _starts(problem, pair[0])[0], singles[pair[1]][own:]],
-                np.r_[singles[pair[0]], singles[pair[1]][own:]],
-            ]
-            fitted = _fitted_with_implausible(columns, pair, [*warm, *(first if not warm else ())])
-            warm = [fit.zeta for fit in fitted]
-            fits += fitted
-            best = max(best, *(fit.log_evidence for fit in fitted))
+        # the share that stays is counted without a discrepancy
+        for level in sorted({0.0, *hopeful}) if hopeful else ():
+            warm = fit(pair, level, warm)
     return _weighed(problem, fits, every, rng if sample else None)
 
 
@@ -259,7 +256,7 @@ def _weighed(
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    as_reported = every[0.0].of(NONE).misfit(np.zeros(problem.nuisance_count))
+    as_reported = every[0.0].of(NONE).at(np.zeros(problem.nuisance_count)).misfit
     return ModelPosterior(
         problem, fits, probability, total, as_reported, (*problem.emulators, *problem.implausible)
     )
@@ -296,8 +293,6 @@ def _pairs(every: Mapping[float, CovarianceModel], names: Sequence[str]) -> list
 
 def pairs_above(posterior: ModelPosterior, least: float) -> list[Subset]:
     """The pairs of causes whose probability is above ``least``, the most probable first."""
-    total: dict[Subset, float] = defaultdict(float)
-    for subset, p in posterior.subsets.items():
-        total[posterior.problem.causes(subset)] += p
+    total = posterior.by_causes
     order = sorted(total, key=lambda each: -total[each])
     return [each for each in order if len(each) > 1 and total[each] > least]

@@ -79,6 +79,12 @@ class SpecimenTest:
         """
         return self.setup.applied(config)
 
+    def configured_rate(self, config: Config) -> float:
+        """Rate of its ramps where nobody told one, in the unit of the control per second."""
+        applied = self.applied(config)
+        return (applied.experiment.rate_kPa_per_s if self.of_finger
+                else applied.coupon.rate_mm_per_s)  # fmt: skip
+
     def __str__(self) -> str:
         return f"{self.experiment} of {self.specimen} ({self.file.name})"
 
@@ -367,10 +373,8 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
         raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are waits")
     rate, doubts = test.setup.rate, []
     if rate is None:
-        coupon = test.experiment == "coupon"
-        rate = base.coupon.rate_mm_per_s if coupon else base.experiment.rate_kPa_per_s
-        unit = "mm/s" if coupon else "kPa/s"
-        doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit} is assumed"]
+        rate, unit = test.configured_rate(base), CHANNELS[test.control].unit
+        doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit}/s is assumed"]
     start = np.minimum(0.0, controls[:1])
     steps = np.abs(np.diff(controls, axis=0, prepend=start)).max(axis=1)
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts

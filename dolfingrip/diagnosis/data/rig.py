@@ -155,14 +155,9 @@ def read(
 
 
 def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataFrame:
-    applied = test.applied(config)
     if test.experiment == "coupon":
-        top = applied.coupon.max_strain * applied.coupon.gauge_length_mm
-        count = protocol.coupon_readings
-        rate = test.setup.rate or applied.coupon.rate_mm_per_s
-        columns: tuple[str, ...] = (FORCE.name,)
-        if protocol.coupon_width:
-            columns += (TRANSVERSE_STRAIN.name,)
+        coupon, count = test.applied(config).coupon, protocol.coupon_readings
+        top = coupon.max_strain * coupon.gauge_length_mm
     else:
         top = protocol.highest_pressure_kPa
         if protocol.step_kPa * MOST_READINGS < top:
@@ -171,12 +166,12 @@ def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataF
                 f"which is {MOST_READINGS} readings of a ramp to {top:g} kPa"
             )
         count = max(round(top / protocol.step_kPa), 1)
-        rate = test.setup.rate or applied.experiment.rate_kPa_per_s
-        columns = ((FORCE if test.experiment == "blocked_force" else ANGLE).name,)
-        if test.experiment == "bending" and protocol.tip:
-            columns += (TIP_X.name, TIP_Z.name)
-        if test.experiment == "blocked_force" and protocol.blocked_angle:
-            columns += (ANGLE.name,)
+    read = {
+        "coupon": [FORCE, *([TRANSVERSE_STRAIN] if protocol.coupon_width else ())],
+        "bending": [ANGLE, *([TIP_X, TIP_Z] if protocol.tip else ())],
+        "blocked_force": [FORCE, *([ANGLE] if protocol.blocked_angle else ())],
+    }[test.experiment]
+    rate, columns = test.setup.rate or test.configured_rate(config), [each.name for each in read]
     ramp = top * np.arange(1, count + 1) / count
     way = cycles(protocol.cycles, unload=protocol.unload)
     if protocol.hold_s:
