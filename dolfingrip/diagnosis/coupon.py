@@ -315,13 +315,12 @@ def _without(posterior: ModelPosterior, effects: Subset) -> ModelPosterior:
 
 def _inexact_fits(coupons: CouponAnalysis, posterior: ModelPosterior) -> list[MapFit]:
     """Likely fits of those causes whose emulator is not exact there."""
-    total: dict[Subset, float] = defaultdict(float)
+    effects_of = coupons.problem.effects
+    total = posterior.by(lambda fit: effects_of(fit.subset))
     likely: dict[Subset, list[MapFit]] = defaultdict(list)
     for p, fit in posterior.weighed:
-        effects = coupons.problem.effects(fit.subset)
-        total[effects] += p
         if p > POLICY.joint:
-            likely[effects].append(fit)
+            likely[effects_of(fit.subset)].append(fit)
     return [
         fit
         for effects, fits in likely.items()
@@ -356,24 +355,19 @@ def analyse_coupons(
         )
     off = errors(simulation)
     emulators: dict[str, Emulator] = {}
-    boxes: dict[str, np.ndarray] = {}
-    felt: dict[str, Cause] = {}
-    unseen: list[str] = []
-    rig: set[str] = set()
-    for cause in causes(simulation.config, names):
-        feels = effect(cause.name).felt_on(EXPERIMENTS["coupon"].parts)
-        found = _emulated(simulation, cause, off) if feels else None
-        if found is None:
-            unseen.append(cause.name)
-            continue
-        felt[cause.name] = cause
-        emulators[cause.name], boxes[cause.name] = found, cause.box()
-    for each in off.shared:  # where it is implausible it is a cause
-        if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible:
-            rig.add(each.name)
-            felt[each.name] = each.unknown.implausible()
-            emulators[each.name] = linear(POLICY.implausible_width * each.change)
-            boxes[each.name] = felt[each.name].box()
+    every = {cause.name: cause for cause in causes(simulation.config, names)}
+    for name, cause in every.items():
+        feels = effect(name).felt_on(EXPERIMENTS["coupon"].parts)
+        if feels and (found := _emulated(simulation, cause, off)):
+            emulators[name] = found
+    unseen = tuple(name for name in every if name not in emulators)
+    rig = {  # where it is implausible it is a cause
+        each.name: each.unknown.implausible() for each in off.shared
+        if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible
+    }  # fmt: skip
+    shared = {each.name: each.change for each in off.shared}
+    emulators |= {name: linear(POLICY.implausible_width * shared[name]) for name in rig}
+    felt = {name: {**every, **rig}[name] for name in emulators}
     setups = [test.setup.nuisances for test in measurement.tests]
     std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
     reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
@@ -383,10 +377,11 @@ def analyse_coupons(
         measurement.listed()["value"].to_numpy(), base,
         (factor_of_moduli(factor, (MODULUS, "coupon_area")),),
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
-        off.covariance, kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
-        rig=frozenset(rig), tails={name: each.tails for name, each in felt.items()},
+        off.covariance, kernel(off.along), {name: each.box() for name, each in felt.items()},
+        Scaled.alone(base, scaled, factor), rig=frozenset(rig),
+        tails={name: each.tails for name, each in felt.items()},
     )  # fmt: skip
-    return CouponAnalysis(problem, felt, off, simulation, tuple(unseen))
+    return CouponAnalysis(problem, felt, off, simulation, unseen)
 
 
 def refined(coupons: CouponAnalysis, fits: Sequence[MapFit]) -> CouponAnalysis:
@@ -424,29 +419,32 @@ def _beyond(
     The sum is not exact: a coupon that is pulled harder changes its volume more.
     """
     problem = coupons.problem
-    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, int(part * count))
-    together = coupons.simulation.changed([coupons.causes[name] for name in effects], zeta)
-    at = 0
-    for name in effects:
-        d = len(problem.boxes[name])
+    own = [coupons.causes[name] for name in effects]
+    zeta, together = _simulated(coupons.simulation, own, box, part)
+    for name, own_places in problem.places(effects).items():
         emulator = problem.emulators[name]
-        alone = np.column_stack([np.zeros(len(zeta)), zeta[:, at : at + d]])
+        alone = np.column_stack([np.zeros(len(zeta)), zeta[:, own_places - 1]])
         together = together - emulator.at(alone) @ emulator.columns.T
-        at += d
-    solved = np.isfinite(together).all(axis=1)
-    found = trained(zeta[solved], together[solved], coupons.errors.noise, box)
+    found = trained(zeta, together, coupons.errors.noise, box)
     return Scaled.of(found, coupons.scaled, problem.factor)
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
     """The emulator of a cause; None where no reading feels it."""
     box = cause.box()
-    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, count)
-    changes = simulation.changed([cause], zeta)
-    solved = np.isfinite(changes).all(axis=1)
-    white = changes[solved] / off.noise
-    if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < POLICY.invisible:
+    zeta, changes = _simulated(simulation, [cause], box)
+    sizes = np.sqrt(((changes / off.noise) ** 2).mean(axis=1))
+    if len(zeta) < 2 * len(box) + 2 or sizes.max() < POLICY.invisible:
         return None
-    return trained(zeta[solved], changes[solved], off.noise, box)
+    return trained(zeta, changes, off.noise, box)
+
+
+def _simulated(
+    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray, part: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places in a box of ζ with an equilibrium, (places, d), and changes there, (places, n)."""
+    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
+    zeta = places(box, int(part * count))
+    changes = simulation.changed(causes, zeta)
+    solved = np.isfinite(changes).all(axis=1)
+    return zeta[solved], changes[solved]

@@ -333,12 +333,9 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
 
     The most probable first; of those in which the same named causes act the most probable one.
     """
-    named = {*decision.first, *decision.second}
-    fits: dict[frozenset[str], list[tuple[float, MapFit]]] = defaultdict(list)
-    for p, fit in posterior.weighed:
-        if acting := named.intersection(fit.subset):
-            fits[frozenset(acting)].append((p, fit))
-    total = {acting: sum(p for p, _ in own) for acting, own in fits.items()}
+    named = frozenset({*decision.first, *decision.second})
+    by_acting = posterior.by(lambda fit: named.intersection(fit.subset))
+    total = {acting: p for acting, p in by_acting.items() if acting}
     least = POLICY.rival * max(total.values(), default=0.0)
     # members of a set are the less probable ones, too
     members = {*decision.first} if len(decision.first) > 1 else set()
@@ -347,8 +344,11 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     alone = [acting for acting in likely if not any(other < acting for other in likely)]
     alone.sort(key=lambda acting: -total[acting])
     return [
-        (total[acting], max(fits[acting], key=lambda each: each[0])[1])
-        for acting in alone[: POLICY.compared]
+        (
+            total[own],
+            posterior.likeliest(lambda fit, own=own: named.intersection(fit.subset) == own),
+        )
+        for own in alone[: POLICY.compared]
     ]
 
 

@@ -195,13 +195,8 @@ class Diagnosis:
 
     def nuisances(self, fit: MapFit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
-        return dict(
-            zip(
-                ("modulus", WALL),
-                map(float, fit.zeta[: self.analysis.problem.nuisance_count]),
-                strict=False,
-            )
-        ) | self.analysis.nuisances(fit)
+        own = map(float, fit.zeta[: self.analysis.problem.nuisance_count])
+        return dict(zip(("modulus", WALL), own, strict=False)) | self.analysis.nuisances(fit)
 
     def setup_estimates(self, fit: MapFit) -> list[SetupEstimate]:
         """Numbers of the rig at a fit, but those known exactly."""
@@ -393,10 +388,9 @@ def _by_hessian(fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
 
 def _estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> FittedNumber:
     """A number and its interval, by draws of it with weights, shapes (draws,)."""
-    order = np.argsort(draws)
-    total = np.cumsum(weights[order])
     tail = (1 - POLICY.interval) / 2
-    low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
+    ends = np.quantile(draws, [tail, 1 - tail - 1e-9], weights=weights, method="inverted_cdf")
+    low, high = map(float, ends)
     return FittedNumber(key=key, value=value, low=min(low, value), high=max(high, value))
 
 

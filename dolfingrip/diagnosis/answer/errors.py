@@ -25,7 +25,6 @@ not dense, half the variance of their differences is used.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
@@ -253,11 +252,9 @@ def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
     scatter, and hide what the model misses of all specimens alike.
     """
     columns: list[np.ndarray] = []
-    parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
-    for _, part in parts:
-        at = part.index.to_numpy()
+    for at in along.ways(listed):
         x = along.load[at]
-        each = int(part.groupby("test").size().median())
+        each = int(listed.iloc[at].groupby("test").size().median())
         degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
         own = np.zeros((len(along.load), degree + 1))
         span = max(float(np.ptp(x)), 1e-9)
@@ -295,35 +292,29 @@ class Along:
         """Where some of the readings lie."""
         return Along(self.load[some], self.path[some], self.block[some], self.size[some])
 
+    def ways(self, listed: pd.DataFrame) -> list[np.ndarray]:
+        """Places of the readings of each branch of each cycle, by channel and protocol."""
+        keys = [self.block, listed["cycle"].to_numpy(), listed["branch"].to_numpy()]
+        return [*listed.reset_index(drop=True).groupby(keys, sort=False).indices.values()]
+
 
 def kernel(along: Along) -> np.ndarray:
     """K for a level of 1, shape (n, n)."""
     x, s = along.load / POLICY.load_length, along.path / POLICY.path_length
     parts = (
-        0.5 * _at_rest_zero(_squared_exponential, x)
-        + 0.25 * _at_rest_zero(_matern, s)
-        + 0.125 * _at_rest_zero(_exponential, along.load / POLICY.rough_length)
-        + 0.125 * _at_rest_zero(_exponential, along.path / POLICY.rough_length)
+        0.5 * _at_rest_zero(lambda t: np.exp(-0.5 * t**2), x)
+        + 0.25 * _at_rest_zero(lambda t: (1 + np.sqrt(3) * t) * np.exp(-np.sqrt(3) * t), s)
+        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), along.load / POLICY.rough_length)
+        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), along.path / POLICY.rough_length)
     )
     same = along.block[:, None] == along.block
     return np.asarray(np.outer(along.size, along.size) * np.where(same, parts, 0.0))
 
 
 def _at_rest_zero(k: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
-    return k(at[:, None] - at) - np.outer(k(at), k(at))
-
-
-def _exponential(t: np.ndarray) -> np.ndarray:
-    return np.exp(-np.abs(t))
-
-
-def _squared_exponential(t: np.ndarray) -> np.ndarray:
-    return np.exp(-0.5 * t**2)
-
-
-def _matern(t: np.ndarray) -> np.ndarray:
-    t = np.sqrt(3.0) * np.abs(t)
-    return (1 + t) * np.exp(-t)
+    """[k]₀ of a kernel by the distance."""
+    rest = k(np.abs(at))
+    return k(np.abs(at[:, None] - at)) - np.outer(rest, rest)
 
 
 def smooth_curves(along: Along) -> np.ndarray:
@@ -467,9 +458,7 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
     """
     value = listed["value"].to_numpy()
     found, turned = np.zeros(len(value)), np.zeros(len(value))
-    parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
-    for _, part in parts:
-        at = part.index.to_numpy()
+    for at in along.ways(listed):
         x = 2 * along.load[at] - 1
         degree = int(np.clip(len(np.unique(np.round(x / 2, 4))) // 4, 0, POLICY.smooth))
         powers = np.polynomial.chebyshev.chebvander(x, degree)
@@ -487,31 +476,22 @@ def lying(simulation: Simulation, groups: Sequence[SimulationGroup]) -> Along:
     discrepancy.
     """
     measurement = simulation.measurement
-    listed, rows = measurement.listed(), measurement.readings
+    listed, rows = measurement.listed(), measurement.readings.reset_index(drop=True)
     load, path = np.zeros((2, len(rows)))
-    largest: dict[str, float] = defaultdict(float)
-    of = {test.number: np.flatnonzero(rows["test"] == test.number) for test in measurement.tests}
+    of = rows.groupby("test").indices
     for test in measurement.tests:
-        own = rows[test.control].to_numpy()[of[test.number]]
-        if test.experiment == "coupon":
-            own = own / test.applied(simulation.config).coupon.gauge_length_mm
-        load[of[test.number]] = own
-        largest[test.experiment] = max(largest[test.experiment], float(np.abs(own).max()))
-    for test in measurement.tests:
-        mine = of[test.number]
-        load[mine] /= largest[test.experiment] or 1.0
+        coupon = test.applied(simulation.config).coupon
+        by = coupon.gauge_length_mm if test.experiment == "coupon" else 1.0
+        load[of[test.number]] = rows[test.control].to_numpy()[of[test.number]] / by
+    largest = pd.Series(np.abs(load)).groupby(rows["experiment"]).transform("max")
+    load /= largest.replace(0.0, 1.0).to_numpy()
+    for mine in of.values():
         path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine])
-    row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
-    group = np.zeros(len(listed), dtype=int)
-    for place, each in enumerate(groups):
-        group[np.isin(listed["test"].to_numpy(), each.tests)] = place
-    names, channel = np.unique(column.astype(str), return_inverse=True)
-    block = group * len(names) + channel
-    value = listed["value"].to_numpy()
-    size = np.zeros(len(listed))
-    for number in set(block):
-        size[block == number] = np.sqrt(np.mean(value[block == number] ** 2))
-    return Along(load[row], path[row], block, size)
+    group = {test: place for place, each in enumerate(groups) for test in each.tests}
+    block = listed.groupby([listed["test"].map(group), "column"]).ngroup()
+    size = np.sqrt((listed["value"] ** 2).groupby(block).transform("mean"))
+    row = listed["row"].to_numpy()
+    return Along(load[row], path[row], block.to_numpy(), size.to_numpy())
 
 
 def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:

@@ -6,8 +6,7 @@ readings tell. Of a specimen that was left out its own scale is fitted, for all 
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -17,7 +16,7 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import NONE, MapFit
+from dolfingrip.diagnosis.core.evidence import NONE
 from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis import HeldOutError
@@ -54,13 +53,10 @@ class HeldOut:
     Attributes:
         errors: by kind and channel.
         claimed: whether the cause predicts what was left out better than both rivals.
-        scatter: root mean square distance of the specimens from the others, their scale fitted,
-            by channel; empty where there is one.
     """
 
     errors: tuple[HeldOutError, ...]
     claimed: bool
-    scatter: dict[str, float]
 
 
 def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
@@ -74,7 +70,7 @@ def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
     by_nuisances = sum(fold.log_odds[0] for fold in folds)
     by_process = sum(fold.log_odds[1] for fold in folds)
     claimed = by_nuisances >= POLICY.predicted_log_odds and by_process > 0
-    return HeldOut(tuple(errors), claimed, _scatter(analysis))
+    return HeldOut(tuple(errors), claimed)
 
 
 def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
@@ -136,24 +132,17 @@ def _fold(analysis: Analysis[Any], whole: ModelPosterior, kind: str, part: np.nd
 def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float]:
     """By the evidence of all readings and of the rest: ln p(left out | rest) of each model."""
 
-    def density(model: Callable[[MapFit], bool]) -> float:
-        found = []
-        for posterior in (whole, rest):
-            logs = [
-                np.log(p) + posterior.log_density
-                for p, fit in posterior.weighed
-                if p > 0 and model(fit)
-            ]
-            if not logs:
-                return -1e3
-            found.append(float(np.logaddexp.reduce(logs)))
-        return found[0] - found[1]
+    def models(posterior: ModelPosterior) -> np.ndarray:
+        by = posterior.by(lambda fit: (bool(posterior.problem.causes(fit.subset)), fit.level > 0))
+        cause = by.get((True, False), 0.0) + by.get((True, True), 0.0)
+        plain, beside = by.get((False, False), 0.0), by.get((False, True), 0.0)
+        return np.array([cause, plain, plain + beside])
 
-    causes = whole.problem.causes
-    cause = density(lambda fit: bool(causes(fit.subset)))
-    plain = density(lambda fit: not causes(fit.subset) and fit.level == 0)
-    process = density(lambda fit: not causes(fit.subset))
-    return cause - plain, cause - process
+    before, after = models(rest), models(whole)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(after / before) + whole.log_density - rest.log_density
+    cause, plain, process = np.where((before > 0) & (after > 0), logs, -1e3)
+    return float(cause - plain), float(cause - process)
 
 
 def _error(
@@ -179,24 +168,3 @@ def _error(
         by_nuisances_low=float(ratios[0]), by_nuisances_high=float(ratios[1]),
         log_odds_nuisances=float(odds[0]), log_odds_process=float(odds[1]),
     )  # fmt: skip
-
-
-def _scatter(analysis: Analysis[Any]) -> dict[str, float]:
-    """How far each specimen is from a smooth curve through the others, its scale fitted."""
-    value, load = analysis.problem.value, analysis.errors.along.load
-    listed, ways = analysis.measurement.listed(), _ways(analysis)
-    channel, specimen = listed["column"].to_numpy(), listed["specimen"].to_numpy()
-    squares: dict[str, list[np.ndarray]] = defaultdict(list)
-    for name in dict.fromkeys(specimen):
-        for column in dict.fromkeys(channel):
-            for way in dict.fromkeys(ways):
-                alike = (channel == column) & (ways == way)
-                own, rest = alike & (specimen == name), alike & (specimen != name)
-                if own.sum() < 3 or rest.sum() < 3:
-                    continue
-                degree = int(np.clip(len(np.unique(np.round(load[rest], 3))) // 4, 1, 6))
-                told = np.polynomial.Chebyshev.fit(load[rest], value[rest], degree)(load[own])
-                if analysis.scaled[own].all():
-                    told = told * float(told @ value[own]) / float(told @ told)
-                squares[str(column)].append((value[own] - told) ** 2)
-    return {column: float(np.sqrt(np.concatenate(each).mean())) for column, each in squares.items()}

@@ -295,14 +295,10 @@ def _check(found: Diagnosis) -> str:
     for e in held.errors:
         unit = CHANNELS[e.channel].unit
         scale = ", its scale fitted" if e.left_out == SPECIMENS else ""
-        own = held.scatter.get(e.channel)
-        against = f"; specimens scatter by {own:.2g} {unit}" if own else ""
         parts.append(
             f"{ONE_OF[e.left_out].format(load=found.load)} left out in turn{scale}, causes chosen "
-            f"anew: {e.channel} is "
-            f"predicted to {e.nuisances:.3g} {unit} without a cause, to {e.cause:.3g} {unit} with "
-            f"it"
-            f"{against}"
+            f"anew: {e.channel} is predicted to {e.nuisances:.3g} {unit} without a cause, to "
+            f"{e.cause:.3g} {unit} with it"
         )
     worth = "better" if held.claimed else "no better"
     return (

@@ -85,9 +85,13 @@ class ModelPosterior:
         The model's own numbers may be implausible by the prior.
         """
         causes = self.problem.causes
-        own = (each for each in self.weighed if causes(each[1].subset) == causes(subset))
-        at_level = (each for each in own if level is None or each[1].level == level)
-        return max(at_level, key=lambda each: each[0])[1]
+        return self.likeliest(
+            lambda fit: causes(fit.subset) == causes(subset) and level in (None, fit.level)
+        )
+
+    def likeliest(self, allowed: Callable[[MapFit], bool]) -> MapFit:
+        """The most probable of some fits."""
+        return max((each for each in self.weighed if allowed(each[1])), key=lambda e: e[0])[1]
 
 
 def search(
