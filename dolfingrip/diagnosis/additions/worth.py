@@ -333,9 +333,11 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
 
     The most probable first; of those in which the same named causes act the most probable one.
     """
-    named = frozenset({*decision.first, *decision.second})
-    by_acting = posterior.by(lambda fit: named.intersection(fit.subset))
-    total = {acting: p for acting, p in by_acting.items() if acting}
+
+    def acting_in(fit: MapFit) -> frozenset[str]:
+        return frozenset({*decision.first, *decision.second}.intersection(fit.subset))
+
+    total = {acting: p for acting, p in posterior.by(acting_in).items() if acting}
     least = POLICY.rival * max(total.values(), default=0.0)
     # members of a set are the less probable ones, too
     members = {*decision.first} if len(decision.first) > 1 else set()
@@ -343,13 +345,8 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     # two causes of which one is tied alone are the same answer
     alone = [acting for acting in likely if not any(other < acting for other in likely)]
     alone.sort(key=lambda acting: -total[acting])
-    return [
-        (
-            total[own],
-            posterior.likeliest(lambda fit, own=own: named.intersection(fit.subset) == own),
-        )
-        for own in alone[: POLICY.compared]
-    ]
+    leaders = posterior.leaders(acting_in)
+    return [(total[acting], leaders[acting]) for acting in alone[: POLICY.compared]]
 
 
 def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:

@@ -79,8 +79,8 @@ def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
         rest = [(each.factor, each.stronger) for each in found.alternatives]
         return [(1.0, found.none), *rest]
     total = posterior.by_causes
+    least = POLICY.rival * max(total.values())
     likely = sorted(total, key=lambda each: -total[each])[: POLICY.compared]
-    least = POLICY.rival * total[likely[0]]
     return [(total[each], posterior.best(each)) for each in likely if total[each] > least]
 
 

@@ -85,13 +85,16 @@ class ModelPosterior:
         The model's own numbers may be implausible by the prior.
         """
         causes = self.problem.causes
-        return self.likeliest(
-            lambda fit: causes(fit.subset) == causes(subset) and level in (None, fit.level)
-        )
+        if level is None:
+            return self.leaders(lambda fit: causes(fit.subset))[causes(subset)]
+        return self.leaders(lambda fit: (causes(fit.subset), fit.level))[causes(subset), level]
 
-    def likeliest(self, allowed: Callable[[MapFit], bool]) -> MapFit:
-        """The most probable of some fits."""
-        return max((each for each in self.weighed if allowed(each[1])), key=lambda e: e[0])[1]
+    def leaders[K](self, of: Callable[[MapFit], K]) -> dict[K, MapFit]:
+        """The most probable fits of those that have something in common, by what it is."""
+        found: dict[K, MapFit] = {}
+        for _, fit in sorted(self.weighed, key=lambda each: -each[0]):
+            found.setdefault(of(fit), fit)
+        return found
 
 
 def search(
