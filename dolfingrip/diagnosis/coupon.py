@@ -6,7 +6,7 @@ Readings are computed for many sets of an effect's numbers at once.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -37,7 +37,7 @@ from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
-from dolfingrip.jobs.run import silent
+from dolfingrip.jobs.run import Say, silent
 from dolfingrip.parameter import named
 
 
@@ -218,7 +218,7 @@ def errors(simulation: CouponSimulation) -> Errors:
         if "." in key and std
     ]
     slope = np.nan_to_num(simulation.slopes())
-    return errors_of(simulation, simulation.groups, base, slope, reported, scaled=True)
+    return errors_of(simulation, base, slope, reported, scaled=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +279,7 @@ class CouponAnalysis(Analysis[CouponSimulation]):
         return found
 
     def verified(
-        self, posterior: ModelPosterior, say: Callable[[str], None]
+        self, posterior: ModelPosterior, say: Say
     ) -> tuple[CouponAnalysis, ModelPosterior, float]:
         """Simulate likely pairs together, and causes about their fits where emulators miss."""
         coupons, rng = self, np.random.default_rng(0)
@@ -331,9 +331,7 @@ def _inexact_fits(coupons: CouponAnalysis, posterior: ModelPosterior) -> list[Ma
 
 
 def analyse_coupons(
-    simulation: CouponSimulation,
-    names: Sequence[str] | None = None,
-    say: Callable[[str], None] = silent,
+    simulation: CouponSimulation, names: Sequence[str] | None = None, say: Say = silent
 ) -> CouponAnalysis:
     """Simulate what every cause changes about the coupons, and make emulators of it.
 

@@ -14,14 +14,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide, held
@@ -301,8 +300,8 @@ def plan(
     config: Config,
     out: Path,
     settings: DiagnosisSettings,
-    changes: Mapping[str, Any] = MappingProxyType({}),
-    noise: Mapping[str, float] | None = None,
+    changes: Change = NO_CHANGE,
+    noise: Mapping[str, float] = NO_CHANGE,
 ) -> PlanFile:
     """Plan: tell which causes a rig could name, and which addition buys most.
 

@@ -58,6 +58,7 @@ class Standing:
 
 
 Progress = Callable[[Standing], None]
+Say = Callable[[str], None]
 
 
 def silent(told: object) -> None:

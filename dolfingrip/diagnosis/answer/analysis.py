@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
@@ -21,6 +21,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulated import scaled_moduli
 from dolfingrip.extensions.index import NAMES
+from dolfingrip.jobs.run import Say
 from dolfingrip.parameter import every
 from dolfingrip.parameter.nuisances import WALL, wall
 from dolfingrip.sections.section import Role
@@ -232,9 +233,7 @@ class Analysis[S: Simulation](ABC):
         """(n,) readings of the model as configured; NaN where it does not come so far."""
 
     @abstractmethod
-    def verified(
-        self, posterior: ModelPosterior, say: Callable[[str], None]
-    ) -> tuple[Self, ModelPosterior, float]:
+    def verified(self, posterior: ModelPosterior, say: Say) -> tuple[Self, ModelPosterior, float]:
         """Hold likely hypotheses against exact simulations, and compare all anew.
 
         Returns:

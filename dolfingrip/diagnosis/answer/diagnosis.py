@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
@@ -29,7 +29,7 @@ from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
-from dolfingrip.jobs.run import silent
+from dolfingrip.jobs.run import Say, silent
 from dolfingrip.parameter import find
 from dolfingrip.parameter.nuisances import WALL, modulus_keys
 from dolfingrip.sections.section import Role
@@ -327,11 +327,7 @@ class Diagnosis:
 
 
 def diagnosed(
-    analysis: Analysis[Any],
-    config: Config,
-    *,
-    quick: bool = False,
-    say: Callable[[str], None] = silent,
+    analysis: Analysis[Any], config: Config, *, quick: bool = False, say: Say = silent
 ) -> Diagnosis:
     """Find out what the simulation gets wrong, and why, up to the answer.
 

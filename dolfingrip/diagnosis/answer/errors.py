@@ -373,10 +373,13 @@ class Simulation(Protocol):
     measurement: Measurement
     config: Config
 
+    @property
+    def groups(self) -> Sequence[SimulationGroup]:
+        """Tests that are simulated together."""
+
 
 def errors_of(
     simulation: Simulation,
-    groups: Sequence[SimulationGroup],
     base: np.ndarray,
     slope: np.ndarray,
     rig: Sequence[Nuisance],
@@ -392,7 +395,6 @@ def errors_of(
 
     Args:
         simulation: of the model without causes.
-        groups: tests that are simulated together.
         base: its readings, shape (n,).
         slope: derivative of these by the control, shape (n,); 0 where the control rests.
         rig: numbers of the rig.
@@ -401,7 +403,7 @@ def errors_of(
     """
     measurement = simulation.measurement
     listed = measurement.listed()
-    along = lying(simulation, groups)
+    along = lying(simulation)
     factor, turned = followed(listed, along, base)
     control, signal = listed["control"].to_numpy(), base * factor
     moved = (np.abs(control) > 1e-9) & (slope != 0)
@@ -469,7 +471,7 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
     return found, turned
 
 
-def lying(simulation: Simulation, groups: Sequence[SimulationGroup]) -> Along:
+def lying(simulation: Simulation) -> Along:
     """Where a measurement's readings lie: loads by the largest of their experiment.
 
     The load of a coupon is its strain. Channels of tests that are simulated together share a
@@ -487,7 +489,7 @@ def lying(simulation: Simulation, groups: Sequence[SimulationGroup]) -> Along:
     load /= largest.replace(0.0, 1.0).to_numpy()
     for mine in of.values():
         path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine])
-    group = {test: place for place, each in enumerate(groups) for test in each.tests}
+    group = {test: place for place, each in enumerate(simulation.groups) for test in each.tests}
     block = listed.groupby([listed["test"].map(group), "column"]).ngroup()
     size = np.sqrt((listed["value"] ** 2).groupby(block).transform("mean"))
     row = listed["row"].to_numpy()

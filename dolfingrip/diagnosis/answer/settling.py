@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -26,11 +26,12 @@ from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.files.diagnosis import NextExperiment
+from dolfingrip.jobs.run import Say
 from dolfingrip.parameter.nuisances import GAIN, OFFSET
 
 
 def settled_by(
-    found: Diagnosis, say: Callable[[str], None], *, simulating: bool
+    found: Diagnosis, say: Say, *, simulating: bool
 ) -> tuple[list[NextExperiment], list[str]]:
     """Weigh what tells the hypotheses apart that the answer leaves open, the best first.
 

@@ -507,17 +507,16 @@ class Hypothesis:
             value[rows], columns[rows, own] = -g, -dg
         return value, columns
 
-    def fit(self, starts: Sequence[np.ndarray], settled: float | None = None) -> MapFit:
+    def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add.
 
         Args:
             starts: values of ζ.
-            settled: ln of probability that the last step gains at most; the policy's where None.
+            settled: ln of probability that the last step gains at most.
         """
-        least = POLICY.settled if settled is None else settled
         modes: list[_Place] = []
         for each in sorted(
-            (self._descend(start, least) for start in starts), key=lambda each: each.value
+            (self._descend(start, settled) for start in starts), key=lambda each: each.value
         ):
             off = [each.zeta - other.zeta for other in modes]
             apart = all(d @ other.hessian @ d > 9 for d, other in zip(off, modes, strict=True))

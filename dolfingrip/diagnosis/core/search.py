@@ -109,7 +109,7 @@ def search(
     zeta: dict[Key, np.ndarray] = {}
 
     def fit(subset: Subset, level: float, starts: Sequence[np.ndarray]) -> list[np.ndarray]:
-        found = _fitted_with_implausible(every[level], subset, starts)
+        found = _fits(every[level], subset, starts, POLICY.settled)
         zeta[subset, level] = max(found, key=lambda each: each.log_evidence).zeta
         fits.extend(found)
         return [each.zeta for each in found]
@@ -134,14 +134,11 @@ def search(
         # the share that stays is counted without a discrepancy
         for level in sorted({0.0, *hopeful}) if hopeful else ():
             warm = fit(pair, level, warm)
-    return _weighed(problem, fits, every, rng if sample else None)
+    return _weighed(fits, every, rng if sample else None)
 
 
-def _fitted_with_implausible(
-    columns: CovarianceModel,
-    subset: Subset,
-    starts: Sequence[np.ndarray],
-    settled: float | None = None,
+def _fits(
+    columns: CovarianceModel, subset: Subset, starts: Sequence[np.ndarray], settled: float
 ) -> list[MapFit]:
     """Fits of causes with the model's own numbers as told, and with those far that may be so.
 
@@ -181,7 +178,7 @@ def one_at_a_time(
         every: all columns under the covariance of each level.
         before: where fits begin: at the numbers of readings before that were alike; it is updated.
     """
-    problem = next(iter(every.values())).problem
+    problem = every[0.0].problem
     prior = {level: float(np.log(p)) for level, p in LEVELS.items()}
     far = float(np.log(len(every) * (1 + len(problem.emulators)) / (1 - POLICY.credible)))
     fits: list[MapFit] = []
@@ -190,7 +187,7 @@ def one_at_a_time(
     def fitted(subset: Subset, level: float, start: np.ndarray) -> np.ndarray:
         nonlocal best
         starts = [before.get((subset, level), start)]
-        told = _fitted_with_implausible(every[level], subset, starts, POLICY.coarsely_settled)
+        told = _fits(every[level], subset, starts, POLICY.coarsely_settled)
         fits.extend(told)
         before[subset, level] = told[0].zeta
         best = max(best, *(fit.log_evidence + prior[level] for fit in told))
@@ -209,7 +206,7 @@ def one_at_a_time(
             most = bound if level else max(bounds[subset].values())
             if most > best - far:
                 start = fitted(subset, level, start)
-    return _weighed(problem, fits, every, None)
+    return _weighed(fits, every, None)
 
 
 def searched_again(
@@ -229,20 +226,18 @@ def searched_again(
         for fit in whole.fits
         if any(set(fit.subset) <= each for each in likely)
     ]
-    return _weighed(problem, fits, every, rng)
+    return _weighed(fits, every, rng)
 
 
 def _weighed(
-    problem: InferenceProblem,
-    fits: list[MapFit],
-    every: Mapping[float, CovarianceModel],
-    rng: np.random.Generator | None,
+    fits: list[MapFit], every: Mapping[float, CovarianceModel], rng: np.random.Generator | None
 ) -> ModelPosterior:
     """Probabilities by evidence and prior.
 
     An effect of the catalogue acts, or several do; each number of rig and finger is far from what
     was told, or is not.
     """
+    problem = every[0.0].problem
     count = len(problem.effects(tuple(problem.emulators)))
     by_size = [p / max(comb(count, size), 1) for size, p in enumerate(POLICY.prior_by_size)]
 

@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -28,7 +27,7 @@ import pandas as pd
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE, FORCE, TIME, TIP_X, TIP_Z, TRANSVERSE_STRAIN
-from dolfingrip.config import Config, ConfigError, checked
+from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError, checked
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, SetupFile
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.table import NUMBERS
@@ -123,8 +122,8 @@ class RigProtocol(Section):
 def read(
     file: Path | None,
     config: Config,
-    changes: Mapping[str, Any] = MappingProxyType({}),
-    noise: Mapping[str, float] | None = None,
+    changes: Change = NO_CHANGE,
+    noise: Mapping[str, float] = NO_CHANGE,
 ) -> tuple[Measurement, tuple[str, ...]]:
     """The measurement that a rig would make, with readings of 0, and the additions it can make.
 
@@ -147,7 +146,7 @@ def read(
     tests = []
     for i, experiment in enumerate(experiments):
         setup = told.of(experiment, "rig") if told else LabSetup()
-        setup = replace(setup, noise={**NOISE, **setup.noise, **(noise or {})})
+        setup = replace(setup, noise={**NOISE, **setup.noise, **noise})
         tests.append(SpecimenTest(i, file or Path("rig.toml"), experiment, "rig", setup))
     tables = [_rows(test, protocol, config) for test in tests]
     warnings = told.warnings if told else []

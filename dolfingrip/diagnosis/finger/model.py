@@ -470,7 +470,7 @@ def errors(simulation: FingerSimulation) -> Errors:
     base = simulation.base
     columns = np.nan_to_num(simulation.mesh.T)
     slope = np.nan_to_num(base.by_control)
-    return errors_of(simulation, simulation.groups, base.readings, slope, shared, columns)
+    return errors_of(simulation, base.readings, slope, shared, columns)
 
 
 def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProblem:
