@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -61,6 +62,10 @@ def _sheared(config: Config) -> bool:
     return raster is not None and bool(raster.raster_deg)
 
 
+Solved = Sequence[tuple[SimulationGroup, Mapping[str, np.ndarray]]]
+"""Readings at each group's stops, (places, stops) by column."""
+
+
 class CouponSimulation:
     """Simulates the coupons of a measurement.
 
@@ -73,7 +78,11 @@ class CouponSimulation:
         self.measurement = measurement
         self.config = config
         self.groups: Sequence[SimulationGroup] = groups(measurement, config)
-        self._true: dict[int, dict[str, np.ndarray]] = {}
+
+    @cached_property
+    def _plain(self) -> Solved:
+        """As configured."""
+        return self._solved({}, {})
 
     def base(
         self, overrides: Change = NO_CHANGE, *, moved: Mapping[str, float] | None = None
@@ -84,21 +93,13 @@ class CouponSimulation:
             overrides: values by key.
             moved: by how much numbers differ from those of each test's set-up, by key.
         """
-        solved = self._solved(overrides, {}, moved or {})
+        other = overrides or moved
+        solved = self._solved(overrides, {}, moved or {}) if other else self._plain
         return self._displayed(overrides, solved)[0]
 
     def slopes(self) -> np.ndarray:
         """(n,) derivative of the readings by the travel, for each mm."""
-        solved = self._solved({}, {})
-        count = len(self.measurement.readings)
-        return self.measurement.collected(
-            {
-                group.tests: {
-                    name: group.in_time.at_rows(own[0], count, 1) for name, own in values.items()
-                }
-                for group, values in solved
-            }
-        )
+        return self._read(self._plain, derivative=1)
 
     def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
         """(places, n) changes of the readings by causes that act together.
@@ -120,7 +121,7 @@ class CouponSimulation:
         on = self._overrides(causes, zeta[0])
         ours = {number.key for cause in energies for number in cause.numbers}
         parameters = {key: values for key, values in shaped.items() if key in ours}
-        solved = self._solved(on if energies else {}, parameters)
+        solved = self._solved(on, parameters) if energies else self._plain
         if len(energies) == len(causes):
             return self._displayed(on, solved) - self.base()
         shown = []
@@ -134,50 +135,33 @@ class CouponSimulation:
 
     @staticmethod
     def _overrides(causes: Sequence[Cause], zeta: np.ndarray) -> Change:
-        found: dict[str, Any] = {}
-        at = 0
-        for cause in causes:
-            d = len(cause.numbers)
-            found |= cause.overrides(zeta[at : at + d])
-            at += d
-        return found
+        parts = np.split(zeta, np.cumsum([len(cause.numbers) for cause in causes])[:-1])
+        every = [cause.overrides(own) for cause, own in zip(causes, parts, strict=True)]
+        return {key: value for overrides in every for key, value in overrides.items()}
 
     def _solved(
         self,
         overrides: Change,
         parameters: Mapping[str, np.ndarray],
         moved: Mapping[str, float] = NO_CHANGE,
-    ) -> list[tuple[SimulationGroup, dict[str, np.ndarray]]]:
+    ) -> Solved:
         """True readings at each group's stops, (places, stops) by column."""
         found = []
-        for number, group in enumerate(self.groups):
-            as_it_is = not overrides and not moved
-            if as_it_is and number in self._true:
-                found.append((group, self._true[number]))
-                continue
+        for group in self.groups:
             config = changed(group.config, overrides)
             places = {key: named(key).value(config) + by for key, by in moved.items()}
             config = changed(config, places).adapted()
             coupon, route = config.coupon, group.in_time
-            gauge = coupon.gauge_length_mm
+            strain = [value / coupon.gauge_length_mm for value in route.value]
             pulled = UniaxialTension(config).pull(
-                parameters, [value / gauge for value in route.value], route.time_s,
-                coupon.step_strain,
-            )  # fmt: skip
-            values = {
-                FORCE.name: pulled.stress_MPa * coupon.area_mm2,
-                TRANSVERSE_STRAIN.name: np.where(
-                    np.isfinite(pulled.stress_MPa), pulled.across - 1, np.nan
-                ),
-            }
-            if as_it_is:
-                self._true[number] = values
-            found.append((group, values))
+                parameters, strain, route.time_s, coupon.step_strain
+            )
+            width = np.where(np.isfinite(pulled.stress_MPa), pulled.across - 1, np.nan)
+            force_N = pulled.stress_MPa * coupon.area_mm2
+            found.append((group, {FORCE.name: force_N, TRANSVERSE_STRAIN.name: width}))
         return found
 
-    def _displayed(
-        self, overrides: Change, solved: Sequence[tuple[SimulationGroup, dict[str, np.ndarray]]]
-    ) -> np.ndarray:
+    def _displayed(self, overrides: Change, solved: Solved) -> np.ndarray:
         """(places, n) what the instruments show."""
         places = max(len(next(iter(values.values()))) for _, values in solved)
         shown = [
@@ -185,17 +169,18 @@ class CouponSimulation:
                 {**values, TIME.name: np.array(group.in_time.time_s)}))
             for group, values in solved
         ]  # fmt: skip
+        return np.array([self._read(shown, place) for place in range(places)])
+
+    def _read(self, solved: Solved, place: int = 0, derivative: int = 0) -> np.ndarray:
+        """(n,) readings of a place, or their derivatives by the travel."""
         count = len(self.measurement.readings)
-        return np.array([
-            self.measurement.collected({
-                group.tests: {
-                    name: group.in_time.at_rows(columns[name][place], count)
-                    for name in (FORCE.name, TRANSVERSE_STRAIN.name)
-                }
-                for group, columns in shown
-            })
-            for place in range(places)
-        ])  # fmt: skip
+        return self.measurement.collected({
+            group.tests: {
+                name: group.in_time.at_rows(columns[name][place], count, derivative)
+                for name in (FORCE.name, TRANSVERSE_STRAIN.name)
+            }
+            for group, columns in solved
+        })  # fmt: skip
 
 
 def _row(values: np.ndarray, place: int) -> np.ndarray:

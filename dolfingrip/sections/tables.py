@@ -168,19 +168,19 @@ def whole(file: Path, option: str) -> dict[str, Any]:
 
     Args:
         file: TOML, or a ``run.json``.
-        option: option that names the file.
+        option: option that names the file; empty where none does.
     """
-    text = text_of(file, option)
+    text, named = text_of(file, option), f"{option} {file}".strip()
     try:
         data = json.loads(text)["config"] if file.suffix == ".json" else toml(text)
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         kind = "a run.json" if file.suffix == ".json" else "TOML"
         why = TOO_DEEP if isinstance(error, RecursionError) else error
-        raise ConfigError(f"{option} {file}: not {kind}: {why}") from None
+        raise ConfigError(f"{named}: not {kind}: {why}") from None
     if not isinstance(data, dict):
-        raise ConfigError(f"{option} {file}: not a run.json: its config is no table")
+        raise ConfigError(f"{named}: not a run.json: its config is no table")
     for name, table in data.items():
-        check_numbers(table, f"{option} {file}: {name}")
+        check_numbers(table, f"{named}: {name}")
     return data
 
 
@@ -189,19 +189,20 @@ def text_of(file: Path, option: str) -> str:
 
     Args:
         file: that a user names.
-        option: option that names it.
+        option: option that names it; empty where none does.
 
     Raises:
         ConfigError: one line, where it cannot be read or is no text.
     """
+    named = f"{option} {file}".strip()
     try:
         return file.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise ConfigError(f"{option} {file}: {error.strerror}") from None
+        raise ConfigError(f"{named}: {error.strerror}") from None
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{option} {file}: not text: {error}") from None
+        raise ConfigError(f"{named}: not text: {error}") from None
     except ValueError as error:  # a name that no file can have
-        raise ConfigError(f"{option} {file}: no file: {error}") from None
+        raise ConfigError(f"{named}: no file: {error}") from None
 
 
 SEPARATORS: Final = {";": "semicolons", "\t": "tabs"}

@@ -130,20 +130,14 @@ class SetupFile:
 
     def __init__(self, csv: Path, also: Sequence[str] = ()) -> None:
         self.file = csv.with_suffix(".toml")
-        try:
-            self._data = tables.toml(self.file.read_text(encoding="utf-8"))
-        except FileNotFoundError:
+        if not self.file.exists():
             if csv == self.file or not csv.exists():
-                raise ConfigError(f"{csv}: no such file") from None
-            raise ConfigError(
-                f"{self.file}: missing; allowed: a TOML file of the same stem next to {csv.name}, "
-                "with the set-up"
-            ) from None
-        except OSError as error:
-            raise ConfigError(f"{self.file}: {error.strerror}") from None
-        except ValueError as error:
-            raise ConfigError(f"{self.file}: not TOML: {error}") from None
-        tables.check_numbers(self._data, str(self.file))
+                raise ConfigError(f"{csv}: no such file")
+            raise self._refuse(
+                f"missing; allowed: a TOML file of the same stem next to {csv.name}, with the "
+                "set-up"
+            )
+        self._data = tables.whole(self.file, "")
         self.experiments = self._experiments()
         for name in _TABLES:
             if name != "material":

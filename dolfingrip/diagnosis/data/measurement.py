@@ -347,19 +347,13 @@ def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataF
         return []
     rows = measurement.rows(test.number)
     named, moves = told.loc[rows.index, "branch"], rows["branch"]
-    found = []
-    for branch, other, does in (
-        ("loading", "unloading", "falls"),
-        ("unloading", "loading", "rises"),
-    ):
-        against = rows[(named == branch) & (moves == other)]
-        if len(against):
-            first = against["line"].iloc[0]
-            found.append(
-                f"{test}: {len(against)} rows are named {branch}, the first in line {first:.0f}, "
-                f"but {test.control} {does} there; they are taken as it moves"
-            )
-    return found
+    against = named.replace({"loading": "unloading", "unloading": "loading"}) == moves
+    does = {"loading": "falls", "unloading": "rises"}
+    return [
+        f"{test}: {len(own)} rows are named {branch}, the first in line {own['line'].iloc[0]:.0f}, "
+        f"but {test.control} {does[branch]} there; they are taken as it moves"
+        for branch, own in rows[against & (named != moves)].groupby(named)
+    ]
 
 
 def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.DataFrame, list[str]]:
@@ -373,7 +367,7 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
         raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are waits")
     rate, doubts = test.setup.rate, []
     if rate is None:
-        rate, unit = test.configured_rate(base), CHANNELS[test.control].unit
+        rate, unit = test.configured_rate(base), CHANNELS[CONTROL[test.experiment]].unit
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit}/s is assumed"]
     start = np.minimum(0.0, controls[:1])
     steps = np.abs(np.diff(controls, axis=0, prepend=start)).max(axis=1)

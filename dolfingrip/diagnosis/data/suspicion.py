@@ -17,9 +17,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE, PRESSURE
+from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.data.table import READING_COLUMNS
+from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS
 from dolfingrip.diagnosis.policy import DATA
 
 _DEGREES: Final = 180 / math.pi
@@ -44,6 +44,10 @@ _OF_CONTROL: Final[Mapping[str, Mapping[str, float]]] = {
     "mm": {"a displacement in m": 1000.0, "a displacement in cm": 10.0},
 }
 """Slips of the control, by its unit."""
+
+
+Pairs = Mapping[str, tuple[np.ndarray, np.ndarray]]
+"""Measured and simulated readings, by column."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,9 +136,7 @@ def _unevenness(rows: pd.DataFrame, column: str) -> float:
     return float(np.abs(value - line).max() / max(np.ptp(value), 1e-12))
 
 
-def _scaled(
-    test: SpecimenTest, columns: dict[str, tuple[np.ndarray, np.ndarray]]
-) -> list[Suspicion]:
+def _scaled(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
     """Slips of unit or sign."""
     every = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
     ratios = {name: ratio for name, ratio in every.items() if math.isfinite(ratio)}
@@ -156,25 +158,19 @@ def _scaled(
     return found + _of_control(test, ratios, columns)
 
 
-def _of_control(
-    test: SpecimenTest, ratios: dict[str, float], columns: dict[str, tuple[np.ndarray, np.ndarray]]
-) -> list[Suspicion]:
+def _of_control(test: SpecimenTest, ratios: Mapping[str, float], columns: Pairs) -> list[Suspicion]:
     """Slips of the pressure's or displacement's unit, which every reading shows."""
     left = max((_left(*columns[name], ratio) for name, ratio in ratios.items()), default=1.0)
     if left >= DATA.slip_leaves:
         return []
     return [
         Suspicion(test, test.control, factor, meaning, left)
-        for meaning, factor in _OF_CONTROL[
-            (PRESSURE if test.of_finger else DISPLACEMENT).unit
-        ].items()
+        for meaning, factor in _OF_CONTROL[CHANNELS[CONTROL[test.experiment]].unit].items()
         if all(_alike(ratio, factor) for ratio in ratios.values())
     ]
 
 
-def _swapped(
-    test: SpecimenTest, columns: dict[str, tuple[np.ndarray, np.ndarray]]
-) -> list[Suspicion]:
+def _swapped(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
     """The suspicion that the columns of angle and force are swapped."""
     angles, forces = (
         [name for name in READING_COLUMNS if name in columns and CHANNELS[name].unit == unit]

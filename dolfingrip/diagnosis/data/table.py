@@ -250,10 +250,7 @@ def _experiment(line: _Line, name: str | None, experiments: Sequence[str]) -> st
 
 
 def _cycle(line: _Line, text: str) -> int:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = float(pd.to_numeric(text, errors="coerce"))
     if not (value.is_integer() and value >= 1):
         raise line.refuse(f"cycle = {text}: allowed: a whole number from 1 on")
     return int(value)
