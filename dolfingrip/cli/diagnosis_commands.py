@@ -26,7 +26,7 @@ from dolfingrip.files import whole
 from dolfingrip.files.plan import PlanFile
 from dolfingrip.report import diagnosis as pictures
 from dolfingrip.report import plan as plan_pictures
-from dolfingrip.report.table import of_columns
+from dolfingrip.report.table import of_rows
 from dolfingrip.sections import posterior
 
 
@@ -54,35 +54,19 @@ def diagnose(asked: DiagnoseSettings) -> None:
 
 
 NAMES = 26
-"""Width, in characters, to which lists of names are wrapped."""
+"""Width, in characters, to which cells are wrapped."""
+LEFT = ("effect", "not told from", "addition", "newly named")
+"""Columns that are aligned on the left."""
 
 
 def tables(found: PlanFile) -> list[Table]:
     """The effects and the additions of a plan, for a terminal of 80 columns."""
-
-    def wrapped(text: str) -> str:
-        return "\n".join(textwrap.wrap(text, NAMES)) or "–"
-
-    effects = {
-        "Effect": [each.effect for each in found.effects],
-        "Strength (σ)": [f"{each.strength_sigma:z.1f}" for each in found.effects],
-        "Named from × ordinary": [
-            "–" if each.named_from is None else f"{each.named_from:.2g}" for each in found.effects
-        ],
-        "Named": [f"{each.share:z.2f}" for each in found.effects],
-        "Its class": [f"{each.class_share:z.2f}" for each in found.effects],
-        "Not told from": [wrapped(", ".join(each.confused_with[:4])) for each in found.effects],
-    }
-    additions = {
-        "Addition": [wrapped(each.name) for each in found.additions],
-        "Minutes": [f"{each.minutes:.0f}" for each in found.additions],
-        "Named": [f"{each.share:z.2f}" for each in found.additions],
-        "Gain (% a minute)": [f"{100 * each.gain_per_minute:+z.2f}" for each in found.additions],
-        "Newly named": [wrapped(", ".join(each.lifts[:4])) for each in found.additions],
-    }
-    left = ("Effect", "Not told from", "Addition", "Newly named")
-    shown = [of_columns(effects, "Effects", left)]
-    return [*shown, of_columns(additions, "Additions", left)] if found.additions else shown
+    shown = []
+    for each in found.tables():
+        kept = [i for i, heading in enumerate(each.headings) if heading != "ordinary strength"]
+        rows = [["\n".join(textwrap.wrap(row[i], NAMES)) for i in kept] for row in each.rows]
+        shown.append(of_rows([each.headings[i] for i in kept], rows, each.title, LEFT))
+    return shown
 
 
 def plan_experiment(asked: PlanExperimentSettings) -> None:

@@ -326,7 +326,7 @@ def plan(
         settings.say("simulating the rig's protocol, and with each effect")
         own = analyse_plan(measurement, config, workers, names)
         found = namings(own)
-        before = share(found)
+        before, named = share(found), {each.effect for each in found if each.at_ordinary}
         additions: list[AdditionWorth] = []
         failed = [f"{name} could not be tried: {why}" for name, why in own.failed.items()]
         if names is not None:
@@ -336,12 +336,17 @@ def plan(
             settings.say(f"addition: {proposal.name}")
             hands = workers.at_hand() if settings.quick else workers
             try:
-                whole = joined(measurement, read_alike(proposal, measurement))
-                more = namings(analyse_plan(whole, config, hands, names), found)
+                both = joined(measurement, read_alike(proposal, measurement))
+                more = namings(analyse_plan(both, config, hands, names), found)
             except (NotAtHand, ConfigError) as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
-            additions.append(_addition_worth(proposal, found, before, more))
+            lifts = [each.effect for each in more if each.at_ordinary and each.effect not in named]
+            whole = share(more)
+            additions.append(AdditionWorth(
+                name=proposal.name, kind=proposal.kind, minutes=proposal.minutes, share=whole,
+                gain_per_minute=(whole - before) / proposal.minutes, lifts=tuple(lifts),
+            ))  # fmt: skip
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
     return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
@@ -364,18 +369,3 @@ def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
         for test in own.tests
     ]
     return replace(own, tests=tests)
-
-
-def _addition_worth(
-    proposal: Proposal,
-    before: Sequence[EffectOutlook],
-    share_before: float,
-    after: Sequence[EffectOutlook],
-) -> AdditionWorth:
-    named = {each.effect for each in before if each.at_ordinary}
-    lifts = [each.effect for each in after if each.at_ordinary and each.effect not in named]
-    whole = share(after)
-    return AdditionWorth(
-        name=proposal.name, kind=proposal.kind, minutes=proposal.minutes, share=whole,
-        gain_per_minute=(whole - share_before) / proposal.minutes, lifts=tuple(lifts),
-    )  # fmt: skip

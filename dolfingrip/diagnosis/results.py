@@ -62,31 +62,13 @@ def plan_text(result: PlanFile) -> str:
         "effect is.",
         "",
     ]
-    rows = [
-        [each.effect, each.ordinary, f"{each.strength_sigma:.1f}",
-         "–" if each.named_from is None else f"{each.named_from:.2g}", f"{each.share:.2f}",
-         f"{each.class_share:.2f}", _listed(each.confused_with)]
-        for each in result.effects
-    ]  # fmt: skip
-    headings = ["effect", "ordinary strength", "σ", "from × ordinary", "named", "its class",
-                "not told from"]  # fmt: skip
-    lines += TextTable(headings, rows).markdown()
-    if result.additions:
-        rows = [
-            [each.name, f"{each.minutes:.0f}", f"{each.share:.2f}",
-             f"{100 * each.gain_per_minute:+.2f} %", _listed(each.lifts)]
-            for each in result.additions
-        ]  # fmt: skip
-        headings = ["addition", "minutes", "share named", "gain per minute", "newly named"]
-        lines += section("Additions", TextTable(headings, rows).markdown())
+    effects, *additions = result.tables()
+    lines += effects.markdown()
+    for each in additions:
+        lines += section(each.title, each.markdown())
     if result.warnings:
         lines += section("Beware", (f"- {each}" for each in result.warnings))
     return "\n".join(lines) + "\n"
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - PAGE.in_a_cell} more" if len(names) > PAGE.in_a_cell else ""
-    return ", ".join(names[: PAGE.in_a_cell]) + more or "–"
 
 
 def page(result: outcome.DiagnosisFile) -> str:
