@@ -81,7 +81,7 @@ class CouponSimulation:
 
     @cached_property
     def _plain(self) -> Solved:
-        """As configured."""
+        """Readings of the model as configured."""
         return self._solved({}, {})
 
     def base(

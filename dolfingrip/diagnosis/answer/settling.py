@@ -58,7 +58,8 @@ def settled_by(
             for fit in fits
         ],
     )  # fmt: skip
-    weighed = [_checked(analysis, comparison, each, fits) for each in _checks(analysis)]
+    possible = INSTRUMENTS if analysis.closed_form else checks(analysis.applied)
+    weighed = [_checked(analysis, comparison, each, fits) for each in possible]
     now = chance_alone(comparison.probability, comparison.apart)
     helpful = [each for each in weighed if each is not None and (each.chance > now or each.tells)]
     failed: list[str] = []
@@ -110,10 +111,6 @@ def _tested(
     unseen = (remembers[:, None] != remembers) & (not seen)
     own = comparison.errors(proposal, after[0].readings) + shared
     return comparison.worth(proposal, after, own, cross, unseen)
-
-
-def _checks(analysis: Analysis) -> Sequence[NumberCheck]:
-    return INSTRUMENTS if analysis.closed_form else checks(analysis.applied)
 
 
 def _checked(

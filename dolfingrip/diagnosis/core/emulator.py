@@ -285,7 +285,7 @@ class Polynomial:
         return monomials(self._values(zeta), self.exponents)
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same, and derivatives by ζ, (places, m, d)."""
+        """Monomials at ζ, and derivatives by it, (places, m, d)."""
         found, by_coordinate = monomials_with_slopes(self._values(zeta), self.exponents)
         slopes = np.zeros((*found.shape, zeta.shape[1]))
         for place, each in enumerate(self.coordinates):
@@ -442,10 +442,7 @@ def _trained(
 
 
 def trained(
-    zeta: np.ndarray,
-    changes: np.ndarray,
-    scale: np.ndarray,
-    box: np.ndarray | None = None,
+    zeta: np.ndarray, changes: np.ndarray, scale: np.ndarray, box: np.ndarray
 ) -> PolynomialEmulator:
     """An emulator from many simulated changes without derivatives.
 
@@ -453,11 +450,9 @@ def trained(
         zeta: shape (places, d).
         changes: shape (places, n).
         scale: noise of the readings, shape (n,).
-        box: ranges of ζ, shape (d, 2); the reach of every number where None.
+        box: ranges of ζ, shape (d, 2).
     """
     count, d = zeta.shape
-    if box is None:
-        box = np.tile([-POLICY.reach, POLICY.reach], (d, 1))
     own = [Coordinate.within(float(low), float(high), i) for i, (low, high) in enumerate(box)]
     slopes = np.full((1, count, d, changes.shape[1]), np.nan)
     return trained_on(

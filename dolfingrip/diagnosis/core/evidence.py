@@ -356,7 +356,7 @@ class MapFit:
 
     @cached_property
     def visible(self) -> Subset:
-        """Those of the subset that could be seen."""
+        """Names of the subset whose change could be seen."""
         pairs = zip(self.subset, self.strengths, strict=True)
         return tuple(name for name, strength in pairs if strength >= POLICY.visible_sigma)
 

@@ -266,18 +266,9 @@ def _weighed(
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
     box = problem.boxes[name]
-    middle = np.clip(np.zeros(len(box)), *box.T)
-    found = []
-    for amplitude in POLICY.starts:
-        start = middle.copy()
-        start[0] = np.clip(amplitude, *box[0])
-        found.append(start)
-    for i in range(1, len(box)):
-        for way in POLICY.shape_starts:
-            start = middle.copy()
-            start[i] = np.clip(way, *box[i])
-            found.append(start)
-    return found
+    ways = [(0, amplitude) for amplitude in POLICY.starts]
+    ways += [(i, shape) for i in range(1, len(box)) for shape in POLICY.shape_starts]
+    return [np.clip(way * np.eye(len(box))[i], *box.T) for i, way in ways]
 
 
 def _pairs(every: Mapping[float, CovarianceModel], names: Sequence[str]) -> list[Subset]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,7 @@ class SpecimenTest:
         return f"{self.experiment} of {self.specimen} ({self.file.name})"
 
 
-@dataclass(slots=True)
+@dataclass
 class Measurement:
     """The readings of a measurement.
 
@@ -108,7 +109,6 @@ class Measurement:
     readings: pd.DataFrame
     tests: Sequence[SpecimenTest]
     warnings: list[str] = field(default_factory=list)
-    _listed: pd.DataFrame | None = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Find how the control moved in each test."""
@@ -188,11 +188,10 @@ class Measurement:
         the column's unit, ``control`` the pressure (kPa) or displacement (mm) that it was read at.
         The table is made once; a caller that changes it takes a copy.
         """
-        if self._listed is None:  # a fit asks for it at each place that it tries
-            self._listed = self._list()
         return self._listed
 
-    def _list(self) -> pd.DataFrame:
+    @cached_property  # a fit asks for it at each place that it tries
+    def _listed(self) -> pd.DataFrame:
         wide = self.readings[self.columns].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
         told = self.readings.iloc[row].reset_index(drop=True)

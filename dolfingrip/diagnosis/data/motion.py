@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import comb, sqrt
 
 import numpy as np
+from scipy.ndimage import label
 
 from dolfingrip.diagnosis.policy import DATA, ROUTES
 
@@ -149,12 +150,9 @@ def _resting(value: np.ndarray, time_s: np.ndarray, change: float, within: float
         off = np.abs(value - np.median(value[group]))
         near = off <= 1.001 * max(within, float(np.median(off[group])))
         inside = np.flatnonzero(near[group]) + group.start
-        first, last = int(inside[0]), int(inside[-1]) + 1
-        while first > 0 and near[first - 1]:
-            first -= 1
-        while last < len(value) and near[last]:
-            last += 1
-        rests[first:last] = True
+        rests[inside[0] : inside[-1] + 1] = True
+        run, _ = label(near)
+        rests |= np.isin(run, run[inside[[0, -1]]])
     # what a ramp leads to is its last row
     starts = np.flatnonzero(rests[1:] & (~rests[:-1] | (np.abs(np.diff(value)) > change))) + 1
     rests[starts] = False

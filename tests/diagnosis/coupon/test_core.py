@@ -250,7 +250,7 @@ def test_an_emulator_tells_its_error() -> None:
         return np.exp(0.4 * zeta[:, :1]) * np.sin(X * (1 + 0.2 * zeta[:, 1:]))
 
     at = places(box, 256)
-    found = trained(at, changed(at), np.full(len(X), 0.01))
+    found = trained(at, changed(at), np.full(len(X), 0.01), box)
     fresh = np.random.default_rng(SEED).standard_normal((200, 2)).clip(*box.T)
     off = (found.at(fresh) @ found.columns.T - changed(fresh)) / 0.01
     assert np.sqrt((off**2).mean()) < 0.1
