@@ -103,14 +103,6 @@ class LabSetup:
     chord: tuple[Any, Any] = CENTRES
     told: frozenset[str] = frozenset()
 
-    def applied(self, config: Config) -> Config:
-        """``config`` with this set-up.
-
-        Raises:
-            ConfigError: one line naming the key, its value and the allowed range.
-        """
-        return config.changed(**self.sections) if self.sections else config
-
 
 class SetupFile:
     """The TOML file of a CSV.

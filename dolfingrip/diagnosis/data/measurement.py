@@ -78,7 +78,8 @@ class SpecimenTest:
         Raises:
             ConfigError: one line naming the key, its value and the allowed range.
         """
-        return self.setup.applied(config)
+        sections = self.setup.sections
+        return config.changed(**sections) if sections else config
 
     def configured_rate(self, config: Config) -> float:
         """Rate of its ramps where nobody told one, in the unit of the control per second."""
@@ -283,7 +284,7 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
                 len(tests), file, str(experiment), str(specimen), setup, _supplies(own)
             )
             try:
-                setup.applied(base)
+                test.applied(base)
             except ConfigError as error:
                 raise ConfigError(f"{setup_file.file}: {error}") from None
             _check_markers(test, own, base)
