@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
@@ -16,7 +16,7 @@ from dolfingrip.diagnosis.additions.worth import told_by_shape
 from dolfingrip.diagnosis.answer.errors import Errors, Simulation, smooth_curves
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
-from dolfingrip.diagnosis.core.unknown import Cause, Nuisance
+from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulated import scaled_moduli
@@ -89,6 +89,12 @@ class Analysis[S: Simulation](ABC):
     def factor(self, fit: MapFit) -> float:
         """Return the factor of all moduli, by those configured."""
         return float(self.problem.factor(fit.zeta[0]))
+
+    def numbers(self, fit: MapFit) -> Iterator[tuple[Cause, Unknown, int]]:
+        """Iterate over the numbers of a fit's causes: cause, number, and which of ζ it is."""
+        for name, places in self.problem.places(fit.subset).items():
+            for number, place in zip(self.causes[name].numbers, places, strict=True):
+                yield self.causes[name], number, int(place)
 
     def overrides(self, fit: MapFit) -> Change:
         """Return the change of the configuration to the numbers that every simulation is of."""

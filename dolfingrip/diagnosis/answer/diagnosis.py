@@ -136,15 +136,13 @@ class Diagnosis:
         ]  # fmt: skip
 
     def _numbers(self, fit: MapFit) -> list[FittedNumber]:
-        told, problem = self.analysis, self.analysis.problem
         draws, weights = fit.draws or _by_hessian(fit)
         every = np.vstack([fit.zeta, draws])
-        c = problem.factor(every[:, 0])
+        c = self.analysis.problem.factor(every[:, 0])
         values = list(self.nuisance_values(c, every).items())
-        for name, places in problem.places(fit.subset).items():
-            for number, place in zip(told.causes[name].numbers, places, strict=True):
-                scale = c if number.modulus else 1.0
-                values.append((number.key, number.at(every[:, place]) * scale))
+        for _, number, place in self.analysis.numbers(fit):
+            scale = c if number.modulus else 1.0
+            values.append((number.key, number.at(every[:, place]) * scale))
         return [_estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
     def member(self, name: str) -> MapFit:

@@ -91,16 +91,13 @@ def alternatives(analysis: Analysis, posterior: ModelPosterior) -> list[Alternat
         posterior: of all hypotheses.
     """
     problem, evidence = posterior.problem, _evidence(posterior)
+    fits = {(each.subset, each.level): each for each in posterior.fits}
     found = []
     for subset, log in evidence.items():
         factor = float(np.exp(log - evidence[NONE]))
         if len(subset) != 1 or problem.causes(subset) != subset or factor < np.exp(-ADDITIONS.tied):
             continue
-        fit = max(
-            (each for each in posterior.fits if each.subset == subset and not each.level),
-            key=lambda each: each.log_evidence,
-        )
-        own = problem.nuisance_count
+        fit, own = fits[subset, 0.0], problem.nuisance_count
         seen = Visibility(problem, fit.zeta[:own])
         change = problem.predicted(subset, fit.zeta) - problem.predicted(NONE, seen.at)
         more = _room(analysis, fit, change)

@@ -134,15 +134,8 @@ def _checked(
 def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival:
     """A hypothesis at the readings of a check, by how far its numbers are from doing nothing."""
     problem, zeta = analysis.problem, fit.zeta
-    numbers = [
-        (number, place, float(number.at(0.0))) for place, number in enumerate(problem.always)
-    ]
-    for name, places in problem.places(fit.subset).items():
-        cause = analysis.causes[name]
-        numbers += [
-            (number, int(place), cause.neutral(number))
-            for number, place in zip(cause.numbers, places, strict=True)
-        ]
+    numbers = [(each, place, float(each.at(0.0))) for place, each in enumerate(problem.always)]
+    numbers += [(each, place, cause.neutral(each)) for cause, each, place in analysis.numbers(fit)]
     readings = np.zeros(len(check.std))
     slopes = np.zeros((len(check.std), len(zeta)))
     for number, place, start in numbers:

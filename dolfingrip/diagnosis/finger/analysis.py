@@ -56,9 +56,8 @@ class FingerAnalysis(Analysis[FingerSimulation]):
         mesh = {} if addition is None or addition.known_mesh else simulation.flat
         numbers = [
             (number, place)
-            for name, places in problem.places(fit.subset).items()
-            for number, place in zip(self.causes[name].numbers, places, strict=True)
-            if rig or name not in IMPLAUSIBLE
+            for cause, number, place in self.numbers(fit)
+            if rig or cause.name not in IMPLAUSIBLE
         ]
         overrides = {
             key: value
