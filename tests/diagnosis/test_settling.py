@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.worth import BASE_OFFSET, WALL_OFFSET, checks
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import Along, kernel
 from dolfingrip.diagnosis.answer.hiding import alternatives, hidden_effects, in_words
 from dolfingrip.diagnosis.answer.settling import settled_by
@@ -56,6 +58,7 @@ def diagnosed(value: np.ndarray) -> Any:
         applied=config, measurement=None,
         configured_number=lambda each: (each.name, each.std),
     )  # fmt: skip
+    analysis.numbers = partial(Analysis.numbers, analysis)
     print("seed", SEED)
     posterior = search(problem, np.random.default_rng(SEED))
     decision = sensitivity(posterior)[0]
