@@ -64,14 +64,15 @@ def readings(out: Path, experiment: str = "bending", specimen: str = FIRST) -> P
     return file
 
 
-def main(out: Path, blocked: str = "") -> DiagnosisFile:
+def main(out: Path, blocked: str = "", *, quick: bool = False) -> DiagnosisFile:
     """Diagnose and read ``diagnosis.json``; with its force where a blocked actuator is named."""
     files = [readings(out, specimen=blocked or FIRST)]
     if blocked:
         files.append(readings(out, "blocked_force", blocked))
     model = config.load(ACTUATORS / "coupon_alone.toml", COARSE | (CLOSED if blocked else {}))
     tried = (*TRIED, *TOUCHES) if blocked else TRIED
-    found = diagnose(files, model, out, DiagnosisSettings(effects=tried, say=print))
+    settings = DiagnosisSettings(effects=tried, quick=quick, say=print)
+    found = diagnose(files, model, out, settings)
     write(found, files, out)
     return DiagnosisFile.read(out)
 
@@ -79,7 +80,9 @@ def main(out: Path, blocked: str = "") -> DiagnosisFile:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--blocked", default="", choices=("c5-w7", "c7-w7"))
+    parser.add_argument("--quick", action="store_true", help="stop after the screen")
     asked = parser.parse_args()
-    brief = main(Path("out/diagnose_actuator") / asked.blocked, asked.blocked).brief
+    out = Path("out/diagnose_actuator") / asked.blocked
+    brief = main(out, asked.blocked, quick=asked.quick).brief
     for line, heading in HEADINGS.items():
         print(f"{heading}: {getattr(brief, line)}")
