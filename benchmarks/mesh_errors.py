@@ -49,8 +49,13 @@ _ROUND: Final = (
     "solver.max_step_kPa=10"
 )
 PART: Final = Path("examples/half_round_finger.step")
-SIZES_MM: Final = {"half_round_6.msh": 6.0, "half_round_3.msh": 3.0, "half_round_2.msh": 2.0}
-"""Meshes of that part, which are made where a finger names them."""
+MESHES: Final = {
+    "half_round_6.msh": MeshRequest(size_mm=6.0, order=1),
+    "half_round_2.msh": MeshRequest(size_mm=2.0, order=2),
+    "half_round_1.5.msh": MeshRequest(size_mm=1.5, order=2),
+    "half_round_1.msh": MeshRequest(size_mm=1.0, order=2),
+}
+"""Meshes of that part, which are made where a finger names them. Those of the limit are curved."""
 _ADOPTED: Final = (
     "finger.kind=adopted adopted.length_mm=70 adopted.width_mm=20 adopted.depth_mm=13 "
     "adopted.wall_mm=2.48 solver.element=P2 material.mu_MPa=0.24 contact.self_contact=false "
@@ -76,7 +81,11 @@ class Series:
     meshes: tuple[tuple[str, float], ...]
 
 
-_OF_PART: Final = (("mesh.file=half_round_3.msh", 3.0), ("mesh.file=half_round_2.msh", 2.0))
+_OF_PART: Final = (
+    ("mesh.file=half_round_2.msh", 2.0),
+    ("mesh.file=half_round_1.5.msh", 1.5),
+    ("mesh.file=half_round_1.msh", 1.0),
+)
 BISECTED: Final = "mesh.refine=2"
 """What the check of a mesh runs again, too."""
 REFINED: Final = (("", 1.0), (BISECTED, 0.5))
@@ -190,7 +199,7 @@ class Runs:
         if (name := settings.get("mesh.file")) is None:
             return settings
         if not (file := self._folder / name).exists():
-            part = adopt(PART, Asked(), MeshRequest(size_mm=SIZES_MM[name], order=1))
+            part = adopt(PART, Asked(), MESHES[name])
             files.write(file, part.mesh)
         return settings | {"mesh.file": str(file)}
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from dolfingrip.meshes.cells import TETRAHEDRON, CellShape, Floats, Ints
-from dolfingrip.meshes.solid import ON_PLANE, MeshError, SolidMesh, faces, match
-from dolfingrip.sections.geometry.boxes import Cylinder
+from dolfingrip.meshes.rounding import CurvedFaces
+from dolfingrip.meshes.solid import MeshError, SolidMesh, faces, match
 
 PARTS: Final = 8
 """Parts of a cell."""
@@ -60,13 +59,12 @@ def corner_weights(shape: CellShape, places: Floats) -> Floats:
     return np.prod(np.where(at_one, places[:, None], 1 - places[:, None]), axis=2)
 
 
-def divided(mesh: SolidMesh, refine: int, round_faces: Sequence[Cylinder] = ()) -> SolidMesh:
+def divided(mesh: SolidMesh, refine: int) -> SolidMesh:
     """Bisect every cell until it is divided so often along each axis.
 
     Args:
         mesh: of first order (mm).
         refine: how often; a power of 2.
-        round_faces: as those of :func:`bisected`.
 
     Returns:
         The mesh of the parts; ``mesh`` itself where ``refine`` is 1.
@@ -80,17 +78,15 @@ def divided(mesh: SolidMesh, refine: int, round_faces: Sequence[Cylinder] = ()) 
             "as each is bisected"
         )
     for _ in range(refine.bit_length() - 1):
-        mesh = bisected(mesh, round_faces)
+        mesh = bisected(mesh)
     return mesh
 
 
-def bisected(mesh: SolidMesh, round_faces: Sequence[Cylinder] = ()) -> SolidMesh:
-    """Bisect every cell.
+def bisected(mesh: SolidMesh) -> SolidMesh:
+    """Bisect every cell; new points of curved faces are moved onto them.
 
     Args:
         mesh: of first order (mm).
-        round_faces: cylinders along z that faces of the solid lie on; new points of such a face
-            are moved onto its cylinder.
 
     Returns:
         The mesh of the parts, with its groups and regions: part ``i`` of cell ``c`` is row
@@ -104,7 +100,7 @@ def bisected(mesh: SolidMesh, round_faces: Sequence[Cylinder] = ()) -> SolidMesh
         raise MeshError(f"mesh: {shape.plural} of order {mesh.order}; allowed: order 1")
     at = corners_of_parts(shape)
     lattice, which = np.unique(at.reshape(-1, 3), axis=0, return_inverse=True)
-    numbers, points, ends = _numbered(mesh, corner_weights(shape, lattice) > 0)
+    numbers, points = _numbered(mesh, corner_weights(shape, lattice) > 0)
     cells = numbers[:, which.reshape(at.shape[:2])].reshape(-1, shape.corners)
     every, beyond = faces(cells), _faces_of_parts(shape, at)
     facets: dict[str, Ints] = {}
@@ -120,21 +116,18 @@ def bisected(mesh: SolidMesh, round_faces: Sequence[Cylinder] = ()) -> SolidMesh
         name: np.asarray(PARTS * rows[:, None] + np.arange(PARTS), dtype=np.int64).ravel()
         for name, rows in mesh.regions.items()
     }
-    for cylinder in round_faces:
-        _put_on(cylinder, mesh, ends, points)
     return SolidMesh(points, cells, facets, regions)
 
 
-def _numbered(mesh: SolidMesh, corners: np.ndarray) -> tuple[Ints, Floats, Ints]:
+def _numbered(mesh: SolidMesh, corners: np.ndarray) -> tuple[Ints, Floats]:
     """Numbers (cells, n) of each cell's points, and all points, which are middles of ``corners``.
 
     Cells share a point if it is the middle of the same corners. Points of separate bodies that only
-    touch stay apart. The third array has both ends of each edge, (e, 2), in the order of the edges'
-    middles, which are the first of the new points.
+    touch stay apart.
     """
     numbers = np.empty((len(mesh.cells), len(corners)), dtype=np.int64)
     points, count = [mesh.points], len(mesh.points)
-    edges: Ints = np.empty((0, 2), dtype=np.int64)
+    curved = CurvedFaces(mesh)
     for many in np.unique(corners.sum(axis=1)):
         mine = np.flatnonzero(corners.sum(axis=1) == many)
         ends = np.stack([mesh.cells[:, corners[i]] for i in mine], axis=1)
@@ -145,27 +138,9 @@ def _numbered(mesh: SolidMesh, corners: np.ndarray) -> tuple[Ints, Floats, Ints]
             np.sort(ends, axis=2).reshape(-1, many), axis=0, return_inverse=True
         )
         numbers[:, mine] = count + inverse.reshape(len(numbers), -1)
-        points.append(mesh.points[keys].mean(axis=1))
+        points.append(mesh.points[keys].mean(axis=1) + curved.off(keys))
         count += len(keys)
-        edges = keys if many == 2 else edges
-    return numbers, np.concatenate(points), edges
-
-
-def _put_on(cylinder: Cylinder, mesh: SolidMesh, ends: Ints, points: Floats) -> None:
-    """Move the middles of the edges of a cylinder's faces onto it."""
-    axis = np.array([cylinder.axis_mm, 0.0])
-    radius = np.linalg.norm(mesh.points[:, :2] - axis, axis=1)
-    z, near = mesh.points[:, 2], ON_PLANE * cylinder.radius_mm
-    low, high = cylinder.along_mm
-    on = (np.abs(radius - cylinder.radius_mm) < near) & (z > low - near) & (z < high + near)
-    facets = np.concatenate(list(mesh.facets.values()))
-    # facets of the cylinder's ends are flat
-    facets = facets[on[facets].all(axis=1) & (np.ptp(z[facets], axis=1) > near)]
-    edges = np.sort(np.stack([facets, np.roll(facets, 1, axis=1)], axis=2), axis=2).reshape(-1, 2)
-    count = len(points)
-    mine = len(mesh.points) + np.flatnonzero(np.isin(ends @ [count, 1], edges @ [count, 1]))
-    off = points[mine, :2] - axis
-    points[mine, :2] = axis + off * (cylinder.radius_mm / np.linalg.norm(off, axis=1))[:, None]
+    return numbers, np.concatenate(points)
 
 
 def _faces_of_parts(shape: CellShape, at: Floats) -> list[list[tuple[int, int]]]:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from dolfingrip.config import Mesh
 from dolfingrip.meshes.bisection import PARTS, bisected, divided
@@ -27,13 +31,10 @@ def _area(mesh: SolidMesh, name: str) -> float:
     return float(np.linalg.norm(np.cross(*across), axis=1).sum() / 2)
 
 
-@pytest.mark.parametrize("kind", ["hexahedra", "tetrahedra"])
-def test_volume_and_groups_stay(kind: str) -> None:
+@pytest.mark.parametrize("make", [structured_mesh, finger_mesh])
+def test_volume_and_groups_stay(make: Callable[[Cast, Mesh], SolidMesh]) -> None:
     """The parts lie where their numbers say: part i of cell c is row 8 c + i."""
-    if kind == "hexahedra":
-        mesh = structured_mesh(Cast(), COARSE)
-    else:
-        mesh = finger_mesh(RoundBellows(convolutions=1), Mesh(size_mm=12))
+    mesh = make(Cast(), COARSE)
     parts = bisected(mesh)
     assert len(parts.cells) == PARTS * len(mesh.cells)
     assert (jacobians(parts) > 0).all()
@@ -47,25 +48,29 @@ def test_volume_and_groups_stay(kind: str) -> None:
         assert set(parts.regions[name] // PARTS) == set(rows)
 
 
-def test_round_faces_come_nearer_to_the_circle() -> None:
-    """A regular polygon of twice as many sides in a circle: its middles lie on the circle."""
+def test_new_points_lie_on_round_faces_that_facets_tell() -> None:
+    """Wherever the part lies: a twentieth of the chords' distance from their circle is left."""
     geometry = RoundBellows(convolutions=1, wall_mm=2.0)
-    mesh, solid = finger_mesh(geometry, Mesh(size_mm=8)), geometry.solid()
+    mesh, solid = finger_mesh(geometry, Mesh(size_mm=6)), geometry.solid()
     assert isinstance(solid, CylinderSolid)
     crown = solid.cylinders[1]
-    assert crown.radius_mm == geometry.crown_radius_mm
-    radii = []
-    for round_faces in ((), (crown,)):
-        parts = bisected(mesh, round_faces)
-        skin = np.unique(parts.facets["skin"])
-        new = parts.points[skin[skin >= len(mesh.points)]]
-        off = np.linalg.norm(new[:, :2] - [crown.axis_mm, 0.0], axis=1)
+    turn = Rotation.from_euler("xyz", [0.3, -0.7, 1.1])
+    parts = bisected(replace(mesh, points=turn.apply(mesh.points) + 5.0))
+    points = turn.inv().apply(parts.points - 5.0)
+    assert (jacobians(parts) > 0).all()
+    edges = second_order(mesh)  # their middles are chords'
+    middles = edges.points[np.unique(edges.facets["skin"])]
+    left = []
+    for skin in (middles, points[np.unique(parts.facets["skin"])]):
+        inward = crown.radius_mm - np.linalg.norm(skin[:, :2] - [crown.axis_mm, 0.0], axis=1)
         low, high = crown.along_mm
         # on the side of the crown, which is no other body's
-        side = (new[:, 2] > low + 1e-6) & (new[:, 2] < high - 1e-6) & (off > 0.8 * crown.radius_mm)
-        radii.append(off[side & (np.abs(off - crown.radius_mm) < 2.0)])
-    assert radii[0].min() < crown.radius_mm - 0.05
-    assert radii[1] == pytest.approx(crown.radius_mm, abs=1e-9)
+        side = (skin[:, 2] > low + 1e-6) & (skin[:, 2] < high - 1e-6) & (np.abs(inward) < 1.0)
+        left.append(np.abs(inward[side]).max())
+    assert left[0] > 0.07
+    assert left[1] < 0.05 * left[0]
+    assert points[:, 1].min() == pytest.approx(0.0, abs=1e-9)  # the plane of symmetry
+    assert np.ptp(points[:, 2]) == pytest.approx(np.ptp(mesh.points[:, 2]), abs=1e-9)
 
 
 def test_curved_cells_are_refused() -> None:

@@ -34,7 +34,6 @@ from dolfingrip.meshes.solid import (
 )
 from dolfingrip.meshes.solid import side_by_side as copied
 from dolfingrip.meshes.structured import structured_mesh
-from dolfingrip.sections.geometry.boxes import Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 
 REST = "rest"
@@ -165,8 +164,7 @@ def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:
     else:
         from dolfingrip.meshes.generate import finger_mesh
 
-        found = finger_mesh(geometry, config.mesh)
-        mesh = divided(found, config.mesh.refine, _round_faces(geometry))
+        mesh = divided(finger_mesh(geometry, config.mesh), config.mesh.refine)
     if made_for is None:
         return mesh
     return replace(mesh, points=dimensions.moved(mesh.points, made_for, config.geometry))
@@ -219,14 +217,6 @@ def solid(config: Config, made_for: Geometry | None = None) -> SolidMesh:
     mesh = morphed(mesh, morph(config))
     log.info(check(mesh).summary())
     return mesh
-
-
-def _round_faces(geometry: Geometry) -> list[Cylinder]:
-    """Cylinders that tetrahedra have only chords of."""
-    solid = geometry.solid()
-    if not isinstance(solid, CylinderSolid):
-        return []
-    return [*solid.cylinders, *(each for hollow in solid.cavities for each in hollow)]
 
 
 class Made(NamedTuple):
