@@ -434,9 +434,9 @@ class ImportSettings:
     """Turn a table as laboratories have it into the two files of the format of measured data.
 
     It reads CSV, TSV, text and XLSX of any separator, decimal sign and encoding, and knows columns
-    by name and unit in English, German, French, Spanish, Italian, Portuguese, Dutch, Chinese and
-    Japanese. It shows what it took for what. Where two readings are possible it asks, or without a
-    terminal refuses with the line to add.
+    by name and unit in English, German, French, Spanish, Italian, Portuguese, Dutch, Polish,
+    Russian, Chinese, Japanese and Korean. It shows what it took for what. Where two readings are
+    possible it asks, or without a terminal refuses with the line to add.
     """
 
     table: Path = argument(MISSING, "CSV, TSV, text or .xlsx.", "TABLE")
@@ -468,7 +468,7 @@ class ImportSettings:
     )
     encoding: str | None = option(None, "e.g. cp1252, gb18030, cp932.")
     decimal: Literal[".", ","] | None = option(None, "Decimal sign.")
-    sheet: str | None = option(None, "Of an .xlsx file.")
+    sheet: str | None = option(None, "Of an .xlsx file; or the line above one of several tables.")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from typing import Final
 import pandas as pd
 
 from dolfingrip.config import ConfigError
-from dolfingrip.importing.told import Question, Told, line
+from dolfingrip.importing.told import ORDERS, Question, Told, line
 
 Row = tuple[int, list[str]]
 """Number of a line or row in the file, and its cells."""
@@ -22,19 +22,26 @@ Row = tuple[int, list[str]]
 SEPARATORS: Final = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": "spaces"}
 """Separators in the order in which they are tried, with their names."""
 
-ENCODINGS: Final = ("cp1252", "cp932", "gb18030", "big5", "euc_jp", "mac_roman")
-"""Encodings of files that are not in Unicode: Western Europe, Japan, China."""
-
-MISSING: Final = frozenset(
-    {"", "-", "--", "–", "na", "n/a", "nan", "null", "none", "#n/a", "#div/0!"}
+ENCODINGS: Final = (
+    *("cp1252", "cp1250", "cp1251", "cp932", "gb18030", "cp949", "big5", "euc_jp", "mac_roman"),
 )
-"""Cells, in small letters, that have no value."""
+"""Encodings of files that are not in Unicode: Europe, Japan, China, Korea."""
+
+_MISSING: Final = re.compile(
+    r"|[-–—−]+|n\.?/?a\.?n?|null|none|ol|over(load|flow)|err(or)?|#n/?[av]|#[^\W\d]+(/0)?[!?]",
+    re.IGNORECASE,
+)
+"""Cells that have no value: those of instruments out of their range and of sheets' errors, too."""
+_RULE: Final = re.compile(r"[\s|+:=\-_]*[-=_]{2}[\s|+:=\-_]*")
+_END_OF_HEADER: Final = re.compile(r"\W*end[ _]of[ _]header\W*", re.IGNORECASE)
 
 COMMENT: Final = re.compile(r"\s*(#|%|//)+\s*")
 _GROUPS: Final = " '’\u00a0\u202f\u2009"
-_NUMBER: Final = re.compile(rf"[+\-−]?[\d{_GROUPS}.,]*\d[.,]?([eE][+\-−]?\d+)?")
+_DATE: Final = r"\d{1,4}(?P<sign>[-./])\d{1,2}(?P=sign)\d{1,4}"
+_NUMBER: Final = re.compile(rf"[+\-−]?[\d{_GROUPS}.,]*\d[.,]?(?:[eE][+\-−]?\d+)?")
+_WITH_UNIT: Final = re.compile(rf"({_NUMBER.pattern}) ?([^\W\d][^\s;]*|[%°‰])")
 _CLOCK: Final = re.compile(
-    r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4}(?:[ T]|, ?))?"
+    rf"(?P<date>{_DATE}(?:[ T]|, ?))?"
     r"(?P<time>\d+:\d\d:\d\d(?:[.,]\d+)?|\d+:\d\d[.,]\d+|\d+:\d\d(?= ?[ap]\.?m))"
     r"(?P<half> ?[ap]\.?m\.?)?",
     re.IGNORECASE,
@@ -71,27 +78,60 @@ def is_clock(cell: str) -> bool:
     return bool(_CLOCK.fullmatch(cell.strip()))
 
 
-def seconds(texts: Sequence[str]) -> list[float] | None:
+def seconds(texts: Sequence[str], order: str = "") -> list[float] | None:
     """Times of day, or dates with one, in seconds; a day is over where they fall by half of it.
 
     Args:
         texts: cells of a column; empty ones are NaN.
+        order: of day, month and year, as in ``dmy``, where the dates may have two.
 
     Returns:
-        The times; None where a cell is none, or where the order of day and month is not certain.
+        The times; None where a cell is none.
+
+    Raises:
+        AmbiguousDate: the dates may have two orders.
     """
-    found = [_CLOCK.fullmatch(text.strip()) for text in texts if text.strip()]
+    found = [_CLOCK.fullmatch(text.strip()) for text in texts if not missing(text)]
     told = [each for each in found if each]
     dates = [each["date"] for each in told]
-    iso = all(date and re.fullmatch(r"\d{4}-\d\d-\d\d[ T]", date) for date in dates)
-    if len(told) < len(found) or not told or (not iso and len(set(dates)) > 1):
+    if len(told) < len(found) or not told or (any(dates) and not all(dates)):
         return None
-    clock = [_of_day(each) + (_days(each["date"]) if iso else 0.0) for each in told]
-    for i in range(1, len(clock) if not iso else 0):
-        while clock[i] < clock[i - 1] - _DAY_S / 2:
-            clock[i] += _DAY_S
+    clock = [_of_day(each) for each in told]
+    if any(dates):
+        days = _days(dates, order)
+        clock = [time + day for time, day in zip(clock, days, strict=True)]
+    else:
+        for i in range(1, len(clock)):
+            while clock[i] < clock[i - 1] - _DAY_S / 2:
+                clock[i] += _DAY_S
     times = iter(clock)
-    return [next(times) if text.strip() else float("nan") for text in texts]
+    return [float("nan") if missing(text) else next(times) for text in texts]
+
+
+class AmbiguousDate(Exception):
+    """Dates have two orders of day and month."""
+
+
+def _days(dates: Sequence[str], order: str) -> list[float]:
+    """Seconds to the beginning of each day, from that of the first.
+
+    Raises:
+        AmbiguousDate: the dates may have two orders.
+    """
+    parts = [re.split(r"[-./]", date.strip(" T,")) for date in dates]
+    orders = ["ymd"] if len(parts[0][0]) == 4 else ["dmy"] if "." in dates[0] else [*ORDERS]
+    found = []
+    for each in [order] if order in orders else orders:
+        try:
+            days = [
+                datetime.date(*(int(p[each.index(k)]) for k in "ymd")).toordinal() for p in parts
+            ]
+        except ValueError:  # a month 13
+            continue
+        found.append([(day - days[0]) * _DAY_S for day in days])
+    if len({tuple(each) for each in found}) != 1:
+        raise AmbiguousDate(dates[0].strip())
+    return found[0]
 
 
 def _of_day(told: re.Match[str]) -> float:
@@ -102,16 +142,28 @@ def _of_day(told: re.Match[str]) -> float:
     return float(sum(each * 60.0**i for i, each in enumerate(reversed(parts))))
 
 
-def _days(date: str) -> float:
-    """Seconds to the beginning of a day, from that of another."""
-    return datetime.date.fromisoformat(date[:10]).toordinal() * _DAY_S
-
-
 def pairs(texts: Sequence[str]) -> list[float] | None:
     """Hours and minutes as hours, minutes and seconds as minutes; None where a cell is no such."""
     found = [_PAIR.fullmatch(text.strip()) for text in texts]
     told = [float(each[1]) + float(each[2]) / 60.0 for each in found if each]
     return told if len(told) == len(found) else None
+
+
+def missing(cell: str) -> bool:
+    """Say if a cell has no value."""
+    return bool(_MISSING.fullmatch(cell.strip()))
+
+
+def _measure(cell: str) -> tuple[str, str]:
+    """Number and unit of a cell that has both; else the cell and nothing."""
+    from dolfingrip.importing.header import is_unit
+
+    found = _WITH_UNIT.fullmatch(cell.strip())
+    return (found[1].strip(), found[2]) if found and is_unit(found[2]) else (cell, "")
+
+
+def _is_number(cell: str) -> bool:
+    return bool(_NUMBER.fullmatch(cell.strip())) or is_clock(cell) or bool(_measure(cell)[1])
 
 
 def number(cell: str, decimal: str) -> float:
@@ -125,7 +177,7 @@ def number(cell: str, decimal: str) -> float:
         ValueError: the cell is no number.
     """
     text = cell.strip()
-    if text.casefold() in MISSING:
+    if missing(text):
         return float("nan")
     if not _NUMBER.fullmatch(text):
         raise ValueError(text)
@@ -155,10 +207,10 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         raise ConfigError(f"{file}: {error.strerror}") from None
     found = False
     if data.startswith(b"PK\x03\x04"):
-        for name, rows in _sheets(file, told).items():
-            if (cells := _table(rows, "", f"sheet {name}")) is not None:
-                found = True
-                yield cells
+        name, rows = _chosen(_sheets(file), told)
+        if (cells := _table(rows, "", f"sheet {name}")) is not None:
+            found = True
+            yield cells
     else:
         for encoding, text in _texts(data, told.encoding):
             if (cells := _of_text(text, encoding, told)) is not None:
@@ -172,24 +224,74 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         )
 
 
-def _sheets(file: Path, told: Told) -> dict[str, list[Row]]:
+def _sheets(file: Path) -> dict[str, list[Row]]:
+    """Tables of a workbook, by the name of their sheet."""
     sheets = pd.read_excel(file, sheet_name=None, header=None, dtype=object, engine="openpyxl")
-    found = {
-        str(name): [
-            (i + 1, [_text(cell) for cell in row]) for i, row in enumerate(sheet.to_numpy())
-        ]
-        for name, sheet in sheets.items()
-    }
-    if told.sheet is not None:
-        if told.sheet not in found:
-            raise ConfigError(f"--sheet {told.sheet}: allowed: {', '.join(found)}")
-        return {told.sheet: found[told.sheet]}
-    tables = [name for name, rows in found.items() if _table(rows, "", "")]
-    if len(tables) > 1:
-        raise Question(
-            f"{len(tables)} sheets have tables: which?", [line("sheet", name) for name in tables]
-        )
-    return {name: found[name] for name in tables}
+    found: dict[str, list[Row]] = {}
+    for name, sheet in sheets.items():
+        rows = [(i + 1, [_text(cell) for cell in row]) for i, row in enumerate(sheet.to_numpy())]
+        found |= {f"{name} {more}".strip(): part for more, part in _tables(rows).items()}
+    return found
+
+
+def _chosen(tables: dict[str, list[Row]], told: Told) -> tuple[str, list[Row]]:
+    """The one table, or that which is told, and its name.
+
+    Raises:
+        Question: there are several.
+        ConfigError: what is told is none of them.
+    """
+    if told.sheet is not None and told.sheet not in tables:
+        raise ConfigError(f"--sheet {told.sheet}: allowed: {', '.join(tables)}")
+    if told.sheet is None and len(tables) > 1:
+        lines = [line("sheet", name) for name in tables]
+        raise Question(f"{len(tables)} tables: which?", lines)
+    return next(((n, rows) for n, rows in tables.items() if told.sheet in (None, n)), ("", []))
+
+
+def _tables(rows: list[Row]) -> dict[str, list[Row]]:
+    """Tables below one another, by the line that stands above each; "" where there is one.
+
+    A header that is repeated where the first column goes on is left out.
+    """
+    parts: list[list[Row]] = [[]]
+    between: list[Row] = []
+    last: list[str] | None = None
+    for row in rows:
+        if not _is_data(row[1]):
+            between.append(row)
+            continue
+        names = [cells for _, cells in between if _is_header(cells)]
+        if last is not None and names:
+            above = [cells for _, cells in parts[-1]]
+            if all(each in above for _, each in between if any(each)) and _goes_on(last, row[1]):
+                between = []
+            else:
+                parts.append([])
+        parts[-1] += [*between, row]
+        between, last = [], row[1]
+    parts[-1] += between
+    found = [part for part in parts if _table(part, "", "")]
+    if len(found) < 2:
+        return {"": found[0]} if found else {}
+    titles = [" ".join(filter(None, part[0][1])) for part in found]
+    clear = [title.isascii() and titles.count(title) == 1 for title in titles]
+    return {titles[i] if clear[i] else f"table {i + 1}": part for i, part in enumerate(found)}
+
+
+def _is_header(cells: list[str]) -> bool:
+    """Say if a row may be names of columns: it has two at least, and no number."""
+    filled = [cell for cell in cells if not missing(cell)]
+    return len(filled) > 1 and not any(map(_is_number, filled)) and not cells[0].startswith("#")
+
+
+def _goes_on(before: list[str], row: list[str]) -> bool:
+    """Say if the first number of a row is above that of a row before."""
+    first, second = (re.sub(r"[^\d.]", "", each[0].replace(",", ".")) for each in (before, row))
+    try:
+        return float(second) > float(first)
+    except ValueError:
+        return False
 
 
 def _text(cell: object) -> str:
@@ -197,7 +299,7 @@ def _text(cell: object) -> str:
     if cell is None or cell != cell:
         return ""
     if isinstance(cell, datetime.datetime):
-        return cell.isoformat(" ")
+        return cell.isoformat(" ").removesuffix(" 00:00:00")
     return str(cell)
 
 
@@ -233,7 +335,15 @@ def _ranked(data: bytes) -> list[str]:
 
 def _of_text(text: str, encoding: str, told: Told) -> Cells | None:
     """The table in a text; its separator is the one by which most rows are numbers."""
-    lines = [(i + 1, each) for i, each in enumerate(text.splitlines()) if each.strip()]
+    lines = [
+        (i + 1, each) for i, each in enumerate(text.splitlines())
+        if each.strip() and not _RULE.fullmatch(each)
+    ]  # fmt: skip
+    ends = [i for i, (_, each) in enumerate(lines) if _END_OF_HEADER.fullmatch(each)]
+    if ends:  # numbers above are those of the instrument
+        lines = [
+            (i, f"#{each}") if n < ends[-1] else (i, each) for n, (i, each) in enumerate(lines)
+        ]
     if lines and lines[0][1].casefold().startswith("sep="):
         lines = lines[1:]
     best: tuple[int, list[Row], str] | None = None
@@ -245,8 +355,14 @@ def _of_text(text: str, encoding: str, told: Told) -> Cells | None:
     if best is None:
         return None
     _, rows, separator = best
-    cells = [c for _, row in _data(rows)[1] for c in row if _NUMBER.fullmatch(c.strip())]
-    decimal = told.decimal or _decimal(cells, separator)
+    cells = [
+        _measure(cell)[0].strip()
+        for _, row in _data(rows)[1] for cell in row if not re.fullmatch(_DATE, cell)
+    ]  # fmt: skip
+    decimal = told.decimal or _decimal(
+        [each for each in cells if _NUMBER.fullmatch(each)], separator
+    )
+    _, rows = _chosen(_tables(rows), told)
     return _table(rows, decimal, f"{encoding}, {SEPARATORS[separator]}")
 
 
@@ -262,9 +378,12 @@ def _split(text: str, separator: str) -> list[str]:
 
 def _is_data(cells: list[str]) -> bool:
     """Say if a row has two numbers at least, and no cell is several cells of another separator."""
-    filled = [cell for cell in cells if cell.casefold() not in MISSING]
-    numbers = sum(bool(_NUMBER.fullmatch(cell)) or is_clock(cell) for cell in filled)
-    torn = any(re.search(r"\d[;\t|]|[;\t|]\d|\d,\s*\d+[;\t| ]", cell) for cell in filled)
+    filled = [cell for cell in cells if not missing(cell)]
+    numbers = sum(map(_is_number, filled))
+    torn = any(
+        re.search(r"\d[;\t|]|[;\t|]\d|\d,\s*\d+[;\t| ]", cell) and not _is_number(cell)
+        for cell in filled
+    )
     return numbers >= 2 and not torn and not cells[0].startswith("#")
 
 
@@ -293,13 +412,17 @@ def _table(rows: list[Row], decimal: str, how: str) -> Cells | None:
                     f"line {i}: {len(cells)} entries; allowed: as many as above, {width}"
                 )
             kept.append((i, fitted))
+    summaries = _summaries(kept)
+    kept = [row for row in kept if row not in summaries]
     names = [
         (i, cells) for i, cells in above if cells is not None and sum(map(bool, cells)) > width // 2
     ]
     header, used = _header([cells for _, cells in names], width)
     last_name = {i for i, _ in names[len(names) - used :]} if used else set()
     over = [" ".join(cells) for i, cells in rows if i < first and i not in last_name]
-    over += [" ".join(cells) for cells in below]
+    over += [" ".join(cells) for cells in (*(cells for _, cells in summaries), *below)]
+    header, kept = _without_units(header, kept)
+    kept = _dated(kept)
     header = [f"{name} #{i + 1}" if header.count(name) > 1 and name else name
               for i, name in enumerate(header)]  # fmt: skip
     empty = [i for i in range(width) if not header[i] and all(not cells[i] for _, cells in kept)]
@@ -311,6 +434,64 @@ def _table(rows: list[Row], decimal: str, how: str) -> Cells | None:
         f"{how}, decimal {'comma' if decimal == ',' else 'point'}",
         [text for text in over if text.strip()],
     )
+
+
+def _summaries(rows: list[Row]) -> list[Row]:
+    """Rows that are called a mean or the like, and last rows with a word where numbers stand."""
+    from dolfingrip.importing.header import is_summary
+
+    found = [row for row in rows if any(map(is_summary, row[1]))]
+    numbers = [
+        2 * sum(_is_number(cells[i]) for n, cells in rows if (n, cells) not in found)
+        > len(rows) - len(found)
+        for i in range(len(rows[0][1]))
+    ]
+    if 2 * len(found) > len(rows):  # names of specimens
+        return []
+    for row in reversed(rows):
+        first = next(i for i, cell in enumerate(row[1]) if cell)
+        if row in found:
+            continue
+        if not numbers[first] or _is_number(row[1][first]) or missing(row[1][first]):
+            break
+        found.append(row)
+    return sorted(found)
+
+
+def _dated(rows: list[Row]) -> list[Row]:
+    """Rows with the dates of a column before the times of day of another, if there is one each."""
+    columns = range(len(rows[0][1]))
+    dates = [i for i in columns if all(re.fullmatch(_DATE, cells[i]) for _, cells in rows)]
+    clocks = [
+        i for i in columns
+        if all((found := _CLOCK.fullmatch(cells[i])) and not found["date"] for _, cells in rows)
+    ]  # fmt: skip
+    if len(dates) != 1 or len(clocks) != 1:
+        return rows
+    date, clock = dates[0], clocks[0]
+    return [
+        (n, [f"{cells[date]} {cell}" if i == clock else cell for i, cell in enumerate(cells)])
+        for n, cells in rows
+    ]
+
+
+def _without_units(header: list[str], rows: list[Row]) -> tuple[list[str], list[Row]]:
+    """Header and rows, with the unit that all cells of a column have in its name."""
+    from dolfingrip.importing.header import split
+
+    for i, name in enumerate(header):
+        told = [_measure(cells[i]) for _, cells in rows]
+        units = {
+            unit for (_, unit), (_, cells) in zip(told, rows, strict=True) if not missing(cells[i])
+        }
+        own = split(name)[1]
+        if len(units) == 1 and (unit := units.pop()) and own in ("", unit):
+            header = [*header[:i], name if own else f"{name} [{unit}]", *header[i + 1 :]]
+            rows = [
+                (n, [*cells[:i], value, *cells[i + 1 :]])
+                for (n, cells), (value, _) in zip(rows, told, strict=True)
+            ]
+    return header, rows
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:
@@ -327,17 +508,18 @@ def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
     """Names of columns from the rows above the data, and how many of these rows they are."""
     from dolfingrip.importing.header import is_unit
 
-    if not names:
-        return [""] * width, 0
-    *others, last = names
-    units = [is_unit(cell.strip("()[]（）［］ ")) for cell in last if cell]
-    if others and units and sum(units) > len(units) / 2:
-        joined = [
-            f"{name} [{unit.strip('()[]（）［］ ')}]" if unit else name
-            for name, unit in zip(others[-1], last, strict=True)
-        ]
-        return joined, 2
-    return last, 1
+    bare = [[cell.strip("()[]（）［］ ") for cell in row] for row in names]
+    told = [[is_unit(cell) and not re.search(r"\d[.,]", cell) for cell in row] for row in bare]
+    of_units = [2 * sum(row) > sum(map(bool, cells)) for row, cells in zip(told, bare, strict=True)]
+    at = next((i for i in reversed(range(len(names))) if not of_units[i]), None)
+    if at is None:
+        return [""] * width if not names else names[-1], min(len(names), 1)
+    units = next((bare[i] for i in reversed(range(len(names))) if of_units[i]), [""] * width)
+    joined = [
+        f"{name} [{unit}]" if name and is_unit(unit) else name
+        for name, unit in zip(names[at], units, strict=True)
+    ]
+    return joined, len(names) - at
 
 
 def _decimal(cells: list[str], separator: str) -> str:

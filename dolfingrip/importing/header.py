@@ -1,4 +1,4 @@
-"""Quantity and unit of a column, from its name in nine languages."""
+"""Quantity and unit of a column, from its name in twelve languages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data.table import IGNORED, MEASURED, near, of_any_number
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
-from dolfingrip.importing.told import sides
+from dolfingrip.importing.told import ORDERS, sides
 from dolfingrip.sections.units import unit as unit_at_end
 
 NO_UNIT: Final = "dimensionless"
@@ -28,6 +28,9 @@ UNNAMED: Final = "its name is not known"
 
 AIR_KPA: Final = 101.325
 """The standard atmosphere."""
+
+DATED: Final = {f"time_{order}": order for order in ORDERS}
+"""Columns of dates by their order of day, month and year."""
 
 IGNORE: Final = "ignore"
 """Name of no quantity: the column is passed over."""
@@ -189,6 +192,18 @@ def is_unit(text: str) -> bool:
     return bool(_units(text)) or text.casefold() in special
 
 
+def is_summary(text: str) -> bool:
+    """Say if a text is what the mean of the rows above, or the like, is called.
+
+    Args:
+        text: of a cell.
+
+    >>> is_summary("Mittelwert"), is_summary("Mean:"), is_summary("meander")
+    (True, True, False)
+    """
+    return plain(text).strip(" :.") in _words(_known()["summary"]["words"])
+
+
 def factor(unit: str, target: str) -> list[float]:
     """Factors by which numbers in a unit become those of a column; several where case decides.
 
@@ -227,7 +242,9 @@ def split(header: str) -> tuple[str, str]:
     text = re.sub(r" #\d+$", "", unicodedata.normalize("NFKC", header).strip())
     for found in re.finditer(r"[(\[<]\s*([^()\[\]<>]*(?:\([^()]*\))?)\s*[)\]>]", text):
         unit = found[1].strip()
-        gauge = re.fullmatch(r"(.+?)[ (]+(gauge|g|rel|abs|a)\.?\)?", unit, re.IGNORECASE)
+        gauge = re.fullmatch(
+            r"(.+?)[ (]+(gauge|g|rel[a-z]*|ü|abs[a-z]*|a)\.?\)?", unit, re.IGNORECASE
+        )
         over = " abs" if gauge and gauge[2][0].casefold() == "a" else ""
         if is_unit(unit := gauge[1] if gauge else unit):
             rest = f"{text[: found.start()]}{text[found.end() :]}".strip(" _-")
@@ -349,6 +366,8 @@ def _right(text: str, header: str, right: str, scale: float | None, shift: float
     ]
     if right == IGNORE:
         return ColumnReading(IGNORE, "")
+    if right in DATED:
+        return ColumnReading("time_s", DATED[right])
     unit = split(header)[1]
     if right in allowed:
         target = right

@@ -26,8 +26,9 @@ from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
 from dolfingrip.files import whole
 from dolfingrip.importing import cells as reading
-from dolfingrip.importing.cells import Cells
+from dolfingrip.importing.cells import AmbiguousDate, Cells
 from dolfingrip.importing.header import (
+    DATED,
     IGNORE,
     UNNAMED,
     ColumnReading,
@@ -35,7 +36,7 @@ from dolfingrip.importing.header import (
     recognise,
     told_columns,
 )
-from dolfingrip.importing.told import Question, Told, column_line, line
+from dolfingrip.importing.told import ORDERS, Question, Told, column_line, line
 from dolfingrip.sections import tables
 
 CLOCK: Final = "time of day"
@@ -54,6 +55,9 @@ AIR_KPA: Final = (80.0, 110.0)
 
 UNSTRETCHED: Final = 0.9
 """A stretch begins above this, a strain below it."""
+
+DAY_S: Final = 86400.0
+"""No experiment begins later than this after its clock was set to zero."""
 
 ZERO_KPA: Final = 10.0
 """A gauge's zero is not farther off than this."""
@@ -187,8 +191,12 @@ def _about(known: Recognised) -> Question:
 def _with_clock(known: Recognised, cells: Cells, place: int) -> Recognised:
     """A column of times of day, whose unit they tell."""
     texts = cells.column(place)
-    if reading.seconds(texts) is not None:
-        return Recognised(known.header, (ColumnReading(TIME.name, CLOCK),))
+    try:
+        if reading.seconds(texts) is not None:
+            return Recognised(known.header, (ColumnReading(TIME.name, CLOCK),))
+    except AmbiguousDate as date:
+        offered = tuple(("", each) for each in DATED)
+        return Recognised(known.header, (), f"{date} may begin with a day or a month", offered)
     if reading.pairs(texts) is None or any(each.unit in ("min", "h") for each in known.readings):
         return known
     why = f"{texts[0]} may be minutes and seconds, or hours and minutes"
@@ -227,14 +235,23 @@ def _convert(found: ImportedTable) -> None:
         texts = found.cells.column(place)
         if taken.target in (*WHO, "mode") and taken.target != "cycle":
             columns[taken.target] = texts
-        elif taken.unit == CLOCK:
-            columns[taken.target] = np.array(reading.seconds(texts))
-            columns[taken.target] -= columns[taken.target][0]
+        elif taken.unit in (CLOCK, *ORDERS):
+            columns[taken.target] = np.array(reading.seconds(texts, taken.unit))
         elif taken.unit in ("min", "h") and (parts := reading.pairs(texts)) is not None:
             columns[taken.target] = taken.factor * np.array(parts)
         else:
             columns[taken.target] = taken.factor * _numbers(found, header, texts) + taken.offset
     found.table = pd.DataFrame(columns)
+    if TIME.name in columns:
+        _since_first(found)
+
+
+def _since_first(found: ImportedTable) -> None:
+    """Count the times of clocks and calendars from the first: a file has ten digits of each."""
+    taken = next(each for each in found.taken.values() if each and each.target == TIME.name)
+    first = found.table[TIME.name].min()
+    if taken.unit in (CLOCK, *ORDERS) or first > DAY_S:
+        found.table[TIME.name] -= first
 
 
 def _numbers(found: ImportedTable, header: str, texts: Sequence[str]) -> np.ndarray:

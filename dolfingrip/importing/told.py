@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final, get_args, get_type_hints
 
+ORDERS: Final = ("dmy", "mdy")
+"""Orders of day, month and year that a date may have which does not begin with the year."""
+
 VALUE: Final = "VALUE"
 """Place of a value in a line that the person fills in."""
 

@@ -11,6 +11,7 @@ import io
 import math
 import random
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 
 import openpyxl
@@ -144,6 +145,48 @@ MINUTES = """Time (min),Pressure (cmH2O),Angle (deg)
 0:30,100,3.2
 1:15,200,6.9
 """
+KOREAN = """실험 7;;
+시간;압력;굽힘각
+0 초;0 kPa;0 도
+1 초;20 kPa;5,5 도
+2 초;40 kPa;12,25 도
+"""
+RUSSIAN = """Время, с;Давление, кПа;Сила, мН
+0;0;0
+1;20;1 234,5
+2;40;−25
+Среднее;20;403,2
+"""
+PAGES = """Data Acquisition: Timed
+Time\tAxial Displacement\tAxial Force
+s\tmm\tN
+1764252185.125\t0.000\t0.00
+1764252185.250\t0.100\t0.52
+
+Data Acquisition: Timed
+Time\tAxial Displacement\tAxial Force
+s\tmm\tN
+1764252185.375\t0.200\t0.97
+"""
+LABVIEW = """LabVIEW Measurement\t
+Samples\t3\t3
+Y_Unit_Label\tbar\tdeg\t
+Delta_X\t1.000000\t1.000000
+***End_of_Header***\t\t\t
+X_Value\tPressure\tAngle\tComment
+0.000000\t0.000000\t0.000000\t
+1.000000\t0.200000\t5.500000\t
+2.000000\t0.400000\tOL\t
+"""
+MERGED = [
+    ["Finger 7"],
+    [],
+    ["Zeitpunkt", "Druck", "Winkel"],
+    [None, "kPa", "°"],
+    *([datetime(2026, 11, 27, 14, 3, 5 + i), 20 * i, 5.5 * i] for i in range(3)),
+    ["Mittelwert", 20, 5.5],
+    ["größter", 40, 11],
+]
 STRESS = [
     ["Uniaxial tension", None, None],
     ["Dehnung", "Nennspannung", "Bemerkung"],
@@ -237,6 +280,29 @@ TABLES = (
         {"time_s": [0, 5, 12], "pressure_kPa": [0, -20, -40], "angle_deg": [0, 4.1, 8.3]},
     ),
     LabTable(
+        "korean.csv", KOREAN.encode("cp949"),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 5.5, 12.25]},
+    ),
+    LabTable(
+        "russian.csv", RUSSIAN.encode("cp1251", "replace").replace(b"?", b"-"),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "force_N": [0, 1.2345, -0.025]},
+        Told(column=("Сила, мН=force_mN",)), "blocked_force",
+    ),
+    LabTable(
+        "pages.txt", PAGES.encode(),
+        {"time_s": [0, 0.125, 0.25], "displacement_mm": [0, 0.1, 0.2], "force_N": [0, 0.52, 0.97]},
+        Told(gauge_length=50.0, area=15.0), "coupon",
+    ),
+    LabTable(
+        "labview.lvm", LABVIEW.encode(),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 5.5, math.nan]},
+        Told(column=("X_Value=time_s",)),
+    ),
+    LabTable(
+        "merged.xlsx", sheet(MERGED),
+        {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 5.5, 11]},
+    ),
+    LabTable(
         "stress.xlsx", sheet(STRESS),
         {"strain": [0, 0.2, 0.4], "stress_MPa": [0, 0.1517, 0.2669]},
         experiment="coupon",
@@ -261,7 +327,9 @@ def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_pat
     supplied = found.setup.get("cavity", {}).get("cavity", {}).get("pressure_ratio", 1.0)
     written["pressure_kPa"] = supplied * written.get("pressure_kPa", math.nan)
     for name, values in table.right.items():
-        assert written[name].tolist() == pytest.approx(values, rel=1e-5, abs=1e-9), name
+        assert written[name].tolist() == pytest.approx(values, rel=1e-5, abs=1e-9, nan_ok=True), (
+            name
+        )
     comments = [text for text in toml.read_text(encoding="utf-8").splitlines() if text[:1] == "#"]
     for name in table.right:
         assert any(text.startswith(f"# {name} ") for text in comments), name
@@ -292,6 +360,8 @@ def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_pat
         ("p [inWG],angle [°]\n0,0\n0.5,12\n", ['--column "p [inWG]*FACTOR=pressure_kPa"']),
         ("t [s],p [%],angle [°]\n0,0,0\n1,5,12\n", ['--column "p [%]*FACTOR=pressure_kPa"']),
         ("t [s],p [kPa],angle [°]\n0:00,0,0\n0:30,5,12\n", ['--column "t [s]=time_min"']),
+        ("T,p [bar],x [°]\n3/4/26 9:00:00,0,0\n4/4/26 9:00:00,1,2\n", ['--column "T=time_dmy"']),
+        ("One\np [bar],angle [°]\n0,0\n1,2\nTwo\np [bar],angle [°]\n0,0\n1,3\n", ["--sheet One"]),
     ],
 )  # fmt: skip
 def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
@@ -327,7 +397,7 @@ def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
         ("t [s],p [kPa]\n0,0\n1,2\n", "allowed: pressure and an angle"),
         ("t [s],vacuum [kPa],angle [°]\n0,-40,0\n1,50,3\n", "suction and pressure in one table"),
         ("lambda,true stress [MPa]\n1,0\n2,3\n", "allowed: "),
-        ("t [s],p [kPa],angle [°]\n0,0,0\n1,2,3\nMean,1,2\n", "remove a line that is no reading"),
+        ("t [s],p [kPa],angle [°]\n0,0,0\nvalve,1,2\n1,2,3\n", "remove a line that is no reading"),
     ],
 )
 def test_what_is_no_table_of_a_measurement_is_one_line(
