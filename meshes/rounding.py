@@ -7,7 +7,6 @@ the distance between chord and face is about a hundredth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -17,27 +16,15 @@ from scipy.sparse.csgraph import connected_components
 from dolfingrip.meshes.cells import Floats, Ints
 from dolfingrip.meshes.solid import SolidMesh, boundary, faces
 
-
-@dataclass(frozen=True, slots=True)
-class RoundingPolicy:
-    """Numbers that tell curved faces from planes and from edges.
-
-    Attributes:
-        smooth_deg: angle between neighbouring facets up to which they lie on one face.
-        plane_deg: the same on one plane.
-        alike: tangent of half the angle up to which a plane and a curved face that meet there have
-            one normal.
-        highest: distance of a face from the middle of a chord, by the chord, up to which the face
-            is followed: that of an arc of 53°.
-    """
-
-    smooth_deg: float = 45.0
-    plane_deg: float = 0.05
-    alike: float = 0.3
-    highest: float = 0.12
-
-
-POLICY: Final = RoundingPolicy()
+SMOOTH_DEG: Final = 45.0
+"""Angle between neighbouring facets up to which they lie on one face."""
+PLANE_DEG: Final = 0.05
+"""The same on one plane."""
+ALIKE: Final = 0.3
+"""Tangent of half the angle up to which a plane and a curved face that meet have one normal."""
+HIGHEST: Final = 0.12
+"""Distance of a face from the middle of a chord, by the chord, up to which the face is followed:
+that of an arc of 53°."""
 _LAST: Final = 0.01
 """Factor of the height among the terms that are fitted: it is zero where corners leave it open."""
 _OPEN: Final = 1e-6
@@ -49,18 +36,17 @@ class CurvedFaces:
 
     Args:
         mesh: of first order.
-        policy: what is smooth, and what is a plane.
     """
 
-    def __init__(self, mesh: SolidMesh, policy: RoundingPolicy = POLICY) -> None:
-        self._policy, self._points = policy, mesh.points
+    def __init__(self, mesh: SolidMesh) -> None:
+        self._points = mesh.points
         self._facets = facets = faces(mesh.cells)[boundary(mesh.cells)]
         count, at = len(mesh.points), mesh.points[facets]
         across = np.cross(at[:, 2] - at[:, 0], at[:, -1] - at[:, 1])
         self._normals = across / np.linalg.norm(across, axis=1)[:, None]
         pairs = _neighbours(facets)
-        angles = np.einsum("ni,ni->n", *self._normals[pairs.T])
-        plane = _connected(len(facets), pairs[angles > np.cos(np.radians(policy.plane_deg))])
+        cosines = np.einsum("ni,ni->n", *self._normals[pairs.T])
+        plane = _connected(len(facets), pairs[cosines > np.cos(np.radians(PLANE_DEG))])
         # a strip between two lines of a cylinder is plane, too, but has no point within
         of_corner = np.repeat(plane, facets.shape[1])
         low, high = np.full(count, len(facets)), np.full(count, -1)
@@ -68,7 +54,7 @@ class CurvedFaces:
         np.maximum.at(high, facets.ravel(), of_corner)
         self._flat = np.isin(plane, low[low == high])
         own = np.where(self._flat, plane, -1)[pairs]
-        smooth = angles > np.cos(np.radians(policy.smooth_deg))
+        smooth = cosines > np.cos(np.radians(SMOOTH_DEG))
         self._face = _connected(len(facets), pairs[smooth & (own[:, 0] == own[:, 1])])
         order = np.argsort(facets.ravel(), kind="stable") // facets.shape[1]
         self._around = np.split(order, np.cumsum(np.bincount(facets.ravel(), minlength=count))[:-1])
@@ -102,7 +88,7 @@ class CurvedFaces:
             normals.append(normal / np.linalg.norm(normal))
             flat = self._flat[mine].any()
             heights.append(0.0 if flat else self._height(corners, face, normals[-1]))
-        way, *_ = np.linalg.lstsq(np.array(normals), np.array(heights), self._policy.alike)
+        way, *_ = np.linalg.lstsq(np.array(normals), np.array(heights), ALIKE)
         return np.asarray(way)
 
     def _height(self, corners: Ints, face: int, normal: Floats) -> float:
@@ -118,7 +104,7 @@ class CurvedFaces:
         found, *_ = np.linalg.lstsq(terms * weights[:, None], h * weights, _OPEN)
         constant, curvature = _LAST * found[0], found[3] + found[5]
         height = 2 * constant / (1 + np.sqrt(max(1 - 4 * curvature * constant, 0.0)))
-        return float(height * chord) if abs(height) <= self._policy.highest else 0.0
+        return float(height * chord) if abs(height) <= HIGHEST else 0.0
 
 
 def _neighbours(facets: Ints) -> Ints:
