@@ -30,10 +30,12 @@ from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import simulate
 from dolfingrip.files import table
+from dolfingrip.files.robot import Accuracy
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.robot import runs
-from dolfingrip.robot.build import Built, build
+from dolfingrip.robot.build import Built, Simulated, build
+from dolfingrip.robot.build import simulate as finite_elements
 from dolfingrip.robot.mjcf import OTHERS
 from dolfingrip.robot.robot import Robot
 from dolfingrip.robot.write import room, write
@@ -62,13 +64,19 @@ FINGERS: Final = {
         "finger.kind=round_bellows round_bellows.convolutions=4 plate.contact_length_mm=5 "
         "cavity.cavity_2.pressure_ratio=0 experiment.max_pressure_kPa=20 mesh.size_mm=4"
     ),
+    "cast block": "cast_block.toml mesh.size_mm=4 mesh.edge_size_mm=4",
     ADOPTED: (
         "material.mu_MPa=0.15 film.paper.Et_N_per_mm=100 contact.self_contact=false "
         "experiment.max_pressure_kPa=30"
     ),
 }
 
-PART: Final = Path(__file__).parents[1] / "examples" / "half_round_finger.step"
+EXAMPLES: Final = Path(__file__).parents[1] / "examples"
+
+PART: Final = EXAMPLES / "half_round_finger.step"
+
+STATED_DEG: Final = {"default finger": (2.0, 1.0, 0.1), "pneu-net": (2.0, 0.2, 0.01)}
+"""Errors of the angle for which the fewest joints are told."""
 
 FOODS: Final = {
     "cube": ("food.kind=cube", 150.0),
@@ -123,14 +131,36 @@ def adopted(folder: Path) -> Path:
 def configured(settings: str, folder: Path) -> Config:
     """Return the configuration of a finger with settings."""
     file = adopted(folder / "adopted") if settings.startswith(FINGERS[ADOPTED]) else None
-    return load(file, assignments(settings.split()))
+    first, *others = settings.split()
+    if first.endswith(".toml"):
+        return load(EXAMPLES / first, assignments(others))
+    return load(file, assignments([first, *others]))
+
+
+@cache
+def simulated(settings: str, folder: Path) -> Simulated:
+    """Run a finger's finite elements."""
+    with Pool(Where()) as pool:
+        return finite_elements(configured(settings, folder), folder, pool)
 
 
 @cache
 def reduced(settings: str, folder: Path) -> Built:
     """Build a finger's reduced model."""
-    with Pool(Where()) as pool:
-        return build(configured(settings, folder), folder, pool)
+    return build(simulated(settings, folder))
+
+
+def numbers(name: str, runs: Simulated) -> Iterator[Row]:
+    """Fewest joints for a stated error of the angle."""
+    for stated in STATED_DEG.get(name, ()):
+        built = build(runs, Accuracy(angle_deg=stated))
+        file = built.robot.file
+        reached = f"{stated * file.excess:.3g}°, with chains of up to {built.tried} joints tried"
+        yield Row(
+            name, f"joints for {stated:g}° of angle",
+            len(file.joints) if file.excess <= 1 else "none", "", None,
+            reached if file.excess <= 1 else f"nearest: {len(file.joints)} joints, {reached}",
+        )  # fmt: skip
 
 
 def made(settings: str, folder: Path, food: str = "") -> tuple[Robot, Config]:
@@ -149,11 +179,8 @@ def made(settings: str, folder: Path, food: str = "") -> tuple[Robot, Config]:
 def errors(name: str, robot: Robot) -> Iterator[Row]:
     """Errors at states that were not fitted."""
     for each in robot.file.comparisons:
-        if each.unit in ("N", "N/mm"):
-            value, unit = each.relative, "relative"
-        else:
-            value, unit = (each.rms if each.quantity == "tip path" else each.largest), each.unit
-        yield Row(name, each.quantity, value, unit, GOALS[each.quantity], each.title)
+        unit = "relative" if each.unit in ("N", "N/mm") else each.unit
+        yield Row(name, each.quantity, each.error, unit, GOALS[each.quantity], each.title)
 
 
 def inverse(name: str, robot: Robot, config: Config) -> Iterator[Row]:
@@ -376,6 +403,7 @@ def main() -> None:
                 *errors(name, robot), *inverse(name, robot, config), *speed(name, folder),
                 Row(name, "joints", len(robot.file.joints), "", None,
                     f"finite elements took {robot.file.simulated_s:.0f} s"),
+                *numbers(name, simulated(FINGERS[name], folder)),
             ]  # fmt: skip
             if name == MOVED:
                 rows += motion(name, robot, config, folder)

@@ -7,6 +7,7 @@ from dolfingrip.cli import progress
 from dolfingrip.cli.console import check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import RobotSettings
 from dolfingrip.config import ConfigError
+from dolfingrip.files.robot import Accuracy
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.report.table import of_rows
@@ -30,7 +31,13 @@ def robot(asked: RobotSettings) -> None:
         progress.jobs(screen, "runs", progress.FEW) as show,
         Pool(Where(workers=asked.workers)) as pool,
     ):
-        built = build.build(config, asked.out, pool, show)
+        simulated = build.simulate(config, asked.out, pool, show)
+    accuracy = _accuracy(asked)
+    if accuracy is None:
+        built = build.build(simulated)
+    else:
+        with progress.shown(screen, "joints", few=progress.FEW) as tried:
+            built = build.build(simulated, accuracy, tried)
     file = built.robot.file
     headings = ("States that were not fitted", "rms", "Largest", "Unit", "Relative")
     rows = [
@@ -39,9 +46,17 @@ def robot(asked: RobotSettings) -> None:
         for each in file.comparisons
     ]  # fmt: skip
     screen.print(of_rows(headings, rows, left=headings[:1]))
+    joints = f"{len(file.joints)} joint{'s' if len(file.joints) > 1 else ''}"
+    if file.excess > 1:
+        screen.say(
+            f"no chain of up to {built.tried} joints is within the errors asked for; the nearest "
+            f"one, of {joints}, has {file.excess:.2g} times them"
+        )
+    elif accuracy is not None:
+        screen.say(f"{joints}: the fewest within the errors asked for")
     low, high = file.valid.pressure_kPa
     screen.say(
-        f"{len(file.joints)} joints, which follow its sections to {file.shape_error_mm:.2g} mm; "
+        f"{joints}, which follow its sections to {file.shape_error_mm:.2g} mm; "
         f"fitted from {low:g} to {high:g} kPa and up to {file.valid.force_N:.3g} N; "
         f"the runs of finite elements took {file.simulated_s:.0f} s"
     )
@@ -49,3 +64,14 @@ def robot(asked: RobotSettings) -> None:
         screen.say(f"a run ended early: {each}")
     for path in write(built, config, placed, asked.out):
         screen.say(f"wrote {path}")
+
+
+def _accuracy(asked: RobotSettings) -> Accuracy | None:
+    """Errors that are asked for; None where there are none."""
+    of = {
+        "angle_deg": asked.angle_error_deg,
+        "path_mm": asked.path_error_mm,
+        "force": asked.force_error_percent and asked.force_error_percent / 100,
+        "stiffness": asked.stiffness_error_percent and asked.stiffness_error_percent / 100,
+    }
+    return Accuracy(**of) if any(of.values()) else None

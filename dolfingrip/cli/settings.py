@@ -360,11 +360,20 @@ class RobotSettings:
 
     It runs finite elements, fits the chain, and tells its errors at states that were not fitted.
     OUT then holds robot.json, finger.xml, gripper.xml and scene.xml for MuJoCo, finger.urdf and
-    control.py. A call that was killed goes on from OUT/simulations.
+    control.py. A call that was killed goes on from OUT/simulations. Where errors are asked for, the
+    chain has the fewest joints within them, else as few as follow the free finger's shape.
     """
 
     file: Path | None = argument(None, "TOML; default: the reference finger.", "FILE.toml")
     out: Path = _out(Path("out/robot"))
+    angle_error_deg: float | None = option(None, "Largest error of the tip's angle.", above=0)
+    path_error_mm: float | None = option(None, "Error of the tip's path, rms.", above=0)
+    force_error_percent: float | None = option(
+        None, "Error of a plate's force, by the largest.", measured_in="%", above=0
+    )
+    stiffness_error_percent: float | None = option(
+        None, "Error of a stiffness of the tip.", measured_in="%", above=0
+    )
     workers: int = _workers(1)
     overrides: Mapping[str, Any] = _changes(NOTHING)
 

@@ -64,6 +64,21 @@ class QuantityError(Part):
         where = "free" if self.gap_mm is None else f"plate at {self.gap_mm:.3g} mm"
         return f"{self.quantity}, {where}"
 
+    @property
+    def error(self) -> float:
+        """What tells how good it is: an angle's largest difference in degrees, a path's root mean
+        square in mm, of others the relative one."""
+        return {"deg": self.largest, "mm": self.rms}.get(self.unit, self.relative)
+
+
+class Accuracy(Part):
+    """Errors that were asked for at states that were not fitted; the fewest joints within them."""
+
+    angle_deg: float | None = Field(None, description="largest error of the tip's angle")
+    path_mm: float | None = Field(None, description="root mean square error of the tip's path")
+    force: float | None = Field(None, description="of a plate's force, by the largest one")
+    stiffness: float | None = Field(None, description="of a stiffness of the tip, by itself")
+
 
 class Validity(Part):
     """Pressures and loads that the chain was fitted to; beyond them the laws are not known."""
@@ -96,5 +111,17 @@ class RobotFile(ResultFile):
     )
     valid: Validity
     comparisons: tuple[QuantityError, ...]
+    accuracy: Accuracy | None = Field(
+        None, description="what chose the number of joints; null: the free finger's shape"
+    )
     simulated_s: float = Field(description="wall time of the runs of finite elements")
     versions: dict[str, str] = Field({}, description="of the software")
+
+    @property
+    def excess(self) -> float:
+        """Largest error by the one that was asked for; 0, where none was."""
+        wanted = self.accuracy or Accuracy()
+        asked = {"deg": wanted.angle_deg, "mm": wanted.path_mm, "N": wanted.force}
+        asked["N/mm"] = wanted.stiffness
+        limits = [(each.error, asked[each.unit]) for each in self.comparisons]
+        return max((error / limit for error, limit in limits if limit is not None), default=0.0)

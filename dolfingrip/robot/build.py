@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -12,12 +12,20 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.record import versions
 from dolfingrip.extensions.effect import Relaxing
-from dolfingrip.files.robot import Joint, JointCoordinate, QuantityError, RobotFile, Validity
+from dolfingrip.files.robot import (
+    Accuracy,
+    Joint,
+    JointCoordinate,
+    QuantityError,
+    RobotFile,
+    Validity,
+)
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.jobs.run import Progress, silent
+from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.robot import runs
 from dolfingrip.robot.chain import COORDINATES, TERMS
-from dolfingrip.robot.fit import POLICY, Fitted, fit
+from dolfingrip.robot.fit import MOST_JOINTS, POLICY, Fitted, chains, fit
 from dolfingrip.robot.links import BoundSkin, links, skin, whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.robot.runs import FingerRun
@@ -36,14 +44,46 @@ LINE_S: Final = 0.02
 
 @dataclass(frozen=True)
 class Built:
-    """A finger's reduced model and its skin."""
+    """A finger's reduced model and its skin.
+
+    Attributes:
+        robot: the reduced model.
+        skin: of the mesh, bound to its links.
+        tried: number of joints of the longest chain that was compared.
+    """
 
     robot: Robot
     skin: BoundSkin
+    tried: int
 
 
-def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent) -> Built:
-    """Run finite elements, fit a chain to them, and compare it with what was not fitted.
+@dataclass(frozen=True)
+class Simulated:
+    """Runs of finite elements of a finger.
+
+    Attributes:
+        config: of the runs.
+        free: the free finger, from the highest suction on.
+        blocked: the finger against plates, of which the last ones test a chain.
+    """
+
+    config: Config
+    free: FingerRun
+    blocked: Sequence[FingerRun]
+
+    @property
+    def fitted(self) -> list[FingerRun]:
+        """What a chain is fitted to, first the free finger."""
+        return [self.free.fitted, *self.blocked[: len(runs.FITTED_GAPS)]]
+
+    @property
+    def tested(self) -> list[FingerRun]:
+        """What a chain is compared with."""
+        return [self.free.kept_back, *self.blocked[len(runs.FITTED_GAPS) :]]
+
+
+def simulate(config: Config, folder: Path, pool: Pool, progress: Progress = silent) -> Simulated:
+    """Run the finite elements that a chain is fitted to, and compared with.
 
     Args:
         config: of the finger.
@@ -52,7 +92,7 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
         progress: called with each run stored.
 
     Returns:
-        The reduced model, with the skin bound to its links.
+        The runs.
 
     Raises:
         ConfigError: one line, where the finger does not bend to its back, or has too few readings.
@@ -69,10 +109,48 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
     blocked = runs.simulated(requests, store, pool, progress)
     for each in drawn:
         free = free.beside(each)
-    count = len(runs.FITTED_GAPS)
-    fitted, tested = [free.fitted, *blocked[:count]], [free.kept_back, *blocked[count:]]
-    found = fit(fitted)
-    mesh = whole_solid(asked)
+    return Simulated(asked, free, blocked)
+
+
+def build(
+    simulated: Simulated,
+    accuracy: Accuracy | None = None,
+    tried: Callable[[int, int, str], None] = lambda number, most, note: None,
+) -> Built:
+    """Fit a chain to finite elements, and compare it with what was not fitted.
+
+    Args:
+        simulated: runs of finite elements.
+        accuracy: errors within which the chain of the fewest joints is taken, or the nearest one;
+            None: it has as few joints as follow the free finger's shape.
+        tried: called with the number of joints of each chain that is compared with ``accuracy``,
+            the most that are tried, and how near it comes.
+
+    Returns:
+        The reduced model, with the skin bound to its links.
+    """
+    mesh, fitted = whole_solid(simulated.config), simulated.fitted
+    chosen = [None] if accuracy is None else chains(fitted[0])
+    nearest, least = None, np.inf
+    for number, each in enumerate(chosen, 1):
+        robot = _robot(fit(fitted, chosen=each), simulated, mesh, accuracy)
+        excess = robot.file.excess
+        if excess < least:
+            nearest, least = robot, excess
+        tried(number, MOST_JOINTS, f"{excess:.2g} of the error asked for")
+        if excess <= 1:
+            break
+    assert nearest is not None
+    first, *others = nearest.file.links
+    ends = [first.from_mm, first.to_mm, *(each.to_mm for each in others)]
+    return Built(nearest, skin(mesh, ends), number)
+
+
+def _robot(
+    found: Fitted, simulated: Simulated, mesh: SolidMesh, accuracy: Accuracy | None
+) -> Robot:
+    """The reduced model that a fitted chain makes, compared with what was not fitted."""
+    asked, free, blocked = simulated.config, simulated.free, simulated.blocked
     joints = found.chain.joints_mm[:, 2]
     ends = [float(mesh.points[:, 2].min()), *joints.tolist(), float(mesh.points[:, 2].max())]
     levels = np.unique([*ends[:-1], *free.pressing_mm[:, 2]])  # corners of links, and the plate's
@@ -89,20 +167,20 @@ def build(config: Config, folder: Path, pool: Pool, progress: Progress = silent)
         valid=Validity(
             pressure_kPa=(float(free.pressure_kPa[0]), float(free.pressure_kPa[-1])),
             force_N=float(max(run.force_N.max() for run in blocked)),
-            gaps_mm=tuple(gaps),
+            gaps_mm=tuple(run.gap_mm for run in blocked if run.gap_mm is not None),
             ended=tuple(run.failure for run in (free, *blocked) if run.failure),
         ),
         comparisons=(),
+        accuracy=accuracy,
         simulated_s=sum(run.wall_s for run in (free, *blocked)),
         versions=versions(),
     )
     robot = Robot(file)
     found_out = {
-        "comparisons": tuple(each for run in tested for each in compare(robot, run)),
+        "comparisons": tuple(each for run in simulated.tested for each in compare(robot, run)),
         "joints": tuple(_joints(found, damping_s(asked, robot))),
     }
-    robot = Robot(file.model_copy(update=found_out))
-    return Built(robot, skin(mesh, ends))
+    return Robot(file.model_copy(update=found_out))
 
 
 def damping_s(config: Config, robot: Robot) -> dict[str, float]:

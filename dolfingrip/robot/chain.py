@@ -30,7 +30,8 @@ _DONE_N: Final = 1e-9
 """Residual at which Newton's method ends (N, or N·mm)."""
 
 _LARGEST_STEP: Final = 0.2
-"""Angle by which a hinge turns at most in a step (rad)."""
+"""Angle by which a hinge turns at most in a step (rad), and way of a slide by the chain's length.
+Laws without an equilibrium, which a fit may try, lead away no faster."""
 
 _HALVINGS: Final = 30
 
@@ -97,7 +98,7 @@ class Chain:
         return np.vstack([np.zeros(3), self.joints_mm])
 
     @property
-    def _turning(self) -> np.ndarray:
+    def turning(self) -> np.ndarray:
         """Which coordinates are hinges."""
         return np.tile([kind == "hinge" for _, kind, _ in COORDINATES], len(self.joints_mm))
 
@@ -158,13 +159,13 @@ class Chain:
         centres, _, axes = self.frames(w)
         arms = self.places(w, points)[..., :, None, :] - centres[..., None, self._joint, :]
         along = axes[..., None, :, :]
-        found = np.where(self._turning[:, None], np.cross(along, arms), along)
+        found = np.where(self.turning[:, None], np.cross(along, arms), along)
         return np.where(self._moving(points), found, 0.0)
 
     def spins(self, w: np.ndarray, points: Points) -> np.ndarray:
         """Return derivatives of the turns of points' links, (…, points, coordinates, 3)."""
         axes = self.frames(w)[2][..., None, :, :]
-        return np.where(self._moving(points) & self._turning[:, None], axes, 0.0)
+        return np.where(self._moving(points) & self.turning[:, None], axes, 0.0)
 
     @property
     def _joint(self) -> np.ndarray:
@@ -185,7 +186,7 @@ class Chain:
         Returns:
             (…, coordinates, coordinates, 3); a hinge turns the slopes of all that comes later.
         """
-        axes = np.where(self._turning[:, None], self.frames(w)[2], 0.0)
+        axes = np.where(self.turning[:, None], self.frames(w)[2], 0.0)
         order = np.arange(self.size)
         first, later = np.minimum(order[:, None], order), np.maximum(order[:, None], order)
         return np.cross(axes[..., first, :], slopes[..., later, :])
@@ -239,6 +240,7 @@ def equilibrium(
         inner = -((a + d * p) * p + 0.5 * (b * p + c) * w) * w
         return inner.sum(axis=1) + 0.5 * plates.stiffness_N_per_mm * (depth**2).sum(axis=1)
 
+    reach = np.where(chain.turning, 1.0, chain.joints_mm[-1, 2])
     w = start.copy()
     level = energy(w)
     for _ in range(_ITERATIONS):
@@ -249,8 +251,8 @@ def equilibrium(
         values, vectors = np.linalg.eigh(stiffness)
         along = np.einsum("sij,si->sj", vectors, residual) / np.maximum(np.abs(values), _LEAST)
         step = np.einsum("sij,sj->si", vectors, along)
-        turn = np.abs(step[:, chain.bends]).max(axis=1)
-        step *= (_LARGEST_STEP / np.maximum(turn, _LARGEST_STEP))[:, None]
+        farthest = (np.abs(step) / reach).max(axis=1)
+        step *= (_LARGEST_STEP / np.maximum(farthest, _LARGEST_STEP))[:, None]
         slope = (residual * step).sum(axis=1)
         part = np.ones(len(w))
         for _ in range(_HALVINGS):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -22,6 +22,9 @@ from dolfingrip.robot.runs import FingerRun
 
 MOST_JOINTS: Final = 16
 """Joints of the longest chain that is tried."""
+
+LEAST_LINK: Final = 0.02
+"""Length of the shortest link by the whole; a light one would need short steps of time."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,26 @@ def coordinates(chain: Chain, run: FingerRun) -> np.ndarray:
     return w
 
 
+def chains(free: FingerRun) -> Iterator[tuple[Chain, float]]:
+    """Yield chains of one joint more each, up to :data:`MOST_JOINTS` or :data:`LEAST_LINK`.
+
+    Args:
+        free: run of the free finger.
+
+    Yields:
+        The chain, and the root mean square error of its line (mm).
+    """
+    height = _height_mm(free)
+    rest, line = free.rest_line_mm(height), free.line_mm(height)
+    for number in range(1, MOST_JOINTS + 1):
+        chain = _chain(free, number, height)
+        ends = [free.levels_mm[0], *chain.joints_mm[:, 2], free.levels_mm[-1]]
+        if number > 1 and np.diff(ends).min() < LEAST_LINK * free.length_mm:
+            return
+        apart = chain.places(coordinates(chain, free), chain.fixed(rest)) - line
+        yield chain, float(np.sqrt((apart**2).sum(axis=-1).mean()))
+
+
 def joints(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> tuple[Chain, float]:
     """Find the height of the axis of bending, and the fewest joints that follow the free finger.
 
@@ -134,14 +157,12 @@ def joints(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> tuple[Cha
         The chain, and the root mean square error of its line (mm).
     """
     free = runs[0]
-    height = _height_mm(free)
-    rest, line = free.rest_line_mm(height), free.line_mm(height)
     allowed = policy.shape_error * free.length_mm
     tried: list[tuple[Chain, float]] = []
-    while len(tried) < MOST_JOINTS and (not tried or tried[-1][1] > allowed):
-        chain = _chain(free, len(tried) + 1, height)
-        apart = chain.places(coordinates(chain, free), chain.fixed(rest)) - line
-        tried.append((chain, float(np.sqrt((apart**2).sum(axis=-1).mean()))))
+    for each in chains(free):
+        tried.append(each)
+        if each[1] <= allowed:
+            break
     # walls that swell move sections to and fro, which no chain follows
     near = max(allowed, policy.near_best * min(error for _, error in tried))
     return next((chain, error) for chain, error in tried if error <= near)
@@ -284,18 +305,23 @@ def softness(
     return soft
 
 
-def fit(runs: Sequence[FingerRun], policy: ChainPolicy = POLICY) -> Fitted:
+def fit(
+    runs: Sequence[FingerRun],
+    policy: ChainPolicy = POLICY,
+    chosen: tuple[Chain, float] | None = None,
+) -> Fitted:
     """Fit joints and laws to runs.
 
     Args:
         runs: of finite elements, the first one of the free finger, with stiffnesses of the tip.
         policy: what decides.
+        chosen: one of :func:`chains`; None: what :func:`joints` finds.
 
     Returns:
         The chain with its laws.
     """
     free = runs[0]
-    chain, shape_error_mm = joints(runs, policy)
+    chain, shape_error_mm = chosen or joints(runs, policy)
     states = _States.of(chain, runs, policy)
     first = _balanced(chain, states, free, policy)
     errors = _Errors(chain, states, free, policy)

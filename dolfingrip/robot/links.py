@@ -14,6 +14,7 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.files.robot import Link
 from dolfingrip.meshes import cells, groups
+from dolfingrip.meshes.bisection import PARTS, corners_of_parts
 from dolfingrip.meshes.closed_surface import MM3_PER_M3
 from dolfingrip.meshes.measures import CELL_QUADRATURE
 from dolfingrip.meshes.solid import SolidMesh
@@ -48,7 +49,13 @@ def links(mesh: SolidMesh, config: Config, ends_mm: Sequence[float]) -> tuple[Li
     at, weights = CELL_QUADRATURE[mesh.shape]
     functions = cells.of_cell(mesh.shape.corners)
     corners = mesh.points[mesh.cells[:, : mesh.shape.corners]]
-    places = np.einsum("qn,mni->qmi", functions.values(at), corners).reshape(-1, 3)
+    filled = False
+    while not filled:  # every link has points of its own
+        parts = corners_of_parts(mesh.shape)
+        at = np.einsum("qn,pni->qpi", functions.values(at), parts).reshape(-1, 3)
+        weights = np.repeat(weights, PARTS) / PARTS
+        places = np.einsum("qn,mni->qmi", functions.values(at), corners).reshape(-1, 3)
+        filled = bool((np.histogram(places[:, 2], ends_mm)[0] > 0).all())
     jacobians = np.linalg.det(np.einsum("qnk,mni->qmki", functions.gradients(at), corners))
     masses = (weights[:, None] * jacobians * density / MM3_PER_M3).ravel()
     outer = np.unique(_outer(mesh))

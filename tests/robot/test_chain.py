@@ -7,9 +7,21 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.small import short
 
+from dolfingrip.files.robot import Accuracy
+from dolfingrip.robot import build
 from dolfingrip.robot.chain import Chain, Plates, equilibrium
-from dolfingrip.robot.fit import POLICY, ChainPolicy, Fitted, coordinates, fit, joints, softness
+from dolfingrip.robot.fit import (
+    MOST_JOINTS,
+    POLICY,
+    ChainPolicy,
+    Fitted,
+    coordinates,
+    fit,
+    joints,
+    softness,
+)
 from dolfingrip.robot.runs import FingerRun, sections
 
 SEED = 5
@@ -155,6 +167,37 @@ def test_folds_that_no_chain_follows_need_no_more_joints() -> None:
     assert near < POLICY.shape_error * LENGTH
     best = np.sqrt(2 * (folds[::2] ** 2).mean())
     assert 0.9 * best < error < 1.05 * POLICY.near_best * best
+
+
+def test_the_fewest_joints_within_a_stated_error() -> None:
+    """States that were not fitted decide: with one joint less the error is larger."""
+    config = short("finger.length_mm=80")
+    runs = [invented(gap_mm) for gap_mm in (2.0, 15.0, 8.0)]
+    known = build.Simulated(config, invented(None), runs)
+    tried: list[float] = []
+
+    def told(number: int, most: int, note: str) -> None:
+        assert (number, most) == (len(tried) + 1, MOST_JOINTS)
+        tried.append(float(note.split()[0]))
+
+    stated = Accuracy(angle_deg=1.5)
+    built = build.build(known, stated, told)
+    file = built.robot.file
+    assert len(file.joints) == built.tried == len(tried) > 1
+    assert file.excess <= 1 < min(tried[:-1])
+    wrong = [each.error for each in file.comparisons if each.quantity == "angle"]
+    assert max(wrong) == pytest.approx(1.5 * file.excess)
+    assert {len(each.pressure_kPa) for each in file.comparisons} == {5, 11}
+
+
+def test_laws_without_an_equilibrium_lead_nowhere() -> None:
+    """A slide that gives way the more it is pushed: finite after all iterations."""
+    run, soft = invented(None), LAWS.copy()
+    soft[0, 2] = 400.0
+    plates = Plates(np.full(1, -np.inf), KNOWN.fixed(run.pressing_mm), 50.0)
+    found = equilibrium(KNOWN, soft, PRESSURES[-1:], plates, np.zeros((1, KNOWN.size)))
+    assert np.isfinite(found.w).all()
+    assert np.isfinite(found.stiffness).all()
 
 
 def test_sections_of_folded_bellows_move_as_the_axis_of_bending() -> None:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,10 +22,11 @@ from support.small import SHORT, short
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import compute
 from dolfingrip.files.result_file import ResultFileError
-from dolfingrip.files.robot import RobotFile
+from dolfingrip.files.robot import Accuracy, RobotFile
 from dolfingrip.meshes.measures import moments
 from dolfingrip.robot import build, runs, urdf
 from dolfingrip.robot.chain import COORDINATES
+from dolfingrip.robot.fit import MOST_JOINTS
 from dolfingrip.robot.links import whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.sections.errors import ConfigError
@@ -261,6 +264,26 @@ def test_a_second_call_computes_nothing(
     assert run_command("robot", "--out", made, *OPTIONS) == 0
     assert (made / "finger.xml").read_bytes() == before
     assert "States that were not" in capfd.readouterr().out
+
+
+def test_an_error_that_no_chain_has(
+    made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The nearest chain, from the runs that are there; the finger has two bellows that bend."""
+    shutil.copytree(made / "simulations", tmp_path / "simulations")
+    asked = ("--angle-error-deg", "0.001", "--stiffness-error-percent", "50")
+    assert run_command("robot", "--out", tmp_path, *OPTIONS, *asked) == 0
+    file = RobotFile.read(tmp_path)
+    assert file.accuracy == Accuracy(angle_deg=0.001, stiffness=0.5)
+    angles = [each.largest for each in file.comparisons if each.quantity == "angle"]
+    assert file.excess == pytest.approx(max(angles) / 0.001)
+    said = " ".join(capfd.readouterr().out.split())
+    found = re.search(r"no chain of up to (\d+) joints is within .* of (\d+) joint", said)
+    assert found is not None
+    most, nearest = map(int, found.groups())
+    assert 1 < most <= MOST_JOINTS
+    assert nearest == len(file.joints)
+    assert all(link.mass_kg > 0 for link in file.links)
 
 
 def test_a_page_shows_it(made: Path) -> None:
