@@ -66,8 +66,8 @@ class QuantityError(Part):
 
     @property
     def error(self) -> float:
-        """What tells how good it is: an angle's largest difference in degrees, a path's root mean
-        square in mm, of others the relative one."""
+        """Error by its kind: an angle's largest one in degrees, a path's root mean square in mm,
+        of others the relative one."""
         return {"deg": self.largest, "mm": self.rms}.get(self.unit, self.relative)
 
 
