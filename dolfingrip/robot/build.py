@@ -73,12 +73,12 @@ class Simulated:
 
     @property
     def fitted(self) -> list[FingerRun]:
-        """What a chain is fitted to, first the free finger."""
+        """Runs that a chain is fitted to, first the free finger."""
         return [self.free.fitted, *self.blocked[: len(runs.FITTED_GAPS)]]
 
     @property
     def tested(self) -> list[FingerRun]:
-        """What a chain is compared with."""
+        """Runs that a chain is compared with."""
         return [self.free.kept_back, *self.blocked[len(runs.FITTED_GAPS) :]]
 
 
