@@ -65,7 +65,7 @@ def test_the_files_of_a_measurement(tmp_path: Path) -> None:
     setup = measurement.tests[1].setup
     assert setup.rate == 10
     assert setup.noise["angle_deg"] == 0.3
-    applied = setup.applied(config.Config())
+    applied = measurement.tests[1].applied(config.Config())
     assert (applied.finger.wall_mm, applied.morph.xi1, applied.plate.gap_mm) == (1.8, 0.3, 1.5)
 
 

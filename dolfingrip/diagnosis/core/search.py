@@ -73,11 +73,10 @@ class ModelPosterior:
     @property
     def strengths(self) -> dict[str, float]:
         """Strength of each name in the most probable fit that has it."""
-        found: dict[str, tuple[float, float]] = {}
-        for p, fit in self.weighed:
-            for name, strength in zip(fit.subset, fit.strengths, strict=True):
-                found[name] = max(found.get(name, (-1.0, 0.0)), (p, strength))
-        return {name: strength for name, (_, strength) in found.items()}
+        found: dict[str, float] = {}
+        for _, fit in sorted(self.weighed, key=lambda each: each[0]):
+            found |= dict(zip(fit.subset, fit.strengths, strict=True))
+        return found
 
     def best(self, subset: Subset, *, level: float | None = None) -> MapFit:
         """The most probable fit of these causes, at one level or at any.

@@ -157,24 +157,24 @@ class SetupFile:
                 )
         return tuple(names)
 
-    def table(self, name: str) -> dict[str, Any]:
-        """A table that other code reads; empty if it is absent.
+    def table(self, *names: str) -> dict[str, Any]:
+        """A table, or one within another; empty if it is absent.
 
         Raises:
             ConfigError: one line, if it is no table.
         """
-        found = self._data.get(name, {})
-        if not isinstance(found, dict):
-            raise self._refuse(f"{name} = {found}: allowed: a table, [{name}]")
+        found, key = self._data, ".".join(names)
+        for name in names:
+            found = found.get(name, {})
+            if not isinstance(found, dict):
+                raise self._refuse(f"{key} = {found}: allowed: a table, [{key}]")
         return found
 
     def check_specimens(self, names: set[str]) -> None:
         """Raise if a table belongs to a specimen that is not in the CSV."""
-        for name in self._data.get("specimen", {}):
-            if name not in names:
-                raise self._refuse(
-                    f"[specimen.{name}]: not in the CSV; allowed: {', '.join(sorted(names))}"
-                )
+        for name in self.table("specimen").keys() - names:
+            there = ", ".join(sorted(names))
+            raise self._refuse(f"[specimen.{name}]: not in the CSV; allowed: {there}")
 
     def of(self, experiment: str, specimen: str) -> LabSetup:
         """The set-up of one specimen in one experiment.
@@ -182,9 +182,7 @@ class SetupFile:
         Raises:
             ConfigError: one line naming the key, its value and what is allowed.
         """
-        own = self._data.get("specimen", {}).get(specimen, {})
-        if not isinstance(own, dict):
-            raise self._refuse(f"specimen.{specimen} = {own}: allowed: a table")
+        own = self.table("specimen", specimen)
         sections = self._sections(self._data, "")
         for name, values in self._sections(own, specimen).items():
             sections[name] = {**sections.get(name, {}), **values}
@@ -194,11 +192,9 @@ class SetupFile:
             self._check_coupon(sections.get("coupon", {}))
         else:
             sections.pop("coupon", None)
-        noise, told = dict(self._data.get("noise", {})), _flat(self._data.get("nuisance", {}))
-        correlated = noise.pop("correlated", {})
-        if not isinstance(correlated, dict):
-            raise self._refuse(f"noise.correlated = {correlated}: allowed: a table")
-        correlated = dict(correlated)
+        noise, told = dict(self.table("noise")), _flat(self.table("nuisance"))
+        correlated = dict(self.table("noise", "correlated"))
+        noise.pop("correlated", None)
         lasting = correlated.pop("correlation_time_s", None)
         if "specimen_scale" in noise:
             told = {"specimen_scale": noise.pop("specimen_scale"), **told}

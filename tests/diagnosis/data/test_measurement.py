@@ -26,7 +26,7 @@ def test_readings_and_set_ups(tmp_path: Path) -> None:
     np.testing.assert_array_equal(listed["value"], [0.1, 12.5, 25.2, 13.0, 0.01, 1.5, 0.3])
     np.testing.assert_array_equal(listed["control"], [0, 25, 50, 25, 0, 25, 25])
     np.testing.assert_array_equal(listed["row"], [0, 1, 2, 3, 4, 5, 5])
-    applied = found.tests[1].setup.applied(Config())
+    applied = found.tests[1].applied(Config())
     assert (applied.finger.wall_mm, applied.plate.gap_mm) == (1.8, 0.5)
     assert found.tests[0].setup.noise["angle_deg"] == 0.3
     assert found.tests[0].setup.nuisances["modulus"] == 0.2
@@ -48,9 +48,9 @@ gap_mm = 2.0
 """
     csv = CSV + "bending,B,1,loading,0,0,0.0,\nbending,B,1,loading,1,25,14.0,\n"
     found = read([written(tmp_path, csv, TOML + more)])
-    first, *_, last = (test.setup for test in found.tests)
+    first, *_, other = found.tests
     assert first.applied(Config()).finger.wall_mm == 1.8
-    applied = last.applied(Config())
+    applied, last = other.applied(Config()), other.setup
     assert (applied.finger.wall_mm, applied.plate.gap_mm) == (1.7, 2.0)
     assert applied.gravity.acceleration_m_s2 == 9.81
     assert last.nuisances["pressure_gain"] == 0.005
@@ -76,7 +76,7 @@ def test_what_one_file_tells_of_the_body_holds_in_the_others(tmp_path: Path) -> 
 def test_a_specimen_that_hangs_otherwise_has_the_common_weight(tmp_path: Path) -> None:
     more = "[gravity]\nacceleration_m_s2 = 1.62\n[specimen.A.gravity]\ndirection = [0, 0, 1]\n"
     (first, *_) = read([written(tmp_path, toml=TOML + more)]).tests
-    gravity = first.setup.applied(Config()).gravity
+    gravity = first.applied(Config()).gravity
     assert (gravity.acceleration_m_s2, tuple(gravity.direction)) == (1.62, (0, 0, 1))
 
 
@@ -92,7 +92,7 @@ def test_files_join_and_stay_apart(tmp_path: Path) -> None:
     other = TOML.replace("0.5", "2.0", 1)
     found = read([written(tmp_path), written(tmp_path, toml=other, name="second_gap")])
     assert [test.number for test in found.tests] == [0, 1, 2, 3]
-    gaps = [test.setup.applied(Config()).plate.gap_mm for test in found.tests]
+    gaps = [test.applied(Config()).plate.gap_mm for test in found.tests]
     assert gaps == [0.5, 0.5, 2.0, 2.0]
     assert len(found.readings) == 12
     assert list(found.rows(2)["pressure_kPa"]) == [0, 25, 50, 25]
@@ -124,7 +124,7 @@ def test_a_specimen_may_have_a_geometry_and_a_camera_of_its_own() -> None:
     found = read([EXAMPLES / "ecoflex_actuators/bending.csv"])
     assert found.warnings == []
     config = load(None, assignments(["finger.kind=cast"]))
-    made = {test.specimen: test.setup.applied(config) for test in found.tests}
+    made = {test.specimen: test.applied(config) for test in found.tests}
     assert {name: each.cast.chambers for name, each in made.items() if each.cast} == {
         "c5-w7": 5,
         "c7-w7": 7,
@@ -143,7 +143,7 @@ def test_a_synthetic_coupon_is_read_as_it_was_written(tmp_path: Path) -> None:
         own = listed["value"][listed["column"] == name]
         np.testing.assert_allclose(own, [row[name] for row in made.rows], 1e-5)
         assert found.tests[0].setup.noise[name] == synthetic.NOISE[name]
-    applied = found.tests[0].setup.applied(Config())
+    applied = found.tests[0].applied(Config())
     assert applied.coupon.gauge_length_mm == 20.0
     assert applied.coupon.area_mm2 == pytest.approx(9.0)
 
