@@ -17,7 +17,6 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.bordered import factors
-from dolfingrip.mechanics.newton.callbacks import preconditioner
 from dolfingrip.mechanics.newton.inverse import Exact, cheapest
 
 DEGREE: Final = 2
@@ -25,12 +24,6 @@ DEGREE: Final = 2
 
 RATIO: Final = 4.0
 """Ratio of the highest and the lowest eigenvalue that it damps."""
-
-BEYOND: Final = 1.1
-"""Ratio of the highest and the one that the power method finds from below."""
-
-POWERS: Final = 10
-"""Steps of the power method."""
 
 BLOCK = 3
 """Unknowns of a node."""
@@ -278,33 +271,47 @@ class Multigrid:
     exact = False
 
     def __init__(self, prefix: str, model: Model) -> None:
+        self._prefix, self._model, self._comm = prefix, model, model.comm
         self._level = LinearLevel(model)
-        self._model, self._comm = model, model.comm
         self._coarse: Exact | None = None
-        self._prefix = prefix + "linear_"
-        self._largest = 0.0
-        self._vectors: list[PETSc.Vec] = []
-        self.pc = preconditioner(model.comm, self.apply)
+        self.pc = PETSc.PC().create(model.comm)
+
+    def _create(self, blocks: int) -> Exact:
+        """Make the cycle, with the inverse of what is factorised on the linear level."""
+        graph, comm = self._level.graph, self._comm  # the model is freed where nothing holds self
+        coarse = factors(
+            self._prefix + "linear_", self._model, lambda: cheapest(graph, comm).number, np.float64
+        )
+        size = (BLOCK * blocks, None)
+        self._inverse = PETSc.Mat().createBAIJ((size, size), BLOCK, nnz=(1, 0), comm=comm)
+        self.pc.setType(PETSc.PC.Type.MG)
+        self.pc.setMGLevels(2)
+        self.pc.setMGInterpolation(1, self._level.interpolation)
+        below = self.pc.getMGCoarseSolve()
+        below.setType(PETSc.KSP.Type.PREONLY)
+        below.setPC(coarse.pc)
+        smoother = self.pc.getMGSmoother(1)
+        smoother.setOptionsPrefix(self._prefix + "smoother_")
+        smoother.setType(PETSc.KSP.Type.CHEBYSHEV)
+        smoother.setTolerances(max_it=DEGREE)
+        smoother.getPC().setType(PETSc.PC.Type.MAT)
+        ends = f"0,{1 / RATIO},0,1"  # of the highest eigenvalue that PETSc estimates
+        PETSc.Options()[self._prefix + "smoother_ksp_chebyshev_esteig"] = ends
+        smoother.setFromOptions()
+        return coarse
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Take ``matrix`` as the one to invert."""
-        self._matrix = matrix
         coarse, diagonal = self._level.assemble(matrix)
-        if self._coarse is None:
-            graph, comm = (
-                self._level.graph,
-                self._comm,
-            )  # the model is freed where nothing holds self
-            self._coarse = factors(
-                self._prefix, self._model, lambda: cheapest(graph, comm).number, np.float64
-            )
+        self._coarse = self._coarse or self._create(len(diagonal))
         self._coarse.set_up(coarse)
         self._invert(diagonal)
-        if not self._vectors:
-            self._vectors = [matrix.createVecLeft() for _ in range(4)]
-            self._below = [coarse.createVecLeft() for _ in range(2)]
-        self._largest = self._power()
+        self.pc.getMGCoarseSolve().setOperators(coarse)
+        self.pc.getMGSmoother(1).setOperators(matrix, self._inverse)
         self.pc.setOperators(matrix)
+        self.pc.setReusePreconditioner(False)
+        self.pc.setUp()
+        self.pc.setReusePreconditioner(True)  # for the next tangents
 
     @property
     def negative(self) -> int:
@@ -318,79 +325,14 @@ class Multigrid:
         assert self._coarse is not None
         return self._coarse.failed
 
-    # -- preconditioner of PETSc -------------------------------------------------------------------
-
-    def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """One symmetric V-cycle."""
-        assert self._coarse is not None
-        residual, low, high = self._vectors[0], *self._below
-        solution.set(0.0)
-        self._smooth(right, solution, start=False)
-        self._matrix.mult(solution, residual)
-        residual.aypx(-1.0, right)
-        self._level.interpolation.multTranspose(residual, low)
-        self._coarse.pc.apply(low, high)
-        self._level.interpolation.multAdd(high, solution, solution)
-        self._smooth(right, solution, start=True)
-
-    # -- smoother ----------------------------------------------------------------------------------
-
-    def _smooth(self, right: PETSc.Vec, solution: PETSc.Vec, *, start: bool) -> None:
-        """Improve ``solution``, which is zero unless ``start``."""
-        residual, step, scaled, product = self._vectors
-        highest = BEYOND * self._largest
-        lowest = highest / RATIO
-        middle, half = (highest + lowest) / 2, (highest - lowest) / 2
-        sigma = middle / half
-        rho = 1 / sigma
-        if start:
-            self._matrix.mult(solution, residual)
-            residual.aypx(-1.0, right)
-        else:
-            right.copy(residual)
-        self._inverse.mult(residual, step)
-        step.scale(1 / middle)
-        solution.axpy(1.0, step)
-        for _ in range(DEGREE - 1):
-            self._matrix.mult(step, product)
-            residual.axpy(-1.0, product)
-            self._inverse.mult(residual, scaled)
-            after = 1 / (2 * sigma - rho)
-            step.axpby(2 * after / half, after * rho, scaled)
-            rho = after
-            solution.axpy(1.0, step)
-
     def _invert(self, diagonal: np.ndarray) -> None:
         """Keep the inverse blocks on the diagonal; 0 for global unknowns."""
         inverse = np.zeros_like(diagonal)
         inverse[self._level.nodes] = np.linalg.inv(diagonal[self._level.nodes])
-        count = len(diagonal)
-        if self._largest == 0.0:
-            size = (BLOCK * count, None)
-            self._inverse = PETSc.Mat().createBAIJ((size, size), BLOCK, nnz=(1, 0), comm=self._comm)
-        first = self._inverse.getOwnershipRange()[0] // BLOCK
+        count, first = len(diagonal), self._inverse.getOwnershipRange()[0] // BLOCK
         self._inverse.setValuesBlockedCSR(
             np.arange(count + 1, dtype=PETSc.IntType),
             np.arange(first, first + count, dtype=PETSc.IntType),
             inverse,
         )
         self._inverse.assemble()
-
-    def _power(self) -> float:
-        """Largest eigenvalue of D⁻¹K, by the power method, from the last one's vector on."""
-        product, step, scaled, _ = self._vectors
-        if self._largest == 0.0:
-            self._mode = self._matrix.createVecLeft()
-            self._mode.array[:] = np.random.default_rng(self._comm.rank).uniform(
-                -1, 1, self._mode.local_size
-            )
-            self._inverse.mult(self._mode, step)  # nothing in global unknowns
-            step.copy(self._mode)
-        found = 0.0
-        for _ in range(POWERS):
-            self._mode.normalize()
-            self._matrix.mult(self._mode, product)
-            self._inverse.mult(product, scaled)
-            found = scaled.norm()
-            scaled.copy(self._mode)
-        return float(found)
