@@ -15,7 +15,7 @@ from dolfingrip.cli.settings import FrictionSettings, PickupSettings
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import pickup as searches
 from dolfingrip.design.campaign.pickup import GraspTrial, GraspTrials
-from dolfingrip.design.campaign.policy import GraspSearch
+from dolfingrip.design.campaign.policy import LIFT_MM
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.files import table
@@ -36,9 +36,7 @@ def pickup(asked: PickupSettings) -> None:
 
     screen = console()
     with _trials(base, asked.out, screen) as trials:
-        found = searches.pickup_pressure(
-            trials, asked.resolution, asked.start, GraspSearch(highest_kPa=asked.highest)
-        )
+        found = searches.pickup_pressure(trials, asked.resolution, asked.start, asked.highest)
     _print(trials.made, screen)
     _write(trials.made, asked.out / "pickup.csv")
     if found.least_kPa is None:
@@ -50,10 +48,6 @@ def pickup(asked: PickupSettings) -> None:
 
 def friction(asked: FrictionSettings) -> None:
     """Calibrate friction from the least pressure that picks food up: μ and its interval."""
-    if asked.resolution == asked.pickup_pressure:
-        raise ConfigError(
-            f"--resolution {asked.resolution:g}: allowed: below {asked.pickup_pressure:g} kPa"
-        )
     if asked.resolution >= asked.pickup_pressure:
         raise ConfigError(
             f"--resolution {asked.resolution:g}: allowed: above 0 and below "
@@ -89,7 +83,7 @@ def _base(asked: PickupSettings | FrictionSettings, friction: float | None = Non
     }
     options = {key: value for key, value in given.items() if value is not None}
     changes = {**asked.overrides, **options}
-    loaded = configuration.load(asked.config, changes, {"gripper.lift_mm": GraspSearch().lift_mm})
+    loaded = configuration.load(asked.config, changes, {"gripper.lift_mm": LIFT_MM})
     Request.of("grasp", loaded)  # a bad key raises before anything is computed
     return loaded
 

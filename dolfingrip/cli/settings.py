@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 
 from dolfingrip.channels import Quantity
 from dolfingrip.cli.command import NOTHING, argument, option
-from dolfingrip.design.campaign.policy import GraspSearch
+from dolfingrip.design.campaign.policy import HIGHEST_KPA, LARGEST_PRESSURE_KPA
 from dolfingrip.experiments.experiment import Experiment, Option
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
@@ -21,8 +21,6 @@ Box = tuple[float, float, float, float, float, float]
 _CAVITY_FILES: Final = (
     ".step", ".stp", ".brep", ".iges", ".igs", ".stl", ".obj", ".ply", ".3mf", ".vtk",
 )  # fmt: skip
-
-SEARCH: Final = GraspSearch()
 
 
 def _assigned(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
@@ -59,26 +57,25 @@ def _names(texts: Sequence[str], flag: str) -> tuple[str, ...]:
     return tuple(name.strip() for text in texts for name in text.split(","))
 
 
+def _numbers(text: str, flag: str, allowed: str, count: int | None = None) -> tuple[Any, ...]:
+    """Read numbers that are joined by commas, and as many of them as are asked for."""
+    try:
+        found = tuple(float(part) for part in text.split(",") if count or part.strip())
+    except ValueError:
+        found = None
+    if found is None or count not in (None, len(found)):
+        raise ConfigError(f"{flag} {text}: allowed: {allowed}")
+    return found
+
+
 def _pressures(texts: Sequence[str], flag: str) -> tuple[float, ...]:
     """Read pressures (kPa) that are joined by commas."""
-    try:
-        return tuple(float(part) for text in texts for part in text.split(",") if part.strip())
-    except ValueError:
-        raise ConfigError(
-            f"{flag} {','.join(texts)}: allowed: pressures in kPa, as in 0,100,200"
-        ) from None
+    return _numbers(",".join(texts), flag, "pressures in kPa, as in 0,100,200")
 
 
 def _points(texts: Sequence[str], flag: str) -> tuple[Point, ...]:
     """Read points, each three numbers that are joined by commas."""
-    found = []
-    for text in texts:
-        try:
-            x, y, z = map(float, text.split(","))
-        except ValueError:
-            raise ConfigError(f"{flag} {text}: allowed: three numbers, as in 0,10,25.5") from None
-        found.append((x, y, z))
-    return tuple(found)
+    return tuple(_numbers(each, flag, "three numbers, as in 0,10,25.5", 3) for each in texts)
 
 
 def _points_or_files(texts: Sequence[str], flag: str) -> tuple[Point | Path, ...]:
@@ -91,19 +88,10 @@ def _points_or_files(texts: Sequence[str], flag: str) -> tuple[Point | Path, ...
 
 def _regions(texts: Sequence[str], flag: str) -> tuple[Box | str, ...]:
     """Read boxes, each of six numbers that are joined by commas, or names."""
-    found: list[Box | str] = []
-    for text in texts:
-        if "," not in text:
-            found.append(text.lower())
-            continue
-        try:
-            a, b, c, d, e, f = map(float, text.split(","))
-        except ValueError:
-            raise ConfigError(
-                f"{flag} {text}: allowed: six numbers, as in 0,0,0,20,20,10, or a name"
-            ) from None
-        found.append((a, b, c, d, e, f))
-    return tuple(found)
+    allowed = "six numbers, as in 0,0,0,20,20,10, or a name"
+    return tuple(
+        _numbers(text, flag, allowed, 6) if "," in text else text.lower() for text in texts
+    )
 
 
 _out = partial(option, help="Folder for results.", flags=("--out", "-o"), metavar="FOLDER")
@@ -246,11 +234,11 @@ class PickupSettings(ConfiguredSettings):
     resolution: float = _resolution(5.0)
     start: float = option(150.0, "Of the first grasp.", measured_in="kPa", above=0)
     highest: float = option(
-        SEARCH.highest_kPa,
+        HIGHEST_KPA,
         "None above is tried.",
         measured_in="kPa",
         above=0,
-        most=SEARCH.largest_pressure_kPa,
+        most=LARGEST_PRESSURE_KPA,
     )
     preset: str | None = _preset(None)
 
@@ -267,7 +255,7 @@ class FrictionSettings(ConfiguredSettings):
         "Least pressure that picks up, as measured.",
         measured_in="kPa",
         above=0,
-        most=SEARCH.largest_pressure_kPa,
+        most=LARGEST_PRESSURE_KPA,
     )
     out: Path = _out(Path("out/friction"))
     food: str | None = _food(None)

@@ -12,7 +12,6 @@ an error may have opposite signs and grow at different rates: the default finger
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -22,33 +21,24 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.results.readings import Readings
 from dolfingrip.files.run import MeshCheck
 
+ORDER: Final = 1.08
+"""Power of the element size that errors fall with."""
 
-@dataclass(frozen=True, slots=True)
-class MeshErrorPolicy:
-    """Numbers of the estimate.
+ORDER_IN_BLOCKS: Final = 2.0
+"""The same of thick blocks, which are integrated selectively: too stiff cells rule there."""
 
-    Attributes:
-        order: power of the element size that errors fall with.
-        order_in_blocks: the same of thick blocks, which are integrated selectively: too stiff cells
-            rule there.
-        largest: largest error of a reading, by the reading's largest value, that is told.
+LARGEST: Final = 0.25
+"""Largest error of a reading, by the reading's largest value, that is told."""
+
+
+def whole(config: Config) -> float:
+    """The error by the change from one bisection, 1 + r + r² + … of that change.
+
+    Args:
+        config: of the run.
     """
-
-    order: float = 1.08
-    order_in_blocks: float = 2.0
-    largest: float = 0.25
-
-    def whole(self, config: Config) -> float:
-        """The error by the change from one bisection, 1 + r + r² + … of that change.
-
-        Args:
-            config: of the run.
-        """
-        blocks = config.hexahedra and config.integration == "selective"
-        return 1 / (1 - 2 ** -(self.order_in_blocks if blocks else self.order))
-
-
-POLICY: Final = MeshErrorPolicy()
+    blocks = config.hexahedra and config.integration == "selective"
+    return 1 / (1 - 2 ** -(ORDER_IN_BLOCKS if blocks else ORDER))
 
 
 def bisected(config: Config) -> Config:
@@ -72,13 +62,12 @@ def bisected(config: Config) -> Config:
     return config.changed(mesh={"refine": 2 * config.mesh.refine})
 
 
-def estimate(run: Readings, finer: Readings, policy: MeshErrorPolicy = POLICY) -> MeshCheck:
+def estimate(run: Readings, finer: Readings) -> MeshCheck:
     """Estimate the error of all readings of a run.
 
     Args:
         run: on the mesh as configured.
         finer: the same run on the bisected mesh.
-        policy: limits.
 
     Returns:
         Errors by column at all rows, or why they cannot be told.
@@ -91,11 +80,11 @@ def estimate(run: Readings, finer: Readings, policy: MeshErrorPolicy = POLICY) -
     for name, values in ((each, run[each]) for each in run if each in CHANNELS):
         if values.dtype.kind != "f" or name not in finer:
             continue
-        found = -policy.whole(run.config) * (finer[name][: len(run)] - values)
+        found = -whole(run.config) * (finer[name][: len(run)] - values)
         if not np.isfinite(found).all() or not found.any():
             continue  # such as what both runs prescribe
-        if np.abs(found).max() >= policy.largest * np.abs(values).max():
-            most = 100 * policy.largest
+        if np.abs(found).max() >= LARGEST * np.abs(values).max():
+            most = 100 * LARGEST
             reasons[name] = f"the mesh is too coarse: its error is above {most:g} %"
             continue
         errors[name] = tuple(map(float, found))

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import tomlkit
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, readings
@@ -89,15 +88,3 @@ def read(file: Path) -> PosteriorTable:
     if tables.POSTERIOR not in data:
         raise ConfigError(f"--from {file}: no table [posterior]; allowed: one with the fits")
     return checked(PosteriorTable, data[tables.POSTERIOR])
-
-
-def appended(text: str, posterior: PosteriorTable) -> str:
-    """Return a configuration's text, followed by the table ``posterior``.
-
-    Args:
-        text: TOML.
-        posterior: of the fits to measurements.
-    """
-    document = tomlkit.document()
-    document.add(tables.POSTERIOR, tables.table(posterior))
-    return f"{text}\n{tomlkit.dumps(document)}"

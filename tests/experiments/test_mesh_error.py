@@ -9,7 +9,7 @@ import pytest
 from support import small
 
 from dolfingrip.experiments import run
-from dolfingrip.experiments.mesh_error import POLICY, estimate
+from dolfingrip.experiments.mesh_error import estimate, whole
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.results.readings import Readings
 
@@ -26,7 +26,7 @@ def test_the_change_is_that_of_a_run_on_the_bisected_mesh(kind: str, column: str
     assert check is not None
     assert check.why == ""
     change = fine.column(column) - told.column(column)
-    found = -np.array(check.errors[column]) / POLICY.whole(config)
+    found = -np.array(check.errors[column]) / whole(config)
     print(kind, "change", change, "found", found)
     assert found == pytest.approx(change, rel=1e-6, abs=1e-9)
     assert check.errors[column][-1] < 0
@@ -44,9 +44,9 @@ def _readings(*values: float) -> Readings:
 def test_an_error_that_changes_its_sign_is_told_at_each_load() -> None:
     """The default finger's blocked force is too large at 50 kPa and too small at 250 kPa."""
     check = estimate(_readings(0.0, 0.5251, 3.8842), _readings(0.0, 0.5214, 3.9102))
-    whole = POLICY.whole(small.config.Config())
+    factor = whole(small.config.Config())
     assert check.errors.keys() == {"force_N"}
-    assert check.errors["force_N"] == pytest.approx((0.0, 0.0037 * whole, -0.0260 * whole))
+    assert check.errors["force_N"] == pytest.approx((0.0, 0.0037 * factor, -0.0260 * factor))
 
 
 def test_what_cannot_be_told_is_said() -> None:
@@ -74,7 +74,7 @@ def test_it_is_told_of_tetrahedra_with_a_pressure_of_their_own(tmp_path: Path) -
     if reason:
         assert "too coarse" in reason
     else:
-        assert -np.array(check.errors["angle_deg"]) / POLICY.whole(config) == pytest.approx(change)
+        assert -np.array(check.errors["angle_deg"]) / whole(config) == pytest.approx(change)
 
 
 def test_stops_must_be_known_beforehand() -> None:

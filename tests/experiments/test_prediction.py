@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import posteriors
 from support.example import EXAMPLES
 from typer.testing import CliRunner
 
@@ -75,7 +76,7 @@ def test_the_table_is_read_back_and_is_no_section(tmp_path: Path) -> None:
     """Other commands take the same file, without the table."""
     left = PosteriorTable(model_kPa=0.5, fit=(WeightedFit(set={"film.silk.Et_N_per_mm": 3.0}),))
     file = tmp_path / "extended.toml"
-    file.write_text(posterior.appended("[finger]\nlength_mm = 80.0\n", left), encoding="utf-8")
+    file.write_text(posteriors.appended("[finger]\nlength_mm = 80.0\n", left), encoding="utf-8")
     assert posterior.read(file) == left
     assert config.load(file).finger.length_mm == 80.0
     file.write_text("[posterior]\nmodel_kPa = -1.0\nfit = [{}]\n", encoding="utf-8")
@@ -110,7 +111,7 @@ def test_command(tmp_path: Path) -> None:
     soft = {"material.mu_MPa": 0.02, "film.silk.Et_N_per_mm": 25.0}
     file = tmp_path / "extended.toml"
     left = PosteriorTable(fit=(WeightedFit(), WeightedFit(set=soft)))
-    file.write_text(posterior.appended(block, left), encoding="utf-8")
+    file.write_text(posteriors.appended(block, left), encoding="utf-8")
     call = ["predict", "--from", str(file), "--out", str(tmp_path / "out"), "--pressures", "3,6"]
     for _ in range(2):
         result = CliRunner().invoke(app, call)

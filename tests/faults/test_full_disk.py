@@ -10,7 +10,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
-from support import analytic, stand_in
+from support import analytic, posteriors, stand_in
 from support.command import run_command
 from support.disks import Disk, MemoryDisk
 from support.example import EXAMPLES
@@ -28,7 +28,6 @@ from dolfingrip.explore.guard import Handover
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.meshes import files
-from dolfingrip.sections import posterior
 from dolfingrip.sections.posterior import PosteriorTable, WeightedFit
 from dolfingrip.sections.tables import assignments
 
@@ -287,7 +286,7 @@ def test_predict(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
     fits = tmp_path / "extended.toml"
     settings = config.dumps(config.load(None, assignments([*SHORT, "experiment.step_kPa=2"])))
     fits.write_text(
-        posterior.appended(settings, PosteriorTable(fit=(WeightedFit(),))), encoding="utf-8"
+        posteriors.appended(settings, PosteriorTable(fit=(WeightedFit(),))), encoding="utf-8"
     )
     asked = ("predict", "--from", fits, "--pressures", "5", "--out", disk.folder)
     refuse(*asked, names="fit-1/run.json", changed=True)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign.policy import GraspSearch
+from dolfingrip.design.campaign.policy import ESTIMATES, HIGHEST_KPA, LARGEST_FRICTION
 from dolfingrip.design.quantities.grasp import GRASP, NO_CLASS, outputs_of
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import Compute
@@ -127,7 +127,7 @@ def pickup_pressure(
     trials: GraspTrials,
     resolution_kPa: float,
     start_kPa: float,
-    policy: GraspSearch = GraspSearch(),
+    highest_kPa: float = HIGHEST_KPA,
 ) -> Pickup:
     """Find the least multiple of ``resolution_kPa`` at which the food is picked up.
 
@@ -139,13 +139,13 @@ def pickup_pressure(
         trials: grasps; the friction is that of their configuration.
         resolution_kPa: distance of pressures.
         start_kPa: pressure of the first grasp.
-        policy: of the search; none above its highest pressure is tried.
+        highest_kPa: pressure above which none is tried.
 
     Returns:
         That pressure, and the highest one below that was tried.
     """
     friction = trials.base.food.friction
-    highest = int(policy.highest_kPa / resolution_kPa + 1e-9)
+    highest = int(highest_kPa / resolution_kPa + 1e-9)
 
     def trial(place: int) -> GraspTrial:
         return trials.at(place * resolution_kPa, friction)
@@ -153,7 +153,7 @@ def pickup_pressure(
     place = min(max(round(start_kPa / resolution_kPa), 1), highest)
     made: dict[int, GraspTrial] = {}
     fails, succeeds = 0, highest + 1
-    for _ in range(policy.estimates):
+    for _ in range(ESTIMATES):
         made[place] = trial(place)
         if made[place].picked_up:
             succeeds = min(succeeds, place)
@@ -201,11 +201,7 @@ class FrictionFound:
 
 
 def friction(
-    trials: GraspTrials,
-    pickup_kPa: float,
-    resolution_kPa: float,
-    tolerance: float,
-    policy: GraspSearch = GraspSearch(),
+    trials: GraspTrials, pickup_kPa: float, resolution_kPa: float, tolerance: float
 ) -> FrictionFound:
     """Find the friction for which ``pickup_kPa`` is the least pressure that picks up.
 
@@ -218,7 +214,6 @@ def friction(
         pickup_kPa: p.
         resolution_kPa: r.
         tolerance: of μ*.
-        policy: of the search.
 
     Returns:
         The interval that the friction lies in.
@@ -227,26 +222,15 @@ def friction(
         ConfigError: one line, where no friction does.
     """
     first = trials.at(pickup_kPa, trials.base.food.friction)
-    at_pressure = _least_friction(trials, pickup_kPa, first, tolerance, policy)
-    below = trials.at(pickup_kPa - resolution_kPa, at_pressure)
-    at_lower = _least_friction(
-        trials,
-        pickup_kPa - resolution_kPa,
-        below,
-        tolerance,
-        policy,
-        round(at_pressure / tolerance),
-    )
+    at_pressure = _least_friction(trials, pickup_kPa, first, tolerance)
+    lower_kPa, place = pickup_kPa - resolution_kPa, round(at_pressure / tolerance)
+    below = trials.at(lower_kPa, at_pressure)
+    at_lower = _least_friction(trials, lower_kPa, below, tolerance, place)
     return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure))
 
 
 def _least_friction(
-    trials: GraspTrials,
-    pressure_kPa: float,
-    known: GraspTrial,
-    tolerance: float,
-    policy: GraspSearch,
-    low: int = 1,
+    trials: GraspTrials, pressure_kPa: float, known: GraspTrial, tolerance: float, low: int = 1
 ) -> float:
     """μ* at a pressure, on a grid of ``tolerance``.
 
@@ -255,17 +239,16 @@ def _least_friction(
         pressure_kPa: the pressure.
         known: a grasp there.
         tolerance: distance of places.
-        policy: of the search.
         low: place that no answer is below, as of a higher pressure.
     """
     start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
     found = least(
         lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
-        round(start / tolerance), low, round(policy.largest_friction / tolerance),
+        round(start / tolerance), low, round(LARGEST_FRICTION / tolerance),
     )  # fmt: skip
     if found.succeeds is None:
         raise ConfigError(
-            f"--pickup-pressure {pressure_kPa:g}: no friction up to {policy.largest_friction:g} "
+            f"--pickup-pressure {pressure_kPa:g}: no friction up to {LARGEST_FRICTION:g} "
             "picks the food up there; allowed: a higher pressure, or another pose"
         )
     return found.succeeds * tolerance

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Final
 
+LIFT_MM: Final = 10.0
+"""Way up in a trial; what slips does so within the first millimetres."""
 
-@dataclass(frozen=True, slots=True)
-class GraspSearch:
-    """Where the least pressure or friction that picks food up is searched for.
+HIGHEST_KPA: Final = 300.0
+"""Pressure above which none is tried; the paper's highest."""
 
-    Attributes:
-        lift_mm: way up in a trial; what slips does so within the first millimetres.
-        highest_kPa: pressure above which none is tried; the paper's highest.
-        largest_pressure_kPa: that a user may ask for.
-        largest_friction: coefficient above which none is tried.
-        estimates: grasps at most from which the pressure is estimated, before others confirm it.
-    """
+LARGEST_PRESSURE_KPA: Final = 1000.0
+"""Pressure that a user may ask for, at most."""
 
-    lift_mm: float = 10.0
-    highest_kPa: float = 300.0
-    largest_pressure_kPa: float = 1000.0
-    largest_friction: float = 2.0
-    estimates: int = 4
+LARGEST_FRICTION: Final = 2.0
+"""Coefficient above which none is tried."""
+
+ESTIMATES: Final = 4
+"""Grasps at most from which the pressure is estimated, before others confirm it."""

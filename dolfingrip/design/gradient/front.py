@@ -21,7 +21,7 @@ from dolfingrip.design.gradient.file import FrontTable
 from dolfingrip.design.gradient.problem import Floats, Problem, Scaling
 from dolfingrip.design.gradient.shape import UnloadedShape, UnloadedShapes
 from dolfingrip.design.quantities.quantity import Quantity, objective
-from dolfingrip.design.surrogate.process import GradientProcess, ProcessPolicy
+from dolfingrip.design.surrogate.process import GradientProcess
 from dolfingrip.experiments.simulate import Compute
 from dolfingrip.files.front import FrontFile, FrontLevel, SimulatedDesign
 from dolfingrip.files.objective import Sense
@@ -69,7 +69,7 @@ class _Signed:
         self.exact: Floats | None = None
         self.values: list[float] = []
         self._slopes: list[Floats] = []
-        self._size, self._policy = size, ProcessPolicy(seed=seed)
+        self._size, self._seed = size, seed
         self._process: GradientProcess | None = None
 
     def learn(self, shape: UnloadedShape, found: DesignNumbers) -> None:
@@ -87,9 +87,7 @@ class _Signed:
         if self.exact is not None:
             return self.exact, np.zeros(len(self.exact))
         slopes = np.array(self._slopes)
-        self._process = GradientProcess(
-            candidates[seen], np.array(self.values), slopes, self._policy
-        )
+        self._process = GradientProcess(candidates[seen], np.array(self.values), slopes, self._seed)
         mean, deviation = self._process.predict(candidates)
         return self.sign * mean, deviation
 

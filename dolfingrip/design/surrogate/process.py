@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -13,28 +14,21 @@ from scipy.stats import norm, qmc
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class ProcessPolicy:
-    """The numbers of a process. Lengths are in ranges of the inputs.
+NUGGET: Final = 2e-6
+"""Part of the variance that is added to the diagonal. Solutions are converged, but pairs of contact
+that come and go leave values and gradients rough below any length."""
 
-    Attributes:
-        nugget: part of the variance that is added to the diagonal. Solutions are converged, but
-            pairs of contact that come and go leave values and gradients rough below any length.
-        shortest, longest: correlation length.
-        typical, spread: median and standard deviation of the lengths' log-normal prior.
-        members: number of sets of lengths in the ensemble.
-        seed: of their Sobol sequence.
-        step: of the logarithms of the lengths, for the likelihood's curvature.
-    """
+SHORTEST, LONGEST = 0.1, 10.0
+"""Correlation lengths, in ranges of the inputs."""
 
-    nugget: float = 2e-6
-    shortest: float = 0.1
-    longest: float = 10.0
-    typical: float = 1.0
-    spread: float = 0.5
-    members: int = 16
-    seed: int = 1
-    step: float = 0.05
+TYPICAL, SPREAD = 1.0, 0.5
+"""Median and standard deviation of the lengths' log-normal prior."""
+
+MEMBERS: Final = 16
+"""Number of sets of lengths in the ensemble."""
+
+STEP: Final = 0.05
+"""Step of the logarithms of the lengths, for the likelihood's curvature."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +65,7 @@ class GradientProcess:
         inputs: shape (n, d), each about 0 to 1.
         values: shape (n,).
         slopes: shape (n, d); None: values alone.
-        policy: numbers of the process.
+        seed: of the Sobol sequence of lengths.
 
     Attributes:
         lengths: correlation length along each input, the likeliest.
@@ -83,9 +77,9 @@ class GradientProcess:
         inputs: Floats,
         values: Floats,
         slopes: Floats | None = None,
-        policy: ProcessPolicy = ProcessPolicy(),
+        seed: int = 1,
     ) -> None:
-        self._policy = policy
+        self._seed = seed
         self._x, self._mean = np.asarray(inputs, dtype=float), float(np.mean(values))
         observed = np.asarray(values, dtype=float) - self._mean
         self._with_slopes = slopes is not None
@@ -93,8 +87,8 @@ class GradientProcess:
             observed = np.concatenate([observed, np.asarray(slopes, dtype=float).T.ravel()])
         self._y = observed
         dimensions = self._x.shape[1]
-        bounds = [(np.log(self._policy.shortest), np.log(self._policy.longest))] * dimensions
-        begin = np.full(dimensions, np.log(self._policy.typical))
+        bounds = [(np.log(SHORTEST), np.log(LONGEST))] * dimensions
+        begin = np.full(dimensions, np.log(TYPICAL))
         found = minimize(self._unlikely, begin, method="L-BFGS-B", bounds=bounds)
         self.lengths: Floats = np.exp(found.x)
         self._members, self._shares = self._ensemble(found.x, bounds)
@@ -117,7 +111,7 @@ class GradientProcess:
 
     def draws(self, inputs: Floats, count: int) -> Floats:
         """Functions drawn from what is known of it, at inputs (m, d), shape (count, m)."""
-        random = np.random.default_rng(self._policy.seed)
+        random = np.random.default_rng(self._seed)
         found = []
         for member, times in zip(
             self._members, random.multinomial(count, self._shares), strict=True
@@ -139,7 +133,7 @@ class GradientProcess:
         self, best: Floats, bounds: list[tuple[float, float]]
     ) -> tuple[list[_Member], Floats]:
         """Members around the likeliest lengths, and their shares."""
-        d, steps = len(best), self._policy.step * np.eye(len(best))
+        d, steps = len(best), STEP * np.eye(len(best))
         curvature = np.empty((d, d))
         for i in range(d):
             for j in range(i, d):
@@ -148,10 +142,10 @@ class GradientProcess:
                     for a in (1, -1)
                     for b in (1, -1)
                 )
-                curvature[i, j] = curvature[j, i] = sum(corners) / (4 * self._policy.step**2)
+                curvature[i, j] = curvature[j, i] = sum(corners) / (4 * STEP**2)
         sizes, directions = np.linalg.eigh(curvature)
-        narrow = np.maximum(sizes, 1 / self._policy.spread**2)  # never wider than the prior
-        sobol = qmc.Sobol(d, rng=self._policy.seed).random(self._policy.members)
+        narrow = np.maximum(sizes, 1 / SPREAD**2)  # never wider than the prior
+        sobol = qmc.Sobol(d, rng=self._seed).random(MEMBERS)
         normal = np.asarray(norm.ppf(np.clip(sobol, 1e-3, 1 - 1e-3)), dtype=float)
         drawn = best + normal @ (directions / np.sqrt(narrow)).T
         low, high = np.transpose(bounds)
@@ -170,13 +164,13 @@ class GradientProcess:
     def _member(self, logarithms: Floats) -> _Member:
         lengths = np.exp(logarithms)
         covariance = self._covariance(self._x, self._x, lengths)
-        covariance[np.diag_indices_from(covariance)] *= 1 + self._policy.nugget
+        covariance[np.diag_indices_from(covariance)] *= 1 + NUGGET
         factor = cho_factor(covariance, lower=True)
         weights = cho_solve(factor, self._y)
         count = len(self._y)
         observed = max(float(self._y @ weights), 1e-300)
         spread = float(np.log(np.diag(factor[0])).sum())
-        apart = (logarithms - np.log(self._policy.typical)) / self._policy.spread
+        apart = (logarithms - np.log(TYPICAL)) / SPREAD
         unlikely = count * np.log(observed / count) / 2 + spread + float(apart @ apart) / 2
         # a variance that is learnt with the mean and the lengths makes predictions Student's t
         # with as many degrees of freedom fewer; this is the variance of it

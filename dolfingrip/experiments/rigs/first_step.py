@@ -11,11 +11,11 @@ import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
-from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.mechanics.model.supports import at_rest
+from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.meshes.adoption import adopt as adoption
 from dolfingrip.meshes.adoption.adopt import AdoptedPart
 from dolfingrip.meshes.adoption.roles import Asked, direction_said, snapped
@@ -119,13 +119,9 @@ def _displaced(domain: Domain) -> _Displacement:
     matrix.assemble()
     right = fem_petsc.assemble_vector(to_assemble(load))
     fem_petsc.set_bc(right, supports)
-    ksp = PETSc.KSP().create(domain.mesh.comm)
-    ksp.setOperators(matrix)
-    ksp.setType("preonly")
-    ksp.getPC().setType("cholesky")
-    ksp.getPC().setFactorSolverType("mumps")
-    found = right.duplicate()
-    ksp.solve(right, found)
+    inverse, found = Factorisation("first_step_", domain.mesh.comm), right.duplicate()
+    inverse.set_up(matrix)
+    inverse.pc.apply(right, found)
     moved = found.array.reshape(-1, 3)
     tip = fem.locate_dofs_topological(space, 2, domain.facets("tip"))
     return _Displacement(moved[tip].mean(axis=0), float(np.linalg.norm(moved, axis=1).max()))

@@ -55,33 +55,6 @@ class SeriesPolicy:
 
 
 @dataclass(frozen=True, slots=True)
-class LengthPolicy:
-    """Lengths of steps by the error of predictions; see :class:`~.path.LoadPath`.
-
-    Attributes:
-        error: error of a prediction, relative to the step's displacement, that the next step aims
-            at. Thin walls need 3 or 4 iterations there, 6 at 0.12, 13 at 0.2.
-        order: power of the length with which the error grows, for a cubic.
-        least, most: smallest and largest ratio of a step's length and that before.
-        margin: part of the length at which a step's error in time would be the allowed one.
-    """
-
-    error: float = 0.08
-    order: int = 3
-    least: float = 0.5
-    most: float = 2.0
-    margin: float = 0.9
-
-    def by_error(self, error: float) -> float:
-        """Ratio of the next step's length to that of a step with an error in time.
-
-        Args:
-            error: by the allowed one; it grows with the third power of the length.
-        """
-        return min(max(self.margin * error ** (-1 / 3), self.least), self.most)
-
-
-@dataclass(frozen=True, slots=True)
 class PathPolicy:
     """How a path is divided into steps; see :class:`~.path.LoadPath`.
 
@@ -105,6 +78,5 @@ class PathPolicy:
     small_jump: int = 45
     from_equilibrium: bool = False
     halves_first: bool = False
-    length: LengthPolicy = field(default_factory=LengthPolicy)
     predictor: PredictorPolicy = field(default_factory=PredictorPolicy)
     series: SeriesPolicy = field(default_factory=SeriesPolicy)

@@ -4,11 +4,6 @@ Places are in mm, z points upwards. A finger hangs from its clamp and bends to t
 
 Numbers are packed as 16 bits, differences, byte planes, deflate, base64; ``web/src/packed.js``
 unpacks them. A surface of 15,000 triangles in 11 states takes 0.5 MB.
-
->>> packed = pack_numbers(np.array([[5, 6, 8], [5, 7, 9]], dtype="<u2"))
->>> unpack_numbers(packed)
-array([[5, 6, 8],
-       [5, 7, 9]], dtype=uint16)
 """
 
 from __future__ import annotations
@@ -81,20 +76,6 @@ def pack_numbers(numbers: npt.NDArray[Any], stride: int = 1) -> dict[str, Any]:
         "stride": stride,
         "data": base64.b64encode(zlib.compress(planes, 9)).decode("ascii"),
     }
-
-
-def unpack_numbers(packed: dict[str, Any]) -> npt.NDArray[Any]:
-    """Return the numbers, shape (rows, columns), that :func:`pack_numbers` packed."""
-    size, shape, stride = packed["bytes"], (packed["rows"], packed["columns"]), packed["stride"]
-    raw = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), dtype=np.uint8)
-    kind = np.dtype(f"<u{size}")
-    found = np.zeros(shape[0] * shape[1], dtype=kind)
-    for plane, part in enumerate(raw.reshape(size, -1)):
-        found |= part.astype(kind) << (8 * plane)
-    found = found.reshape(shape)
-    for start in range(stride):
-        found[:, start::stride] = np.cumsum(found[:, start::stride], axis=1, dtype=kind)
-    return np.cumsum(found, axis=0, dtype=kind)
 
 
 def pack_indices(indices: npt.NDArray[np.int64], count: int) -> dict[str, Any]:
