@@ -254,9 +254,11 @@ class InferencePolicy:
         scaled_by: the same of coupons, which moduli scale exactly.
         least_std: of the moduli's logarithm, by which its range is counted.
         nodes: moduli at which a simulation that scales is read.
-        recentred: steps of the moduli that all is simulated at, as a factor; the first coarse
-            simulations serve so far to either side.
+        recentred: steps of the moduli that all is simulated at, as a factor; where the model alone
+            does not follow the readings, simulations serve so far to the side of a softer finger.
         near_enough: ratio of the fitted moduli and those that all is simulated at, at most.
+        stiffer: the same to the side of a stiffer finger where moduli scale it: its rows are read
+            from the reference finger's curve to 0.001° and 0.001 N.
         passes: simulations of the model at other moduli, at most, until these follow the readings.
         coarse: part of a channel that the mesh of the causes may be off by.
         component_error: error of a reading that columns may leave, by its noise.
@@ -360,6 +362,7 @@ class InferencePolicy:
     nodes: int = 33
     recentred: float = 1.6
     near_enough: float = 1.3
+    stiffer: float = 2.5
     passes: int = 5
     coarse: float = 0.25
     component_error: float = 0.03

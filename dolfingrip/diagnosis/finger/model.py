@@ -534,18 +534,24 @@ def nodes_of(ends: np.ndarray) -> np.ndarray:
     return spread(np.linspace(low, high, POLICY.nodes))
 
 
-def fitted_moduli(plain: InferenceProblem, known: float, slack: float) -> float:
-    """The fitted factor of all moduli; a known one where that is near.
+def fitted_moduli(plain: InferenceProblem, simulation: FingerSimulation) -> float:
+    """The fitted factor of all moduli; that of the simulation where this serves there, too.
 
-    In few steps, so that another measurement of the finger finds its simulations.
+    In few steps, so that another measurement of the finger finds its simulations. Where moduli
+    scale the simulation, a stiffer finger is read from it at lower pressures. Where the model does
+    not follow the readings, its moduli do what some cause may have done, and are left as they are
+    as far as the simulation reaches.
 
     Args:
         plain: the model without causes.
-        known: factor of all moduli that it was simulated at.
-        slack: ratio of both up to which they are near.
+        simulation: that it is of.
     """
-    factor = float(plain.factor(_fitted(plain)[0]))
-    if abs(np.log(factor / known)) <= np.log(slack):
+    fit, known = _fitted(plain), simulation.centre
+    factor = float(plain.factor(fit.zeta[0]))
+    softer = stiffer = POLICY.near_enough
+    if simulation.scales:
+        softer, stiffer = POLICY.recentred if fit.level else softer, POLICY.stiffer
+    if 1 / softer <= factor / known <= stiffer:
         return known
     step = np.log(POLICY.recentred)
     return float(np.exp(step * np.round(np.log(factor) / step)))
@@ -557,10 +563,10 @@ def plain_fit(plain: InferenceProblem, level: CovarianceModel) -> MapFit:
     return level.of(tuple(plain.implausible)).fit([np.r_[start, rest] for start in POLICY.starts])
 
 
-def _fitted(plain: InferenceProblem) -> np.ndarray:
-    """ζ under whichever discrepancy the model without causes needs."""
+def _fitted(plain: InferenceProblem) -> MapFit:
+    """The fit under whichever discrepancy the model without causes needs."""
     fits = [plain_fit(plain, level) for level in at_levels(plain).values()]
-    return max(fits, key=lambda fit: fit.log_evidence).zeta
+    return max(fits, key=lambda fit: fit.log_evidence)
 
 
 def first_pass(
@@ -590,7 +596,7 @@ def first_pass(
             reached = np.isfinite(told.base_at(told.centre))
             plain = baseline_problem(told, errors(told)).rows(reached)
             # walls are not fitted yet: they may take their part
-            centre = fitted_moduli(plain, told.centre, POLICY.recentred)
+            centre = fitted_moduli(plain, told)
             if centre == told.centre:
                 break
             say(f"the moduli are about {centre:.2g} times those configured; simulating there")
@@ -667,7 +673,7 @@ def model(
             say(f"the walls are about {walls:.2g} times as thick as configured; simulating there")
             simulation = replace(simulation, tried_walls=(*simulation.tried_walls, walls))
             plain = baseline_problem(simulation, off)
-        centre = fitted_moduli(plain, simulation.centre, POLICY.near_enough)
+        centre = fitted_moduli(plain, simulation)
         if centre == simulation.centre:
             break
         say(f"the moduli are about {centre:.2g} times those configured; simulating there")
@@ -685,7 +691,7 @@ def _beyond(simulation: FingerSimulation, plain: InferenceProblem) -> float | No
     if not known:
         return None
     prior = plain.always[1].prior
-    walls = prior.at(float(_fitted(plain)[1])) / prior.at(0.0)
+    walls = prior.at(float(_fitted(plain).zeta[1])) / prior.at(0.0)
     step = MODEL.walls_by / 2
     walls = float(np.round(step * np.round(walls / step), 9))
     if min(known) <= walls <= max(known) or walls in tried or walls <= 0:

@@ -156,7 +156,7 @@ class Known:
         slopes = {
             (column, key): values[:count]
             for (column, key), values in self.answer.slopes.items()
-            if key.split("[")[0] in keys
+            if not {key, key.split("[")[0]}.isdisjoint(keys)  # one entry of a list, or all
         }
         found = replace(self.answer, columns=columns, slopes=slopes)
         if min((len(values) for values in columns.values()), default=0) == count:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,12 @@ from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.core.unknown import Factor, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger import closed_forms
-from dolfingrip.diagnosis.finger.model import FingerSimulation
+from dolfingrip.diagnosis.finger.model import (
+    FingerSimulation,
+    baseline_problem,
+    errors,
+    fitted_moduli,
+)
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
     SimulatedReadings,
@@ -96,6 +102,21 @@ def test_modulus_scales_exactly(
             off = np.abs(scaled[at] - there).max()
             print(factor, column, "off by", off, "of", there.max())
             assert off < allowed * there.max()
+
+
+@pytest.mark.parametrize(
+    ("factors", "there"),
+    [((2.0, 2.0, 2.0), 1.0), ((0.7, 0.7, 0.7), 0.625), ((0.45, 0.65, 0.8), 1.0)],
+)
+def test_all_is_simulated_anew_where_a_plain_finger_is_softer(
+    simulation: FingerSimulation, measurement: Measurement, factors: tuple[float, ...], there: float
+) -> None:
+    """A stiffer one is read from the same curve. Moduli that grow with the pressure, at 20, 40 and
+    60 kPa, are no other modulus."""
+    plain = baseline_problem(simulation, errors(simulation))
+    by = np.interp(measurement.listed()["control"], UP[1:], factors)
+    own = np.array([simulation.base_at(c)[place] for place, c in enumerate(by)])
+    assert fitted_moduli(replace(plain, value=own), simulation) == pytest.approx(there)
 
 
 def test_nuisances_are_derivatives_by_their_standard_deviation(

@@ -37,12 +37,13 @@ def coupon(count: int, *overrides: str, gradients: tuple[str, ...] = ()) -> Requ
 
 
 PRONY = ("extensions.prony.g=[0.2]",)
+ONE_OF_LIST = ("extensions.prony.g[0]",)
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("shipped")
-    jobs = [coupon(5, gradients=("material.mu_MPa",)), coupon(5, *PRONY)]
+    jobs = [coupon(5, gradients=("material.mu_MPa",)), coupon(5, *PRONY, gradients=ONE_OF_LIST)]
     shipped_file.write(folder / "results.json.gz", jobs, Here(folder / "store").results(jobs))
     return folder / "results.json.gz"
 
@@ -59,7 +60,10 @@ def never(asked: Request) -> Answer:
 
 
 def test_a_beginning_is_served(file: Path) -> None:
-    asked = [coupon(3), coupon(4, *PRONY), coupon(3, gradients=("material.mu_MPa",))]
+    asked = [
+        coupon(3), coupon(4, *PRONY), coupon(3, gradients=("material.mu_MPa",)),
+        coupon(3, *PRONY, gradients=ONE_OF_LIST),
+    ]  # fmt: skip
     found = opened(file).answers(asked, never)
     assert [each for each, _ in found] == asked
     for each, answer in found:
@@ -77,7 +81,7 @@ def test_other_configurations_protocols_and_derivatives_are_not(file: Path) -> N
         coupon(3, "material.mu_MPa=3.0"),
         coupon(3, 'solver.element="P2"'),
         coupon(3, "extensions.prony.g=[0.3]"),
-        coupon(3, *PRONY, gradients=("extensions.prony.g",)),
+        coupon(3, *PRONY, gradients=("extensions.prony.tau_s[0]",)),
         replace(coupon(3), config=coupon(3).config.changed(
             protocol={"time_s": [0.0, 1.0, 2.0], "displacement_mm": [0.0, 4.0, 8.1]})),
     ]  # fmt: skip
