@@ -42,7 +42,13 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, ConfigError
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.emulator import Coordinate, SimulatedChanges, trained_on
-from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem, MapFit, at_levels
+from dolfingrip.diagnosis.core.evidence import (
+    LEVELS,
+    CovarianceModel,
+    InferenceProblem,
+    MapFit,
+    at_levels,
+)
 from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Nuisance, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.finger.unknowns import WALLS
@@ -534,7 +540,9 @@ def nodes_of(ends: np.ndarray) -> np.ndarray:
     return spread(np.linspace(low, high, POLICY.nodes))
 
 
-def fitted_moduli(plain: InferenceProblem, simulation: FingerSimulation) -> float:
+def fitted_moduli(
+    plain: InferenceProblem, simulation: FingerSimulation, *, scaled: bool = True
+) -> float:
     """The fitted factor of all moduli; that of the simulation where this serves there, too.
 
     In few steps, so that another measurement of the finger finds its simulations. Where moduli
@@ -545,12 +553,14 @@ def fitted_moduli(plain: InferenceProblem, simulation: FingerSimulation) -> floa
     Args:
         plain: the model without causes.
         simulation: that it is of.
+        scaled: whether moduli scale what is to be simulated at that factor.
     """
     fit, known = _fitted(plain), simulation.centre
     factor = float(plain.factor(fit.zeta[0]))
     softer = stiffer = POLICY.near_enough
     if simulation.scales:
-        softer, stiffer = POLICY.recentred if fit.level else softer, POLICY.stiffer
+        softer = POLICY.recentred if fit.level else softer
+        stiffer = POLICY.stiffer if fit.level or scaled else stiffer
     if 1 / softer <= factor / known <= stiffer:
         return known
     step = np.log(POLICY.recentred)
@@ -566,7 +576,7 @@ def plain_fit(plain: InferenceProblem, level: CovarianceModel) -> MapFit:
 def _fitted(plain: InferenceProblem) -> MapFit:
     """The fit under whichever discrepancy the model without causes needs."""
     fits = [plain_fit(plain, level) for level in at_levels(plain).values()]
-    return max(fits, key=lambda fit: fit.log_evidence)
+    return max(fits, key=lambda fit: fit.log_evidence + np.log(LEVELS[fit.level]))
 
 
 def first_pass(

@@ -38,7 +38,14 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import Key, one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause, Factor, Unknown
 from dolfingrip.diagnosis.finger import closed_forms
-from dolfingrip.diagnosis.finger.model import FingerSimulation, even, nodes_of, plain_fit, spread
+from dolfingrip.diagnosis.finger.model import (
+    FingerSimulation,
+    even,
+    fitted_moduli,
+    nodes_of,
+    plain_fit,
+    spread,
+)
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, TILTED
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
@@ -193,8 +200,8 @@ class CauseTraining:
 
     def __post_init__(self) -> None:
         simulation, plain = self.simulation, self.plain
-        # where causes are simulated
-        middle = np.log(simulation.centre) / plain.factor.std
+        # where causes are simulated that moduli do not scale
+        middle = np.log(fitted_moduli(plain, simulation, scaled=False)) / plain.factor.std
         self._middle = float(np.clip(middle, *plain.baseline_box[0]))
         self._nodes = nodes_of(plain.baseline_box[0])
         self.boxes = {each.name: box_of(each) for each in self.causes}

@@ -105,18 +105,21 @@ def test_modulus_scales_exactly(
 
 
 @pytest.mark.parametrize(
-    ("factors", "there"),
-    [((2.0, 2.0, 2.0), 1.0), ((0.7, 0.7, 0.7), 0.625), ((0.45, 0.65, 0.8), 1.0)],
+    ("factors", "there", "remembering"),
+    [((2.0, 2.0, 2.0), 1.0, 1.6), ((0.7, 0.7, 0.7), 0.625, 0.625), ((0.45, 0.65, 0.8), 1.0, 1.0)],
 )
 def test_all_is_simulated_anew_where_a_plain_finger_is_softer(
-    simulation: FingerSimulation, measurement: Measurement, factors: tuple[float, ...], there: float
-) -> None:
-    """A stiffer one is read from the same curve. Moduli that grow with the pressure, at 20, 40 and
-    60 kPa, are no other modulus."""
+    simulation: FingerSimulation, measurement: Measurement, factors: tuple[float, ...],
+    there: float, remembering: float,
+) -> None:  # fmt: skip
+    """A stiffer one is read from the same curve but for causes with memory. Moduli that grow with
+    the pressure, at 20, 40 and 60 kPa, are no other modulus."""
     plain = baseline_problem(simulation, errors(simulation))
     by = np.interp(measurement.listed()["control"], UP[1:], factors)
     own = np.array([simulation.base_at(c)[place] for place, c in enumerate(by)])
-    assert fitted_moduli(replace(plain, value=own), simulation) == pytest.approx(there)
+    plain = replace(plain, value=own)
+    assert fitted_moduli(plain, simulation) == pytest.approx(there)
+    assert fitted_moduli(plain, simulation, scaled=False) == pytest.approx(remembering)
 
 
 def test_nuisances_are_derivatives_by_their_standard_deviation(
