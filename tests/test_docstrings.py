@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -56,21 +57,26 @@ def used_elsewhere() -> set[str]:
     """Names that one room takes from another, by import or as attributes of what it imported."""
     names: set[str] = set()
     for name, tree in modules().items():
-        foreign = set()
+        foreign, attributes = set(), []
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and node.module:
                 for alias in node.names:
                     if room(f"{node.module}.{alias.name}") != room(name):
                         names.add(alias.name)
                         foreign.add(alias.asname or alias.name)
-        names |= {
-            node.attr
-            for node in ast.walk(tree)
-            if isinstance(node, ast.Attribute)
-            and isinstance(node.value, ast.Name)
-            and node.value.id in foreign
-        }
+            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                attributes.append((node.value.id, node.attr))
+        names |= {attribute for owner, attribute in attributes if owner in foreign}
     return names
+
+
+def definitions(node: ast.AST) -> Iterator[Function | ast.ClassDef]:
+    """Classes and functions, however deep; expressions, which have none, are not looked through."""
+    for each in ast.iter_child_nodes(node):
+        if isinstance(each, Function | ast.ClassDef):
+            yield each
+        if isinstance(each, ast.stmt | ast.excepthandler | ast.match_case):
+            yield from definitions(each)
 
 
 def undocumented(node: Function) -> list[str]:
@@ -89,8 +95,7 @@ def test_first_lines_stand_alone() -> None:
         f"{name}.{node.name}: {first}"
         for folders in (("dolfingrip", "forms", "meshes"), ("benchmarks", "examples", ".ci"))
         for name, tree in modules(folders).items()
-        for node in ast.walk(tree)
-        if isinstance(node, Function | ast.ClassDef)
+        for node in definitions(tree)
         for first in [(ast.get_docstring(node) or "").partition("\n")[0]]
         if LEANS_ON_OTHERS.match(first)
     ]
@@ -116,7 +121,7 @@ def test_doors_of_rooms_have_args() -> None:
 def test_class_names_are_given_once() -> None:
     places = defaultdict(list)
     for name, tree in modules().items():
-        for node in ast.walk(tree):
+        for node in definitions(tree):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(name)
     twice = {name: found for name, found in places.items() if len(found) > 1}
