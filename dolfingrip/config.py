@@ -110,7 +110,7 @@ def changed(config: Config, change: Change) -> Config:
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.
     """
-    data = config.model_dump(exclude_none=True)
+    data = config.opened({tables.parts(key)[0] for key in change})
     tables.put(data, change)
     return checked(type(config), data)
 

@@ -99,7 +99,7 @@ class CouponSimulation:
 
     def slopes(self) -> np.ndarray:
         """(n,) derivative of the readings by the travel, for each mm."""
-        return self._read(self._plain, derivative=1)
+        return self._read(self._plain, derivative=1)[0]
 
     def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
         """(places, n) changes of the readings by causes that act together.
@@ -163,20 +163,19 @@ class CouponSimulation:
 
     def _displayed(self, overrides: Change, solved: Solved) -> np.ndarray:
         """(places, n) what the instruments show."""
-        places = max(len(next(iter(values.values()))) for _, values in solved)
         shown = [
             (group, changed(group.config, overrides).extensions.displayed(
                 {**values, TIME.name: np.array(group.in_time.time_s)}))
             for group, values in solved
         ]  # fmt: skip
-        return np.array([self._read(shown, place) for place in range(places)])
+        return self._read(shown)
 
-    def _read(self, solved: Solved, place: int = 0, derivative: int = 0) -> np.ndarray:
-        """(n,) readings of a place, or their derivatives by the travel."""
+    def _read(self, solved: Solved, derivative: int = 0) -> np.ndarray:
+        """(places, n) readings, or their derivatives by the travel."""
         count = len(self.measurement.readings)
         return self.measurement.collected({
             group.tests: {
-                name: group.in_time.at_rows(columns[name][place], count, derivative)
+                name: group.in_time.at_rows(columns[name], count, derivative)
                 for name in (FORCE.name, TRANSVERSE_STRAIN.name)
             }
             for group, columns in solved

@@ -231,10 +231,22 @@ class Sections(Section):
         Raises:
             ConfigError: one line naming the key, its value and the allowed range.
         """
-        data = self.model_dump(exclude_none=True)
+        data = self.opened(sections)
         for section, values in sections.items():
             data[section] = {**data.get(section, {}), **values}
         return checked(type(self), data)
+
+    def opened(self, sections: Iterable[object]) -> dict[str, Any]:
+        """Return the sections by name, some of them as plain data that may be changed.
+
+        The others are checked already, so that a check of the whole takes them as they are.
+
+        Args:
+            sections: names of those that become plain data.
+        """
+        found: dict[str, Any] = self.tables
+        opened = {name: found[name] for name in sections if name in found}
+        return found | {n: each.model_dump(exclude_none=True) for n, each in opened.items()}
 
     @property
     def geometry_table(self) -> str:

@@ -203,8 +203,11 @@ class Scaled(Emulator):
         if self.inner is None:
             return np.array([c - 1]), np.array([[rate]])
         g, slopes = self.inner.with_slopes(zeta[1:])
-        on = np.column_stack([rate * g, c * slopes])
-        return np.r_[c * g, g], np.vstack([on, np.column_stack([0 * g, slopes])])
+        k, d = slopes.shape
+        value, every = np.empty(2 * k), np.zeros((2 * k, 1 + d))  # a fit asks for these many times
+        value[:k], value[k:] = c * g, g
+        every[:k, 0], every[:k, 1:], every[k:, 1:] = rate * g, c * slopes, slopes
+        return value, every
 
 
 Warp = Callable[[np.ndarray], np.ndarray]

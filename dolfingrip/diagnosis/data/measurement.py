@@ -110,6 +110,9 @@ class Measurement:
     readings: pd.DataFrame
     tests: Sequence[SpecimenTest]
     warnings: list[str] = field(default_factory=list)
+    _places: dict[tuple[int, ...], dict[str, np.ndarray]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         """Find how the control moved in each test."""
@@ -215,13 +218,17 @@ class Measurement:
         Args:
             rows: of some tests.
             missing: value of single readings that are not among them.
+
+        Returns:
+            (…, n) where those at the rows are (…, rows).
         """
         row = self.listed()["row"].to_numpy()
-        found = np.full(len(row), missing)
+        shapes = [each.shape[:-1] for columns in rows.values() for each in columns.values()]
+        found = np.full((*np.broadcast_shapes(*shapes), len(row)), missing)
         for tests, columns in rows.items():
             for name, at in self.places(tests).items():
                 if name in columns:
-                    found[at] = columns[name][row[at]]
+                    found[..., at] = columns[name][..., row[at]]
         return found
 
     def channels(self) -> dict[str, np.ndarray]:
@@ -230,17 +237,19 @@ class Measurement:
         return {str(name): column == name for name in dict.fromkeys(column)}
 
     def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
-        """Where readings of these tests stand in the list, by column."""
-        column, test = (self.listed()[name].to_numpy() for name in ("column", "test"))
-        mine = np.isin(test, tests)
-        return {
-            str(name): np.flatnonzero(mine & (column == name))
-            for name in dict.fromkeys(column[mine])
-        }
+        """Where readings of these tests stand in the list, by column; found once."""
+        if (key := tuple(tests)) not in self._places:
+            column, test = (self.listed()[name].to_numpy() for name in ("column", "test"))
+            mine = np.isin(test, tests)
+            self._places[key] = {
+                str(name): np.flatnonzero(mine & (column == name))
+                for name in dict.fromkeys(column[mine])
+            }
+        return self._places[key]
 
 
 Rows = Mapping[tuple[int, ...], Mapping[str, np.ndarray]]
-"""Readings at all rows of a measurement, (rows,), by the tests that they are of and by column."""
+"""Readings at all rows of a measurement, (…, rows), by the tests that they are of and by column."""
 
 
 def in_proportion(measurement: Measurement) -> np.ndarray:

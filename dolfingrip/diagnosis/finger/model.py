@@ -339,7 +339,7 @@ class FingerSimulation:
         """True if the moduli scale the base model exactly."""
         return scale_all(self.base.runs)
 
-    @property
+    @cached_property
     def applied(self) -> Config:
         """Configuration of the first test's set-up; its material is that of all."""
         return self.measurement.tests[0].applied(self.config)

@@ -155,6 +155,9 @@ class StopSchedule:
     branch: tuple[str, ...]
     legs: tuple[StopInterpolant, ...]
     others: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    _weights: dict[tuple[int, int], list[np.ndarray]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def protocol(self) -> dict[str, object]:
         """The protocol's columns; :func:`protocol_file.key` tells where they belong."""
@@ -170,20 +173,31 @@ class StopSchedule:
         """Readings at the measured rows from those at the stops, or their derivatives.
 
         Args:
-            values: (reached,) of one column, at the stops that were reached.
+            values: (…, reached) of one column, at the stops that were reached.
             count: number of rows of the measurement.
             derivative: 1 for that by the control; 0 where that rests.
 
         Returns:
-            (count,) NaN in rows that are not on this route or were not reached.
+            (…, count) NaN in rows that are not on this route or were not reached.
         """
-        found = np.full(count, np.nan)
-        padded = np.pad(values, (0, len(self.value) - len(values)))
-        for leg in self.legs:
-            moves = not derivative or self.branch[int(leg.stops[-1])] != "hold"
-            weights = leg.weights(len(values), derivative=derivative) * float(moves)
-            found[leg.rows] = weights @ padded[leg.stops]
+        *several, reached = values.shape
+        found = np.full((*several, count), np.nan)
+        padded = np.zeros((*several, len(self.value)))
+        padded[..., :reached] = values
+        for leg, weights in zip(self.legs, self._weights_of(reached, derivative), strict=True):
+            found[..., leg.rows] = padded[..., leg.stops] @ weights.T
         return found
+
+    def _weights_of(self, reached: int, derivative: int) -> list[np.ndarray]:
+        """Each leg's weights, made once: a fit asks for them at each place that it tries."""
+        key = reached, derivative
+        if key not in self._weights:
+            self._weights[key] = [
+                leg.weights(reached, derivative=derivative)
+                * float(not derivative or self.branch[int(leg.stops[-1])] != "hold")
+                for leg in self.legs
+            ]
+        return self._weights[key]
 
 
 class NominalStop(NamedTuple):

@@ -47,8 +47,8 @@ class Stretched:
     """Stress and width of the bars at the stops.
 
     Attributes:
-        stress_MPa: nominal stress F/A, shape (bars, stops); NaN where no equilibrium is found.
-        across: stretch λ_t across the bar, shape (bars, stops).
+        stress_MPa: nominal stress F/A, shape (bars, stops); NaN from where no equilibrium is found.
+        across: stretch λ_t across the bar, shape (bars, stops); NaN likewise.
     """
 
     stress_MPa: np.ndarray
@@ -130,6 +130,8 @@ class UniaxialTension:
             before, clock = float(here), float(now)
             stress.append(np.broadcast_to(slope, (bars,)))
             width.append(across)
+            # a bar without equilibrium is lost from here on, and holds the others up no more
+            across = np.where(np.isfinite(slope), across, np.nan)
         return Stretched(np.column_stack(stress), np.column_stack(width))
 
     def _equilibrium(
