@@ -56,7 +56,7 @@ def test_functions_of_a_few_pressures() -> None:
 def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
     """Against differences on the moving mesh."""
     at_pressure = Place("pressure_kPa", 60.0)
-    found = read(PRESSED, at_pressure, keys=KEYS)
+    found = read(PRESSED, at_pressure)
     force = found.columns[FORCE][0]  # type: ignore[attr-defined]
     assert force > 0.1
     # it presses below the sausage's middle, too; no direction bears more than the cone of friction

@@ -19,7 +19,7 @@ CYCLES = (
     "experiment.step_kPa=10",
     "experiment.cycles=3",
 )
-TOUCHING = ("finger.gap_mm=0.15", "contact.self_contact=true", "experiment.step_kPa=5")
+TOUCHING = ("finger.gap_mm=0.15", "contact.self_contact=true")
 """Bellows near enough to touch at these pressures, for what acts where they do."""
 DISSIPATIVE = [effect for effect in EFFECTS if effect.kind == "dissipative"]
 YIELDING = {"yield_strain": 0.005}

@@ -42,6 +42,10 @@ evenly so."""
 HOOKS = (Adapting, Energetic, Joining, Stage, Displaying, Uneven)
 
 TWO_CYCLES = (
+    "finger.bellows=1",
+    "finger.length_mm=26",
+    "mesh.size_mm=12",
+    "mesh.edge_size_mm=12",
     "contact.self_contact=false",
     "experiment.max_pressure_kPa=20",
     "experiment.step_kPa=20",
