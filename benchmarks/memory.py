@@ -26,6 +26,7 @@ CHANGES = {
     "push": PRESSED,
     "cycle": PRESSED,
     "grasp": {
+        **PRESSED,
         "gripper.half": True,
         "gripper.pressurise_s": 0.2,
         "gripper.settle_s": 0.1,
