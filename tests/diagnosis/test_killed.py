@@ -53,7 +53,7 @@ def test_killed_in_the_middle(tmp_path: Path, request: pytest.FixtureRequest) ->
     )  # fmt: skip
     while len(finished(out / "simulations")) < KILLED_AFTER:
         assert process.poll() is None, process.stdout and process.stdout.read()
-        time.sleep(0.02)
+        time.sleep(0.1)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     assert process.stdout is not None
