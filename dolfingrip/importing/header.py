@@ -90,8 +90,9 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-def _words(text: str) -> list[str]:
-    return [word.strip() for word in text.split(",")]
+@cache
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(word.strip() for word in text.split(","))
 
 
 def plain(text: str) -> str:
@@ -201,7 +202,7 @@ def is_summary(text: str) -> bool:
     >>> is_summary("Mittelwert"), is_summary("Mean:"), is_summary("meander")
     (True, True, False)
     """
-    return plain(text).strip(" :.") in _words(_known()["summary"]["words"])
+    return text[:1].isalpha() and plain(text).strip(" :.") in _words(_known()["summary"]["words"])
 
 
 def factor(unit: str, target: str) -> list[float]:
