@@ -75,7 +75,7 @@ EXAMPLES: Final = Path(__file__).parents[1] / "examples"
 
 PART: Final = EXAMPLES / "half_round_finger.step"
 
-STATED_DEG: Final = {"default finger": (2.0, 1.0, 0.1), "pneu-net": (2.0, 0.2, 0.01)}
+STATED_DEG: Final = {MOVED: (3.0, 1.0, 0.3), "pneu-net": (2.0, 0.2, 0.01)}
 """Errors of the angle for which the fewest joints are told."""
 
 FOODS: Final = {

@@ -25,7 +25,7 @@ from dolfingrip.jobs.store import Store, same
 FUNCTION: Final = f"{__name__}:perform"
 """Import path of :func:`perform`."""
 
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Version of what a stored run holds."""
 
 SECTIONS: Final = 91
@@ -320,7 +320,10 @@ def _followed(folder: Path, answer: Answer) -> Data:
 
 
 def sections(rest: np.ndarray, moved: np.ndarray) -> Data:
-    """Follow a finger's sections: the rigid motions nearest to those of the nodes around them.
+    """Follow a finger's sections: the motions nearest to those of the nodes around them.
+
+    A section moves as a rigid body and swells evenly along x. Its place is that of a rigid body at
+    the finger's back, which plates and food touch.
 
     Args:
         rest: (nodes, 3) places at rest (mm).
@@ -343,7 +346,11 @@ def sections(rest: np.ndarray, moved: np.ndarray) -> Data:
         middle, middles = before.mean(), after.mean(axis=-1)
         spin = ((after - middles[:, None]) * (before - middle).conj()).sum(axis=-1)
         spin /= np.abs(spin)
-        place = middles + spin * (1j * level - middle)
+        across = (before - middle).real
+        swollen = ((after - middles[:, None]) * spin.conj()[:, None]).real @ across
+        swollen = swollen / max(across @ across, np.finfo(float).tiny) - 1
+        outwards = swollen * (back[-1] - middle.real)
+        place = middles + spin * (1j * level - middle + outwards)
         places.append(np.stack([place.real, place.imag], axis=-1))
         turns.append(np.unwrap(np.angle(spin)))
     tip = rest[rest[:, 2] > z1 - 1e-6 * (z1 - z0), 0]

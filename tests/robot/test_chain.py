@@ -200,8 +200,11 @@ def test_laws_without_an_equilibrium_lead_nowhere() -> None:
     assert np.isfinite(found.stiffness).all()
 
 
-def test_sections_of_folded_bellows_move_as_the_axis_of_bending() -> None:
-    """Round folds that swell by a tenth while the axis x = 3 bends to an arc of a quarter turn."""
+def test_sections_of_folded_bellows_move_as_their_back() -> None:
+    """Round folds that swell by a tenth while the axis x = 3 bends to an arc of a quarter turn.
+
+    The axis keeps its length, and the crests at x = −3 move out by 11 mm times the swelling.
+    """
     random = np.random.default_rng(SEED)
     z, around = random.uniform(0, LENGTH, 40_000), random.uniform(0, 2 * np.pi, 40_000)
     z[:50], z[50:100] = 0.0, LENGTH
@@ -217,9 +220,16 @@ def test_sections_of_folded_bellows_move_as_the_axis_of_bending() -> None:
     states = [(1.0, 1e-9), (1.05, 0.6), (1.1, np.pi / 2)]
     found = sections(placed(*states[0]), np.array([placed(*each) for each in states]))
     levels = np.array(found["levels_mm"])
-    for (_, turn), turned, place in zip(states, found["turn_rad"], found["place_mm"], strict=True):
-        assert np.abs(np.array(turned) - turn * levels / LENGTH).max() < np.radians(1.0)
-        axis = np.array(place) + 3 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    for (swelling, turn), turned, place in zip(
+        states, found["turn_rad"], found["place_mm"], strict=True
+    ):
+        angle = turn * levels / LENGTH
+        assert np.abs(np.array(turned) - angle).max() < np.radians(1.0)
+        exact = np.stack([np.cos(angle) - 1, np.sin(angle)], axis=1) * LENGTH / turn
+        exact += [3, 0] + (5 - 11 * swelling) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        normal = np.stack([np.cos(turned), np.sin(turned)], axis=1)
+        assert np.linalg.norm(np.array(place) - 3 * normal - exact, axis=1).max() < 0.25
+        axis = np.array(place) + (3 + 11 * (swelling - 1)) * normal
         assert np.linalg.norm(np.diff(axis, axis=0), axis=1).sum() == pytest.approx(
             LENGTH, rel=2e-3
         )
