@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from support.example import EXAMPLES, load
 
 from dolfingrip import config
+from dolfingrip.diagnosis.data.measurement import read as measured
 from dolfingrip.experiments import run
 
 TESTED_ELSEWHERE = {"mpi"}
@@ -157,3 +158,31 @@ def test_grasp() -> None:
     assert found.outcome == "picked up"
     assert found.borne_N == pytest.approx(example.WEIGHT_N, rel=0.02)
     assert 0.5 * found.normal_N > example.WEIGHT_N
+
+
+def test_readings_of_measured_pneunets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Invented files of the sources' form become tables that the package reads."""
+    readings = load("measured_pneunets/readings")
+    monkeypatch.setattr(readings, "OUT", tmp_path / "out")
+    text = "P = 0:20:40;\nB_experimental = [0, 3, 6];\nB_comsol = [0, 4, 8];\n"
+    (tmp_path / "PneuNet_Experimental-Numerical_Comparison.m").write_text(text, "utf-8")
+    folder = tmp_path / "Raw Data" / "Contact Experiments"
+    folder.mkdir(parents=True)
+    rows: list[list[object]] = []
+    for gap in ("0mm", "2mm"):
+        rows.append([gap, "Voltage [V]", "Pressure [Pa]", *(f"Test {i} [g]" for i in range(1, 6))])
+        rows += [[None, v, "=…", 900, 100 * v, 100 * v, None, 100 * v] for v in (1.8, 3.5)]
+    file = folder / "Normal Contact Force Experiment.xlsx"
+    pd.DataFrame(rows).to_excel(file, header=False, index=False)
+    printed, cast = readings.printed(tmp_path), readings.cast(tmp_path)
+    model = {
+        name: config.load(EXAMPLES / f"measured_pneunets/{name}.toml")
+        for name in ("printed", "cast")
+    }
+    angle = measured([printed[0]], model["printed"]).readings["angle_deg"]
+    assert angle.tolist() == [0.0, 3.0, 6.0]
+    one, four = (measured([cast[i]], model["cast"]).readings for i in (0, 2))
+    assert len(one) == 6  # runs 2, 3 and 5 at two pressures; the first is left out
+    assert one["force_N"].max() == pytest.approx(0.35 * 9.81, rel=1e-3)
+    assert four["force_N"].to_numpy() == pytest.approx(one["force_N"].to_numpy() / 4, rel=1e-3)
+    assert one["pressure_kPa"].max() == pytest.approx(112.82, abs=0.01)
