@@ -67,6 +67,9 @@ def printed(source: Path) -> list[Path]:
     for name, column in {"tip": "angle_deg", "chord": "chord_angle_deg"}.items():
         table = pd.DataFrame({"pressure_kPa": range(first, last + 1, step), column: angles})
         made.append(_written(table, OUT / "printed" / name, PRINTED.format(column=column)))
+    author = [float(each) for each in found["B_comsol"].split(",")]
+    table = pd.DataFrame({"pressure_kPa": range(first, last + 1, step), "angle_deg": author})
+    table.to_csv(OUT / "printed" / "author.csv", index=False)  # by COMSOL, not measured
     return made
 
 
@@ -83,7 +86,9 @@ def cast(source: Path) -> list[Path]:
     every = pd.DataFrame(rows, columns=["gap_mm", "cycle", "pressure_kPa", "grams"])
     made = []
     for members in MEMBERS:
+        (OUT / f"cast{members}").mkdir(parents=True, exist_ok=True)
         force = every.assign(force_N=every["grams"] * N_PER_GRAM / members)
+        force.to_csv(OUT / f"cast{members}" / "every.csv", index=False)
         for gap_mm in GAPS_mm:
             own = force[force["gap_mm"] == gap_mm].sort_values("cycle", kind="stable")
             told = CAST.format(gap_mm=gap_mm, noise_N=0.04 / members)
