@@ -36,7 +36,7 @@ pressure_kPa = 2.0
 
 [nuisance]                      # standard deviations
 modulus = 1.0                   # where a diagnosis begins is a guess
-pneunet.wall_mm = 0.15          # walls of 1.2 mm, printed with 1.35 times the material
+wall = 0.125                    # relative; 1.2 mm, printed with 1.35 times the material
 """
 
 CAST = """experiment = "blocked_force"

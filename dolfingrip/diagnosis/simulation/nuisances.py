@@ -45,7 +45,8 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
     """Parameters that a base simulation is derived by; the base layer's serves an effect.
 
     Raises:
-        ConfigError: one line, where nothing in the tests feels a nuisance that the laboratory told.
+        ConfigError: one line, where nothing in the tests feels a nuisance that the laboratory told,
+            or it tells the walls' thickness by its key, which is fitted anyway.
     """
     applied, tests = measurement.applied(config), measurement.tests
     known = dict.fromkeys(parameter.key for each in applied for parameter in every(each))
@@ -60,7 +61,13 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
         "coupon_slack_mm": coupons,
     }
     usual = [key for key in NUISANCES if felt.get(key, True)]
+    walls = {wall_key(each) for each in applied}
     for each in tests:
+        for key in sorted(each.setup.told & walls):
+            raise ConfigError(
+                f"[nuisance] {key} = {each.setup.nuisances[key]:g}: walls are fitted in every "
+                f"hypothesis; allowed: {WALL}, relative to their thickness"
+            )
         for key in sorted(each.setup.told - {*usual, *known}):
             allowed = ", ".join([*usual, *(sorted(known) if "." in key else ())])
             raise ConfigError(

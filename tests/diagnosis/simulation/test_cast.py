@@ -163,6 +163,9 @@ def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:
     plate = read([written(tmp_path, lines, told + "plate_gap_mm = 0.5\n")], block())
     with pytest.raises(ConfigError, match=r"^\[nuisance\] plate_gap_mm = 0.5: nothing in these"):
         keys(plate, block())
+    twice = read([written(tmp_path, lines, told + "cast.wall_mm = 0.5\n")], block())
+    with pytest.raises(ConfigError, match=r"^\[nuisance\] cast.wall_mm = 0.5: walls are fitted"):
+        keys(twice, block())
     lone = Config().changed(mesh={"file": "finger.msh"})
     with pytest.raises(ConfigError, match=r"^\[nuisance\] wall = 0.1: nothing .*; allowed: modu"):
         keys(walls, lone)
