@@ -292,13 +292,16 @@ def _check(found: Diagnosis) -> str:
     if held is None:
         return "not done: nothing was named" if found.decision.answer != "cause" else "not done"
     parts = []
+    own, channels = found.analysis.errors.scatter, found.analysis.measurement.channels()
     for e in held.errors:
         unit = CHANNELS[e.channel].unit
         scale = ", its scale fitted" if e.left_out == SPECIMENS else ""
+        differ = own.shape * _rms(found.analysis.problem.value[channels[e.channel]])
+        against = f"; specimens differ by {differ:.2g} {unit} in shape" if own.estimated else ""
         parts.append(
             f"{ONE_OF[e.left_out].format(load=found.load)} left out in turn{scale}, causes chosen "
             f"anew: {e.channel} is predicted to {e.nuisances:.3g} {unit} without a cause, to "
-            f"{e.cause:.3g} {unit} with it"
+            f"{e.cause:.3g} {unit} with it{against}"
         )
     worth = "better" if held.claimed else "no better"
     return (
