@@ -31,28 +31,20 @@ COLOURS = (GREEN, BLUE, BLUE)
 """Colours of thumb A, finger B and finger C."""
 
 
-@dataclass(frozen=True, slots=True)
-class GripperView:
-    """How a gripper is drawn.
+HEIGHT_PX: Final = 720
+"""Height of the pictures."""
 
-    Attributes:
-        height_px: height of the pictures.
-        elevation_deg: rise of the camera above the horizontal.
-        azimuth_deg: turn of the camera from the side view.
-        frame_ms: time for which the video shows each picture.
-        margin: width and height of the picture, by those of what it shows.
-        in_plane_mm: distance from the plane of symmetry within which a node lies in it.
-    """
+VIEW: Final = View(azimuth_deg=35.0, elevation_deg=14.0, up=1.0)
+"""From where a gripper is seen."""
 
-    height_px: int = 720
-    elevation_deg: float = 14.0
-    azimuth_deg: float = 35.0
-    frame_ms: int = 250
-    margin: float = 1.04
-    in_plane_mm: float = 1e-6
+FRAME_MS: Final = 250
+"""Time for which the video shows each picture."""
 
+MARGIN: Final = 1.04
+"""Width and height of the picture, by those of what it shows."""
 
-VIEW: Final = GripperView()
+IN_PLANE_MM: Final = 1e-6
+"""Distance from the plane of symmetry within which a node lies in it."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +90,7 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     still = out / "grasp.png"
     with whole.stream(still) as content:
         Pillow.fromarray(strip).save(content, "PNG")
-    return [still, *video.write(out / "grasp", images, VIEW.frame_ms)]
+    return [still, *video.write(out / "grasp", images, FRAME_MS)]
 
 
 def label(time_s: float, pressure_kPa: float, branch: str) -> str:
@@ -168,16 +160,10 @@ def _write_vtp(surface: Any, file: Path) -> None:
 
 def strip(out: Path, config: Config, result: Columns) -> Image:
     """The stages of a grasp side by side."""
-    return np.concatenate(_drawn(out, config, result, stages(list(result["branch"]))), axis=1)
-
-
-def _drawn(
-    out: Path, config: Config, result: Columns, rows: Sequence[int] | None = None
-) -> list[Image]:
-    """Pictures of these rows of a result, or of all."""
     body = grasped(config.food)
     skin, moments = moments_of(out / "fields.pvd", config, result, body)
-    return _images(skin, body, moments if rows is None else [moments[i] for i in rows])
+    shown = [moments[i] for i in stages(list(result["branch"]))]
+    return np.concatenate(_images(skin, body, shown), axis=1)
 
 
 def stages(branches: Sequence[str]) -> list[int]:
@@ -223,7 +209,7 @@ def _coloured(skin: Skin, placement: Placement) -> Skin:
 
 def _completed(skin: Skin) -> Skin:
     """Half a thumb and finger B with their mirror images, without the thumb's section."""
-    section = (np.abs(skin.points[:, 1]) < VIEW.in_plane_mm) & (skin.side == 0)
+    section = (np.abs(skin.points[:, 1]) < IN_PLANE_MM) & (skin.side == 0)
 
     def both(parts: Ints) -> Ints:
         kept = parts[~section[parts].all(axis=1)]
@@ -241,8 +227,7 @@ def _completed(skin: Skin) -> Skin:
 
 def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Image]:
     """One picture for each moment, from one camera; the table stands still."""
-    view = View(VIEW.azimuth_deg, VIEW.elevation_deg, up=1.0)
-    right, up, towards = view.axes
+    right, up, towards = VIEW.axes
     lift = [np.array([0.0, 0.0, -moment.table_mm]) for moment in moments]
     table = _table(moments)
     every = np.concatenate(
@@ -250,9 +235,9 @@ def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Im
     )
     every = np.concatenate([every, np.asarray(table.points)])
     low, high = (f([every @ right, every @ up], axis=1) for f in (np.min, np.max))
-    width_mm, height_mm = VIEW.margin * (high - low)
-    width_px = int(np.ceil(VIEW.height_px * width_mm / height_mm))
-    with stage(width_px, VIEW.height_px) as plotter:
+    width_mm, height_mm = MARGIN * (high - low)
+    width_px = int(np.ceil(HEIGHT_PX * width_mm / height_mm))
+    with stage(width_px, HEIGHT_PX) as plotter:
         fingers = [_surface(skin, i) for i in range(len(COLOURS))]
         for (mesh, _), colour in zip(fingers, COLOURS, strict=True):
             plotter.add_mesh(mesh, color=colour, ambient=0.35, diffuse=0.65, specular=0.05)
@@ -263,7 +248,7 @@ def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Im
         plotter.add_mesh(table, color=PALE, ambient=0.4)
         focus = ((low + high) / 2) @ np.array([right, up]) + np.mean(every @ towards) * towards
         far = 5 * float(np.ptp(every, axis=0).max())
-        aim(plotter, focus, view, far=far, height_mm=height_mm)
+        aim(plotter, focus, VIEW, far=far, height_mm=height_mm)
         images = []
         for moment, by in zip(moments, lift, strict=True):
             for mesh, nodes in fingers:

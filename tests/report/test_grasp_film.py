@@ -13,7 +13,7 @@ from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.foods.food import Food
 from dolfingrip.report.fields import list_steps
 from dolfingrip.report.gripper import (
-    VIEW,
+    FRAME_MS,
     Moment,
     label,
     stages,
@@ -27,13 +27,13 @@ def test_a_film_shows_each_picture(tmp_path: Path) -> None:
     """Grey levels come back in order, one column less of an odd width."""
     levels = [20, 120, 220]
     files = write(
-        tmp_path / "film", [np.full((48, 65, 3), at, np.uint8) for at in levels], VIEW.frame_ms
+        tmp_path / "film", [np.full((48, 65, 3), at, np.uint8) for at in levels], FRAME_MS
     )
     assert [file.suffix for file in files] == [".gif", ".mp4"]
     with av.open(str(tmp_path / "film.mp4")) as container:
         stream = container.streams.video[0]
         assert stream.codec_context.name == "h264"
-        assert stream.average_rate == 1000 / VIEW.frame_ms
+        assert stream.average_rate == 1000 / FRAME_MS
         found = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
     assert [image.shape for image in found] == 3 * [(48, 64, 3)]
     for image, level in zip(found, levels, strict=True):

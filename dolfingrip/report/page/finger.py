@@ -22,20 +22,11 @@ CELL_CORNERS: Final = {4: 4, 10: 4, 8: 8, 20: 8, 27: 8}
 """Corners of an element, by its nodes."""
 
 
-@dataclass(frozen=True, slots=True)
-class Detail:
-    """How much of a run's fields a page shows.
+MOST_STEPS: Final = 41
+"""Steps of a run that a page shows; others are left out evenly, and the page says so."""
 
-    Attributes:
-        most_steps: steps; others are left out evenly, and the page says so.
-        most_places: points times frames; a finer mesh is drawn by the corners of its elements.
-    """
-
-    most_steps: int = 41
-    most_places: int = 700_000
-
-
-DETAIL: Final = Detail()
+MOST_PLACES: Final = 700_000
+"""Points times frames; a finer mesh is drawn by the corners of its elements."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,43 +46,50 @@ class Fields:
     rows: npt.NDArray[np.int64]
 
 
-def read(collection: Path, readings: int, detail: Detail = DETAIL) -> Fields:
+def shown_rows(count: int) -> npt.NDArray[np.int64]:
+    """Return the rows of so many that a page shows.
+
+    Args:
+        count: of a result with fields.
+    """
+    rows = np.linspace(0, count - 1, min(count, MOST_STEPS))
+    return np.unique(np.round(rows).astype(np.int64))
+
+
+def read(collection: Path, readings: int) -> Fields:
     """Read the fields of a run.
 
     Args:
         collection: ``fields.pvd``.
         readings: number of rows of the result; a run that was killed may have a step more.
-        detail: how much is shown.
 
     Raises:
         ValueError: one line, if files are missing or hold something else.
     """
     files = list_steps(collection)[:readings]
-    count = min(len(files), detail.most_steps)
-    rows = np.unique(np.round(np.linspace(0, len(files) - 1, count)).astype(np.int64))
+    rows = shown_rows(len(files))
     return Fields(*read_steps([files[row] for row in rows]), rows)
 
 
-def shown_mesh(fields: Fields, detail: Detail = DETAIL) -> FieldMesh:
+def shown_mesh(fields: Fields) -> FieldMesh:
     """The mesh whose skin is drawn: that of the corners alone if the whole one is too fine."""
     mesh = fields.mesh
     places = len(extract_skin(mesh, mirror=False).points) * (1 + len(fields.rows))
-    if places <= detail.most_places:
+    if places <= MOST_PLACES:
         return mesh
     corners = CELL_CORNERS[mesh.cells.shape[1]]
     return replace(mesh, cells=mesh.cells[:, :corners])
 
 
-def parts(fields: Fields, name: str, detail: Detail = DETAIL, *, clamped: bool) -> list[Part]:
+def parts(fields: Fields, name: str, *, clamped: bool) -> list[Part]:
     """The specimen's skin, its section if it is half of one, and its clamp.
 
     Args:
         fields: of the run.
         name: of the specimen.
-        detail: how much is shown.
         clamped: whether a block is drawn where it is held.
     """
-    mesh = shown_mesh(fields, detail)
+    mesh = shown_mesh(fields)
     whole = extract_skin(mesh, mirror=True)
     found = []
     if (whole.side < 0).any():
@@ -118,7 +116,7 @@ def unloaded_shape(config: Config) -> Scene:
     corners = mesh.cells[:, : mesh.shape.corners]
     shape = FieldMesh(mesh.points, corners, np.arange(len(mesh.points)))
     still = Fields(shape, [np.zeros_like(shape.points)], {}, np.zeros(1, dtype=np.int64))
-    found = parts(still, "design", replace(DETAIL, most_places=0), clamped=False)
+    found = parts(still, "design", clamped=False)
     load = Load("", "", np.zeros(1), [""], still.rows)
     return Scene("design", "Shape of the design", "design", found, load, towards(FINGER_VIEW))
 

@@ -18,7 +18,7 @@ from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.report.beside import Beside
 from dolfingrip.report.gripper import moments_of
 from dolfingrip.report.page import finger
-from dolfingrip.report.page.finger import DETAIL, Detail, box_skin
+from dolfingrip.report.page.finger import box_skin, shown_rows
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.runs import Run
 from dolfingrip.report.page.scene import (
@@ -43,24 +43,20 @@ AROUND_MM: Final = 8.0
 """How far the table stands out beyond the fingers."""
 
 
-def gripper_parts(
-    folder: Path, config: Config, result: Columns, detail: Detail = DETAIL
-) -> tuple[list[Part], Ints]:
+def gripper_parts(folder: Path, config: Config, result: Columns) -> tuple[list[Part], Ints]:
     """Return fingers, food and table at the steps that are shown, and the row of each step.
 
     Args:
         folder: of the grasp's result.
         config: of the grasp.
         result: its columns.
-        detail: how many steps are shown.
 
     Raises:
         ValueError: one line, if the fields are missing or hold something else.
     """
     body = grasped(config.food)
     skin, moments = moments_of(folder / "fields.pvd", config, result, body)
-    count = min(len(moments), detail.most_steps)
-    rows = np.unique(np.round(np.linspace(0, len(moments) - 1, count)).astype(np.int64))
+    rows = shown_rows(len(moments))
     displacements = [np.linalg.norm(moments[row].displacement, axis=1) for row in rows]
     fields = {
         name: np.array([moments[row].fields[name] for row in rows]) for name in moments[0].fields
