@@ -258,7 +258,7 @@ class InferencePolicy:
             does not follow the readings, simulations serve so far to the side of a softer finger.
         near_enough: ratio of the fitted moduli and those that all is simulated at, at most.
         stiffer: the same to the side of a stiffer finger where moduli scale it: its rows are read
-            from the reference finger's curve to 0.001° and 0.001 N.
+            from the reference finger's curve to 0.001° and 0.004 N of 3 N.
         passes: simulations of the model at other moduli, at most, until these follow the readings.
         coarse: part of a channel that the mesh of the causes may be off by.
         component_error: error of a reading that columns may leave, by its noise.
