@@ -356,7 +356,7 @@ def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataF
         return []
     rows = measurement.rows(test.number)
     named, moves = told.loc[rows.index, "branch"], rows["branch"]
-    against = named.replace({"loading": "unloading", "unloading": "loading"}) == moves
+    against = named.map({"loading": "unloading", "unloading": "loading"}) == moves
     does = {"loading": "falls", "unloading": "rises"}
     return [
         f"{test}: {len(own)} rows are named {branch}, the first in line {own['line'].iloc[0]:.0f}, "
