@@ -58,7 +58,7 @@ def rms(left: np.ndarray) -> float:
 def _turned(
     curve: CubicSpline, pressure: np.ndarray, angle: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
-    """What ln(factor of the moduli) and a zero leave of an angle, (n,)."""
+    """Differences of an angle from a curve with moduli times exp(x₀) and a zero of x₁, (n,)."""
     return np.asarray(curve(pressure / np.exp(x[0])) + x[1] - angle)
 
 
