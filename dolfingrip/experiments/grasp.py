@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Final
 
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
 from dolfingrip.experiments.experiment import (
+    DYNAMIC_OPTION,
     MPI,
     PRESSURE_OPTION,
     SUCTION_OPTION,
@@ -23,7 +24,8 @@ from dolfingrip.experiments.experiment import (
     Rig,
 )
 from dolfingrip.experiments.finger_experiment import notes
-from dolfingrip.experiments.protocol import Stop, grasp_stops
+from dolfingrip.experiments.protocol import Stop, grasp_stops, lift_starts_s
+from dolfingrip.sections.errors import ConfigError
 
 COARSE_MM: Final = 8.4
 """Size of the elements of the coarse preset, inside and at edges. It is half of a chamber's width,
@@ -34,6 +36,12 @@ symmetry, and bent 3.5 % less. Fingers with thick walls stay graded to their edg
 LEAST_STEP: Final = 0.004
 """Shortest step, as a part of the longest one. A sausage that slips out of three curled fingers
 needs steps of 0.6 ms: with 0.02 its grasp ended there before its class was decided."""
+
+DYNAMIC_S: Final = 0.02
+"""Step in time that :data:`LEAST_STEP` is a part of where fingers have inertia."""
+
+DYNAMIC_STEP_S: Final = 0.002
+"""Usual step in time where fingers have inertia; it serves the time left alone."""
 
 MOST_ITERATIONS: Final = 20
 """Newton iterations after which a step is halved; it is not solved in another way before."""
@@ -57,8 +65,9 @@ class Grasp(Experiment):
     """Grasp food from a table with three fingers, and lift it.
 
     With suction (``experiment.min_pressure_kPa``) the fingers open before they approach the food.
-    The gripper stands still and the table moves. Fingers are quasi-static; the food is rigid and
-    has inertia. Friction on fingers and table has a memory.
+    The gripper stands still and the table moves. Fingers are quasi-static, or have inertia from the
+    lift on (``experiment.dynamic``); the food is rigid and has inertia.
+    Friction on fingers and table has a memory.
     """
 
     name: ClassVar = "grasp"
@@ -91,6 +100,7 @@ class Grasp(Experiment):
         Option("--pose", str, None, "How fingers are turned.", "gripper.pose"),
         PRESSURE_OPTION,
         SUCTION_OPTION,
+        DYNAMIC_OPTION,
         Option("--friction", float, None, "Of fingers on food.", "food.friction"),
         Option("--preset", str, None, "Mesh.", "gripper.preset"),
     )
@@ -98,16 +108,24 @@ class Grasp(Experiment):
     drawable: ClassVar = False
     measured: ClassVar = False
     gradients: ClassVar = False
+    dynamic: ClassVar = True
     pictures: ClassVar = "gripper"
 
     def settings(self, config: Config) -> Config:
         config.cavity.refuse_own("a grasp")
+        dynamic, gripper = config.experiment.dynamic, config.gripper
+        if dynamic and gripper.lift_acceleration_m_s2 is None:
+            raise ConfigError(
+                "gripper.lift_acceleration_m_s2: none; allowed with experiment.dynamic = true: "
+                "above 0 to 100 m/s²"
+            )
+        least = LEAST_STEP * min(DYNAMIC_S / gripper.step_s if dynamic else 1.0, 1.0)
         solver = {
             "time_limit_s": config.solver.time_limit_s or TIME_LIMIT_S,
             "max_iterations": min(config.solver.max_iterations, MOST_ITERATIONS),
             "rtol": max(config.solver.rtol, RTOL),
             "min_step_kPa": max(
-                config.solver.min_step_kPa, LEAST_STEP * config.solver.max_step_kPa
+                0.0 if dynamic else config.solver.min_step_kPa, least * config.solver.max_step_kPa
             ),
         }
         mesh: dict[str, Any] = {"half": False}
@@ -125,12 +143,14 @@ class Grasp(Experiment):
         """The steps to each reading, those of the lift and of waits by their cost."""
         waits = dict.fromkeys(("hold", "approach"), WAIT_EFFORT)
         each = {**waits, "lift": LIFT_EFFORT}
-        stops = self.schedule(config)
+        stops, longest_s = self.schedule(config), config.gripper.step_s
+        lifted_s = lift_starts_s(config) if config.experiment.dynamic else math.inf
         ways = [after.time_s - before.time_s for before, after in itertools.pairwise(stops)]
         return [
             1.0,
             *(
-                math.ceil(way_s / config.gripper.step_s) * each.get(stop.branch, 1.0)
+                math.ceil(way_s / (DYNAMIC_STEP_S if stop.time_s > lifted_s else longest_s))
+                * each.get(stop.branch, 1.0)
                 for way_s, stop in zip(ways, stops[1:], strict=True)
             ),
         ]

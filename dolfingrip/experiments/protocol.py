@@ -220,10 +220,6 @@ def pressures_kPa(config: Config) -> Sequence[float]:
     return [stop.value for stop in pressure_stops(config)] if by_pressure(config) else []
 
 
-MOVED = 6
-"""Number of readings while the table moves."""
-
-
 def closing_starts_s(config: Config) -> float:
     """Return the time (s) at which the food is in place and the fingers begin to close.
 
@@ -290,9 +286,9 @@ class Lift(NamedTuple):
         passed = sum(time_s > each + EVEN_S for each in ends)
         return self.rate_mm_per_s2 * (0, 1, 0, -1, 0)[passed]
 
-    def stops_s(self) -> list[float]:
-        """Return times of readings since its start: its phases' ends among even ones."""
-        even = [self.length_s * i / MOVED for i in range(1, MOVED + 1)]
+    def stops_s(self, count: int) -> list[float]:
+        """Return times of readings since its start: its phases' ends among ``count`` even ones."""
+        even = [self.length_s * i / count for i in range(1, count + 1)]
         ends = [self.rising_s, self.length_s - self.rising_s] if self.rising_s else []
         return sorted({round(each, 9): each for each in (*ends, *even)}.values())
 
@@ -313,13 +309,15 @@ def table_z_mm(config: Config, time_s: float) -> float:
 def grasp_stops(config: Config) -> Sequence[Stop]:
     """Stops of a grasp: steps to the highest pressure, a wait, the lift, a wait.
 
-    With suction fingers open first, wait, and approach the food.
+    With suction fingers open first, wait, and approach the food. The last wait has as many readings
+    a second as the lift where fingers have inertia.
 
     Args:
         config: of the grasp.
     """
     gripper, experiment = config.gripper, config.experiment
     suction, largest = experiment.min_pressure_kPa, experiment.max_pressure_kPa
+    count, lift = gripper.lift_readings, Lift.of(config)
     found: list[Stop] = []
 
     def ramp(values: Sequence[float], start_s: float) -> None:
@@ -333,7 +331,7 @@ def grasp_stops(config: Config) -> Sequence[Stop]:
 
     def move(value: float, start_s: float, lift: Lift, branch: GraspBranch) -> None:
         found.append(Stop(value, start_s, "hold"))
-        found.extend(Stop(value, start_s + each, branch) for each in lift.stops_s())
+        found.extend(Stop(value, start_s + each, branch) for each in lift.stops_s(count))
 
     closing = steps(largest, experiment.step_kPa)
     if suction:
@@ -344,5 +342,8 @@ def grasp_stops(config: Config) -> Sequence[Stop]:
         ramp([*opening[::-1], *closing[1:]], closing_starts_s(config))
     else:
         ramp(closing, 0.0)
-    move(largest, lift_starts_s(config), Lift.of(config), "lift")
-    return [*found, Stop(largest, found[-1].time_s + gripper.settle_s, "hold")]
+    move(largest, lift_starts_s(config), lift, "lift")
+    ends_s, rate = found[-1].time_s, count / lift.length_s
+    after = math.ceil(rate * gripper.settle_s) if experiment.dynamic else 1
+    waited = [ends_s + gripper.settle_s * (i + 1) / after for i in range(after)]
+    return [*found, *(Stop(largest, each, "hold") for each in waited)]

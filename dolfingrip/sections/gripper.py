@@ -27,7 +27,7 @@ class Gripper(Section):
 
     role: ClassVar = Role.SETUP
     felt_by: ClassVar = ("gripper",)
-    later: ClassVar = {"approach_mm": 30.0, "lift_acceleration_m_s2": None}
+    later: ClassVar = {"approach_mm": 30.0, "lift_acceleration_m_s2": None, "lift_readings": 6}
 
     preset: Literal["coarse", "default"] = Field(
         "default", description="coarse: fingers of 11,000 dofs each, not graded to their edges"
@@ -68,6 +68,13 @@ class Gripper(Section):
         gt=0,
         le=100,
         description="acceleration to that speed and from it, in the lift; default: at once, unfelt",
+    )
+    lift_readings: int = Field(
+        6,
+        ge=1,
+        le=1000,
+        description="readings while the table moves; with experiment.dynamic as many a second "
+        "after the lift",
     )
     half: bool | None = Field(
         None,

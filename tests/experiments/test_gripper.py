@@ -8,23 +8,28 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from mpi4py import MPI
+from scipy.optimize import curve_fit
 from scipy.spatial import KDTree
 from support import small, taylor
 
 from dolfingrip.config import ConfigError, Solver
 from dolfingrip.experiments import run
-from dolfingrip.experiments.protocol import lift_starts_s
+from dolfingrip.experiments.protocol import Stop, lift_starts_s
+from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.grasp_rig import EnergyBook, GraspReadings
+from dolfingrip.experiments.rigs.grasp_rig import EnergyBook, GraspReadings, GraspRig
 from dolfingrip.experiments.rigs.gripper import SETTLING_S, GripperModel, build_gripper
+from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.files.run import GraspKind
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
+from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.tangent import Tangent
+from dolfingrip.mechanics.path.path import LoadPath
 
 SEED = 41
 FOOD = (
@@ -300,6 +305,7 @@ def _image(half: GripperModel, whole: GripperModel) -> tuple[np.ndarray, np.ndar
     return found, factors
 
 
+HUNG = ("gravity.acceleration_m_s2=11.81", "gravity.direction=[0,0,1]")
 LIGHT = (*EVEN, "experiment.max_pressure_kPa=100", "food.density_kg_m3=300")
 
 
@@ -310,9 +316,15 @@ def light(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
     return grasped(*LIGHT, "gripper.half=false", out=out), out
 
 
-def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path]) -> None:
+@pytest.fixture(scope="module")
+def half() -> Result:
+    """The same light block, grasped by half a gripper."""
+    return grasped(*LIGHT)
+
+
+def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path], half: Result) -> None:
     """But for how far friction's normal forces may be behind."""
-    whole, half = light[0], grasped(*LIGHT)
+    whole = light[0]
     assert half.facts.mesh.half
     assert half.facts.mesh.dofs < 0.6 * whole.facts.mesh.dofs
     assert half.outcome is not None
@@ -320,6 +332,93 @@ def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path]) -> 
     for name in ("angle_A_deg", "angle_B_deg", "normal_A_N", "normal_C_N", "table_N"):
         one, other = whole.column(name), half.column(name)
         np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
+
+
+def test_a_slow_lift_with_inertia_is_the_quasi_static_one(half: Result) -> None:
+    """Where it hardly accelerates, there is nothing to swing."""
+    slow = ("gripper.lift_acceleration_m_s2=0.05", "gripper.lift_readings=2")
+    moved = grasped(*LIGHT, *slow, "experiment.dynamic=true", "gripper.settle_s=0.5")
+    assert moved.failure is None
+    assert half.outcome is not None
+    assert moved.outcome is not None
+    assert moved.outcome.kind is half.outcome.kind
+    for name in ("angle_A_deg", "angle_B_deg", "normal_A_N", "lift_B_N", "object_height_mm"):
+        assert moved[name][-1] == pytest.approx(half[name][-1], rel=2e-3), name
+
+
+class Steps:
+    """Notes readings and energies of each step."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig, self._book = rig, EnergyBook(rig.specimen)
+        self.rows: list[dict[str, float]] = []
+
+    def converged(self, before: object) -> None:
+        self._book.book()
+        made = self._rig.specimen
+        inertia = made.finger.inertia
+        moving = made.model.domain.copies * inertia.kinetic_mJ(inertia.end_velocity())
+        self.rows.append(
+            {**self._rig.read(), "balance_mJ": self._book.error_mJ, "moving_mJ": moving}
+        )
+
+    def column(self, name: str) -> np.ndarray:
+        return np.array([row[name] for row in self.rows])
+
+
+def test_an_accelerated_lift_and_the_ring_after_the_food_has_left() -> None:
+    """Impulses of the fingers are those of m (g + a); without food they ring as ``vibrate`` tells.
+
+    The scheme's own period is longer by (ω h)²/12, which is 2 % here.
+    """
+    lift = ("experiment.dynamic=true", "gripper.lift_acceleration_m_s2=2")
+    wide = ("gripper.lift_mm=30", "gripper.lift_mm_per_s=200", "gripper.settle_s=0.1")
+    rough = ("solver.time_error_mm=0.02",)
+    asked = small.short(*FOOD, *GRASP, *LIGHT, *rough, *lift, *wide, "gripper.half=true")
+    config = Request.of("grasp", asked).config
+    rig = GraspRig.built(config, MPI.COMM_SELF, Profile())
+    steps, starts_s = Steps(rig), lift_starts_s(config)
+    grasps, made = rig.path([steps]), rig.specimen
+    for time_s, pressure in ((0.0, 0.0), (2.0, 100.0), (starts_s, 100.0), (starts_s + 0.04, 100.0)):
+        arrival = grasps.advance(rig.controls(Stop(pressure, time_s, "lift")))
+        assert arrival.failure is None, arrival.failure.sentence()
+    times = steps.column("time_s")
+    lifted, mass = times > starts_s + 1e-9, made.motion.body.mass_kg
+    lengths = np.diff(times, prepend=0.0)
+    forces = sum(steps.column(f"{name}_N") for name in ("lift_A", "lift_B", "lift_C", "table"))
+    speed = 1e-3 * float(np.diff(steps.column("object_z_mm"))[-1] / lengths[-1])
+    impulse = float(forces[lifted] @ lengths[lifted])
+    print(lifted.sum(), impulse / 0.04 / mass, speed)
+    assert impulse == pytest.approx(mass * (11.81 * 0.04 + speed), rel=1e-3)
+    assert impulse == pytest.approx(mass * 11.81 * 0.04, rel=0.01)
+    # the food leaves
+    made.pose.constants[0].value += 500
+    made.pose.constants[2].value += 500
+    made.motion.accept()
+    first = len(times)
+    rings = LoadPath(rig.newton, rig.longest(), observers=[steps])
+    assert rings.advance(rig.controls(Stop(100.0, starts_s + 0.066, "lift"))).failure is None
+    since = steps.column("time_s")[first:] - times[-1]
+    told = run("vibration", small.short(*EVEN, *HUNG, "experiment.step_kPa=100", *LIGHT[2:3]))
+    omega = 2 * np.pi * told["frequency_1_Hz"][-1]
+
+    def ring(t: np.ndarray, *by: float) -> np.ndarray:
+        mean, size, rate, phase, decay = by
+        return np.asarray(mean + size * np.exp(-decay * t) * np.cos(rate * t + phase))
+
+    for letter in "AB":
+        angles = steps.column(f"angle_{letter}_deg")[first:]
+        start = (float(angles.mean()), -float(np.ptp(angles)) / 2, omega, 0.0, 0.0)
+        found, _ = curve_fit(ring, since, angles, p0=start)
+        print(len(since), found, omega)
+        assert np.ptp(angles) > 0.5
+        assert np.abs(ring(since, *found) - angles).max() < 0.05 * np.ptp(angles)
+        assert found[2] == pytest.approx(omega, rel=0.03)
+        assert abs(found[4]) < 0.01 * omega  # the scheme damps what steps do not resolve
+    # strain becomes motion and strain again
+    balance, moving = steps.column("balance_mJ")[first:], steps.column("moving_mJ")[first:]
+    print(np.ptp(balance), moving.max())
+    assert np.ptp(balance) < 0.05 * moving.max()
 
 
 def test_fingers_open_by_suction_before_they_approach(light: tuple[Result, Path]) -> None:

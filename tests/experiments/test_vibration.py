@@ -49,7 +49,9 @@ def test_a_step_of_pressure_swings_about_rest_in_the_first_mode() -> None:
 
 def test_refusals(tmp_path: Path) -> None:
     moving = small.short("experiment.dynamic=true")
-    for command in ("grasp", "coupon", "vibrate"):
+    with pytest.raises(ConfigError, match="lift_acceleration_m_s2: none; allowed with exp"):
+        Request.of("grasp", moving)
+    for command in ("coupon", "vibrate"):
         with pytest.raises(ConfigError, match=f"dynamic = true: {command}: allowed: false"):
             Request.of(command, moving)
     with pytest.raises(ConfigError, match="gradients, bands: allowed: false"):

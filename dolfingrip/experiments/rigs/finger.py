@@ -58,6 +58,7 @@ class Additions:
         global_unknowns: unknowns of these terms.
         controls: further controls by name with unit.
         memories: further parts of the state.
+        inertia_from_s: the model's time up to which a dynamic finger moves quasi-statically.
     """
 
     loads: Sequence[ufl.Form] = ()
@@ -65,6 +66,7 @@ class Additions:
     global_unknowns: Sequence[GlobalUnknown] = ()
     controls: Mapping[str, Prescribed] = field(default_factory=dict)
     memories: Sequence[Memory] = ()
+    inertia_from_s: float = 0.0
 
 
 AIR_SCALE_MPA = 0.01
@@ -92,6 +94,7 @@ class FingerModel:
         by_pressure: the model under pressure control; it is ``model`` itself, unless the control is
             the volume.
         rest: state that readings count from; it starts as the undeformed state.
+        inertia: of the finger; None: it is quasi-static.
     """
 
     config: Config
@@ -99,6 +102,7 @@ class FingerModel:
     model: Model
     by_pressure: Model
     rest: State
+    inertia: Inertia | None = None
 
     @property
     def plate(self) -> RigidPlate | None:
@@ -308,10 +312,11 @@ def build(
     if config.obstacle is not None:
         site.obstacle = beside(site, config.obstacle)
     added = adds(site)
-    motion: list[Inertia] = []
+    inertia: Inertia | None = None
     if config.experiment.dynamic:
-        alpha, error_mm = config.solver.hht_alpha, config.solver.time_error_mm
-        motion.append(Inertia(u, domain, densities(site), alpha, error_mm))
+        scheme = config.solver.hht_alpha, config.solver.time_error_mm, added.inertia_from_s
+        inertia = Inertia(u, domain, densities(site), *scheme)
+    motion = [] if inertia is None else [inertia]
     loads = [*added.loads, *(each.energy for each in motion)]
     potential, terms = total_potential(config, site, base, loads)
     controls, supplies = supply(config, site)
@@ -328,7 +333,7 @@ def build(
         global_unknowns=added.global_unknowns,
         constraint=moving_clamp(site, supports),
     )
-    made = FingerModel(config, site, model, model, model.state())
+    made = FingerModel(config, site, model, model, model.state(), inertia)
     if config.experiment.control == "volume":
         made.control_volume()
         made.rest = made.model.state()

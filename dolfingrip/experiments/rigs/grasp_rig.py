@@ -284,9 +284,9 @@ class EnergyBook:
     """Adds up the energies of each accepted step of a gripper.
 
     Stored energies are those of strain, of barriers, of friction that sticks elastically, of
-    weights, and of the food's motion. Pressure does the work ∫ p dV and the table ∫ F dz, both by
-    the trapezoidal rule. The rest is implicit Euler's damping, the rule's error, and energy that
-    friction gains or loses as normal forces change.
+    weights, and of the motion of food and fingers. Pressure does the work ∫ p dV and the table
+    ∫ F dz, both by the trapezoidal rule. The rest is the schemes' damping, the rule's error, and
+    energy that friction gains or loses as normal forces change.
 
     Args:
         gripper: model of the gripper at its start.
@@ -301,6 +301,8 @@ class EnergyBook:
     def __init__(self, gripper: GripperModel) -> None:
         self._gripper = gripper
         self._volume = to_assemble(gripper.finger.enclosed)
+        inertia = gripper.finger.inertia
+        self._inertia = None if inertia is None else (inertia, to_assemble(inertia.energy))
         self._last: tuple[float, float, float, float, float] | None = None
         self.pressure_mJ = self.table_mJ = self.friction_mJ = self.error_mJ = 0.0
 
@@ -340,6 +342,9 @@ class EnergyBook:
         copies = gripper.model.domain.copies
         meshed = sum(term.value(dofs) for term in (*terms, *self._frictions))
         height_mJ = -float(motion.weight_N @ gripper.pose.coordinates[:3])
+        if self._inertia is not None:  # what the fingers' motion stores is not the step's potential
+            inertia, potential = self._inertia
+            meshed += inertia.kinetic_mJ(inertia.end_velocity()) - integral(potential)
         return copies * meshed - taken + height_mJ + motion.kinetic_mJ()
 
 
@@ -395,7 +400,8 @@ class GraspRig(Rig):
         return cls(config, gripper, profile)
 
     def longest(self) -> dict[str, float]:
-        return {"time_s": self._config.gripper.step_s}
+        asked = self._config.solver.max_step_s, self._config.gripper.step_s
+        return {"time_s": min(each for each in asked if each is not None)}
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
         return {

@@ -220,6 +220,7 @@ def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Gr
         terms=[motion, contact, finger_friction, table, table_friction, *mirror],
         global_unknowns=pose.free,
         controls={"table_z_mm": RisingTable(height, table=table)},
+        inertia_from_s=SETTLING_S + lift_starts_s(config),
     )
     return _Grasp(motion, contact, finger_friction, table, table_friction, additions)
 

@@ -33,6 +33,7 @@ class Inertia(Memory):
         densities_kg_m3: by the names of parts, none for the whole.
         alpha: α of the scheme.
         error_mm: error of a step that is allowed.
+        from_s: time up to which it does nothing, as long as the solid moves quasi-statically.
 
     Attributes:
         velocity, acceleration: this rank's dofs at the step's start, ghosts included (mm/s, mm/s²).
@@ -46,8 +47,9 @@ class Inertia(Memory):
         densities_kg_m3: Mapping[tuple[str, ...], float],
         alpha: float = 0.0,
         error_mm: float = np.inf,
+        from_s: float = 0.0,
     ) -> None:
-        self._u, self._error_mm = u, error_mm
+        self._u, self._error_mm, self._from_s = u, error_mm, from_s
         self._scheme = inertia.scheme(alpha)
         mesh, space = domain.mesh, u.function_space
         self._predicted, self._forces = fem.Function(space), fem.Function(space)
@@ -80,10 +82,10 @@ class Inertia(Memory):
         found.assemble()
         return found
 
-    def kinetic_mJ(self) -> float:
-        """Kinetic energy of the meshed part at the step's start."""
+    def kinetic_mJ(self, velocity: np.ndarray | None = None) -> float:
+        """Kinetic energy of the meshed part at the step's start, or of a velocity (local array)."""
         x, y = self.mass.createVecs()
-        x.array[:] = self.velocity[: x.local_size]
+        x.array[:] = (self.velocity if velocity is None else velocity)[: x.local_size]
         self.mass.mult(x, y)
         return float(x.dot(y)) / 2
 
@@ -92,7 +94,7 @@ class Inertia(Memory):
     def set_time(self, time_s: float, step_s: float) -> None:
         """Predict the step's end."""
         _, beta, _ = self._scheme
-        self._step_s = step_s
+        self._step_s = step_s = step_s if time_s > self._from_s else 0.0
         moved = step_s * self.velocity + (0.5 - beta) * step_s**2 * self.acceleration
         self._predicted.x.array[:] = self._before + moved
         self._rate.value = 1 / (beta * step_s**2) if step_s > 0 else 0.0
@@ -101,6 +103,12 @@ class Inertia(Memory):
     def _end(self) -> np.ndarray:
         """Acceleration at the step's end (mm/s²)."""
         return np.asarray(float(self._rate.value) * (self._u.x.array - self._predicted.x.array))
+
+    def end_velocity(self) -> np.ndarray:
+        """Velocity at the step's end, before it is accepted (local array, mm/s)."""
+        _, _, gamma = self._scheme
+        change = (1 - gamma) * self.acceleration + gamma * self._end()
+        return np.asarray(self.velocity + self._step_s * change)
 
     def step_error(self) -> float:
         """Error of the converged step by the allowed one.
@@ -118,9 +126,8 @@ class Inertia(Memory):
     def accept(self) -> None:
         """Take the motion at the step's end."""
         if self._step_s:
-            alpha, _, gamma = self._scheme
-            end = self._end()
-            self.velocity += self._step_s * ((1 - gamma) * self.acceleration + gamma * end)
+            alpha, end = self._scheme.alpha, self._end()
+            self.velocity = self.end_velocity()
             self._still = (alpha * self._still - end) / (1 + alpha)
             self.acceleration = end
         self._before = self._u.x.array.copy()
