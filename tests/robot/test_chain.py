@@ -11,7 +11,7 @@ from support.small import short
 
 from dolfingrip.files.robot import Accuracy
 from dolfingrip.robot import build
-from dolfingrip.robot.chain import Chain, Plates, equilibrium
+from dolfingrip.robot.chain import Chain, Plates, equilibrium, stiffnesses
 from dolfingrip.robot.fit import (
     MOST_JOINTS,
     POLICY,
@@ -75,6 +75,20 @@ def invented(gap_mm: float | None) -> FingerRun:
 def refitted() -> Fitted:
     """A fit to what the known chain would give."""
     return fit([invented(None).fitted, invented(2.0), invented(15.0)])
+
+
+def test_plates_that_press_too_little_leave_the_stiffness_to_the_free_tip() -> None:
+    """Without a plate's force, balance alone holds for laws of any sign and size."""
+    free = invented(None)
+    found = fit([free.fitted, invented(500.0)])
+    assert (stiffnesses(found.laws, PRESSURES) > 0).all()
+    none = Plates(np.full(11, -np.inf), found.chain.fixed(PRESSING), POLICY.plate_N_per_mm)
+    start = np.zeros((11, found.chain.size))
+    bent = equilibrium(found.chain, found.laws, PRESSURES, none, start).w
+    angle = np.degrees(bent[:, found.chain.bends].sum(axis=1) - free.angle_rad)
+    assert np.abs(angle).max() < 1.5
+    soft = softness(found.chain, found.laws, bent, found.chain.fixed(TIP), PRESSURES)
+    assert np.abs(1 / soft[:, 0] / free.stiffness_x - 1).max() < 0.07
 
 
 def test_derivatives() -> None:
