@@ -46,6 +46,7 @@ DIMENSIONLESS = {
     "experiment.step_volume_ratio",
     "experiment.cycles",
     "experiment.hold_readings",
+    "gripper.lift_readings",
     "protocol.cycle",
     "coupon.max_strain",
     "coupon.step_strain",
