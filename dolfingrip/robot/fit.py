@@ -198,7 +198,8 @@ class _States:
 def _balanced(chain: Chain, states: _States, free: FingerRun, policy: ChainPolicy) -> np.ndarray:
     """Coefficients for which the laws bear the plate's force at the finite elements' shape.
 
-    All joints have the same ones. Sideways, these give the tip's stiffness at rest.
+    All joints have the same ones. Sideways, these give the tip's stiffness at rest, and so they do
+    in bending where the plate's force leaves the stiffness open.
     """
     w, p = states.near, states.pressure_kPa
     lever = chain.slopes(w, states.plates.points)[:, -1, :, 0]
@@ -211,21 +212,23 @@ def _balanced(chain: Chain, states: _States, free: FingerRun, policy: ChainPolic
         return np.asarray(scale * np.linalg.lstsq(matrix, borne[:, rows].ravel(), rcond=None)[0])
 
     laws = np.zeros((chain.size, TERMS))
-    arms = np.square(free.tip_mm[0, 2] - chain.joints_mm[:, 2]).sum()
+
+    def complete(rows: np.ndarray, stiffness: np.ndarray) -> None:
+        """Set the coefficients of p w and w, and find the others."""
+        laws[rows, 1:3] = stiffness
+        laws[rows[:, None], [0, 3]] = solved(rows, [0, 3], load - known[..., 1:3] @ stiffness)
+
+    arms_mm2 = np.square(free.tip_mm[0, 2] - chain.joints_mm[:, 2]).sum()
     laws[chain.bends] = solved(chain.bends, [0, 1, 2, 3], load)
     if not (stiffnesses(laws[chain.bends], p) > 0).all():
         # plates press too little to tell a stiffness: the free tip's, if it bent alone
         told = np.isfinite(free.stiffness_x)
         line = np.polyfit(free.pressure_kPa[told], free.stiffness_x[told], 1)
-        laws[chain.bends, 1:3] = -arms * line
-        rest = load - (known[..., 1:3] * laws[chain.bends[0], 1:3]).sum(axis=-1)
-        laws[chain.bends[:, None], [0, 3]] = solved(chain.bends, [0, 3], rest)
-    along = -laws[chain.bends[0], 2] / (policy.gyration * free.depth_mm) ** 2
-    for name, stiff in (("slide", along), ("shear", policy.shear * along)):
-        own = chain.of(name)
-        laws[own, 2] = -stiff
-        laws[own[:, None], [0, 3]] = solved(own, [0, 3], load + stiff * w)
-    laws[chain.of("side", "twist"), 2] = -float(arms * free.stiffness_y[0])
+        complete(chain.bends, -arms_mm2 * line)
+    along = laws[chain.bends[0], 2] / (policy.gyration * free.depth_mm) ** 2
+    complete(chain.of("slide"), np.array([0.0, along]))
+    complete(chain.of("shear"), np.array([0.0, policy.shear * along]))
+    laws[chain.of("side", "twist"), 2] = -float(arms_mm2 * free.stiffness_y[0])
     return laws
 
 
