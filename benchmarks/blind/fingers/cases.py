@@ -32,6 +32,7 @@ from dolfingrip.diagnosis.core.unknown import causes
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
 
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
     "development": {"one": 3, "with_outsider": 3, "outsider": 3, "nuisance": 5, "two": 2,
@@ -74,7 +75,9 @@ class Bench:
         self.coarse = replace(self.protocol, mesh=self.protocol.strength_mesh)
         self.scratch = scratch
         self.effects = effects
-        self.workers = Workers(scratch / "generator", Where(workers=workers))
+        where = Where(workers=workers)
+        # a case is drawn up to TRIES times: its processes start once, and end with Python's
+        self.workers = Workers(scratch / "generator", where, kept=Pool(where))
         self.causes = {each.name: each for each in causes(self.protocol.analysed(), effects)}
         self.plain = self.readings(Truth())
         self.by_modulus = self.readings(Truth(modulus=1.05)) - self.plain
