@@ -101,7 +101,16 @@ def test_a_search_goes_on_where_it_was_killed(
     assert computed[len(first.made) :] == [computed[0]]
 
 
-def test_no_friction_will_do() -> None:
+@pytest.mark.parametrize(
+    ("pressure", "resolution", "said"),
+    [
+        (20.0, 5.0, "--pickup-pressure 20: .* gripper.clearance_mm = 42 mm"),
+        (155.0, 150.0, "--resolution 150: .* at 5 kPa, so μ is 0.4 or any above"),
+    ],
+)
+def test_no_friction_will_do(pressure: float, resolution: float, said: str) -> None:
+    """The option is named that was typed: the pressure, or the step to one that never lifts."""
     trials = GraspTrials(Config(), grasps)
-    with pytest.raises(ConfigError, match="no friction up to 2 picks the food up"):
-        pickup.friction(trials, 20.0, 5.0, 0.05)
+    with pytest.raises(ConfigError, match=said) as error:
+        pickup.friction(trials, pressure, resolution, 0.05)
+    assert "no friction up to 2 picks the food up" in str(error.value)

@@ -219,20 +219,32 @@ def friction(
         The interval that the friction lies in.
 
     Raises:
-        ConfigError: one line, where no friction does.
+        ConfigError: one line, where no friction does at one of the two pressures.
     """
+    none = f"no friction up to {LARGEST_FRICTION:g} picks the food up"
     first = trials.at(pickup_kPa, trials.base.food.friction)
     at_pressure = _least_friction(trials, pickup_kPa, first, tolerance)
+    if at_pressure is None:
+        gripper = trials.base.gripper
+        raise ConfigError(
+            f"--pickup-pressure {pickup_kPa:g}: {none} there; allowed: a higher pressure, or other "
+            f"fingers (--pose {gripper.pose}, gripper.clearance_mm = {gripper.clearance:g} mm)"
+        )
     lower_kPa, place = pickup_kPa - resolution_kPa, round(at_pressure / tolerance)
     below = trials.at(lower_kPa, at_pressure)
     at_lower = _least_friction(trials, lower_kPa, below, tolerance, place)
+    if at_lower is None:
+        raise ConfigError(
+            f"--resolution {resolution_kPa:g}: {none} one step below, at {lower_kPa:g} kPa, so "
+            f"μ is {at_pressure:.3g} or any above; allowed: smaller steps"
+        )
     return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure))
 
 
 def _least_friction(
     trials: GraspTrials, pressure_kPa: float, known: GraspTrial, tolerance: float, low: int = 1
-) -> float:
-    """μ* at a pressure, on a grid of ``tolerance``.
+) -> float | None:
+    """μ* at a pressure, on a grid of ``tolerance``; None where no friction picks up.
 
     Args:
         trials: grasps.
@@ -246,12 +258,7 @@ def _least_friction(
         lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
         round(start / tolerance), low, round(LARGEST_FRICTION / tolerance),
     )  # fmt: skip
-    if found.succeeds is None:
-        raise ConfigError(
-            f"--pickup-pressure {pressure_kPa:g}: no friction up to {LARGEST_FRICTION:g} "
-            "picks the food up there; allowed: a higher pressure, or another pose"
-        )
-    return found.succeeds * tolerance
+    return None if found.succeeds is None else found.succeeds * tolerance
 
 
 # -- the least place of a grid -------------------------------------------------------------------
