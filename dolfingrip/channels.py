@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final, Literal
 
 Part = Literal["finger", "plate", "bar", "gripper"]
@@ -278,6 +279,7 @@ def supply_of(name: str) -> Channel:
                    about=f"prescribed pressure of the supply of {name}")  # fmt: skip
 
 
+@cache
 def cavity_of_supply(column: str) -> str | None:
     """Return the group of the cavity whose supply a column has; None of another column.
 
@@ -340,6 +342,7 @@ def curvature(number: int) -> Channel:
                    tolerance=0.1)  # fmt: skip
 
 
+@cache
 def at_marker(column: str) -> Channel | None:
     """Return the channel that a marker's column is of; None of another column.
 

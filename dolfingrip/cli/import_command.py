@@ -39,7 +39,8 @@ def bring(file: Path, out: Path, told: Told, screen: Screen) -> Path:
         ConfigError: one line with the lines to add, where nobody can be asked.
     """
     while True:
-        found, questions = _understood(file, told)
+        with screen.status(f"reading {file}"):
+            found, questions = _understood(file, told)
         if not questions or not _asks():
             break
         told = told.with_line(_answer(questions[0], screen))
@@ -50,7 +51,8 @@ def bring(file: Path, out: Path, told: Told, screen: Screen) -> Path:
     assert found is not None
     for note in found.notes:
         screen.say(f"- {note}")
-    written, setup = importing.write(found, out)
+    with screen.status(f"writing {out}"):
+        written, setup = importing.write(found, out)
     screen.say(f"{len(found.table)} rows: {written} and {setup}")
     return written
 

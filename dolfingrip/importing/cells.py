@@ -6,10 +6,11 @@ import csv
 import datetime
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import pandas as pd
 
@@ -37,6 +38,10 @@ _END_OF_HEADER: Final = re.compile(r"\W*end[ _]of[ _]header\W*", re.IGNORECASE)
 
 COMMENT: Final = re.compile(r"\s*(#|%|//)+\s*")
 _GROUPS: Final = " '’\u00a0\u202f\u2009"
+_PLAIN: Final = {
+    decimal: str.maketrans({**dict.fromkeys(_GROUPS), ",": None, ".": None, "−": "-", decimal: "."})
+    for decimal in ".,"
+}
 _DATE: Final = r"\d{1,4}(?P<sign>[-./])\d{1,2}(?P=sign)\d{1,4}"
 _NUMBER: Final = re.compile(rf"[+\-−]?[\d{_GROUPS}.,]*\d[.,]?(?:[eE][+\-−]?\d+)?")
 _WITH_UNIT: Final = re.compile(rf"({_NUMBER.pattern}) ?([^\W\d][^\s;]*|[%°‰])")
@@ -47,6 +52,9 @@ _CLOCK: Final = re.compile(
     re.IGNORECASE,
 )
 _PAIR: Final = re.compile(r"(\d+):([0-5]\d)")
+_TORN: Final = re.compile(r"\d[;\t|]|[;\t|]\d|\d,\s*\d+[;\t| ]")
+_ALIKE: Final = str.maketrans("456789", "111111")
+"""Digits that no rule tells apart: a 0 begins no thousands, 2 and 3 are in units, as in cm2."""
 _DAY_S: Final = 86400.0
 
 
@@ -57,16 +65,16 @@ class Cells:
     Attributes:
         header: name of each column, with its unit where a row of units tells it.
         rows: data rows, all as long as the header.
-        decimal: the decimal sign.
-        how: encoding, separator and decimal sign in words, for people.
         passed_over: lines that are neither header nor data, as they stand.
+        decimal: the decimal sign.
+        how: encoding and separator, or sheet, and decimal sign in words, for people.
     """
 
     header: list[str]
     rows: list[Row]
-    decimal: str
-    how: str
     passed_over: list[str]
+    decimal: str = "."
+    how: str = ""
 
     def column(self, place: int) -> list[str]:
         """The cells of a column."""
@@ -91,6 +99,8 @@ def seconds(texts: Sequence[str], order: str = "") -> list[float] | None:
     Raises:
         AmbiguousDate: the dates may have two orders.
     """
+    if not is_clock(_first(texts)):
+        return None
     found = [_CLOCK.fullmatch(text.strip()) for text in texts if not missing(text)]
     told = [each for each in found if each]
     dates = [each["date"] for each in told]
@@ -144,6 +154,8 @@ def _of_day(told: re.Match[str]) -> float:
 
 def pairs(texts: Sequence[str]) -> list[float] | None:
     """Hours and minutes as hours, minutes and seconds as minutes; None where a cell is no such."""
+    if not _PAIR.fullmatch(_first(texts)):
+        return None
     found = [_PAIR.fullmatch(text.strip()) for text in texts]
     told = [float(each[1]) + float(each[2]) / 60.0 for each in found if each]
     return told if len(told) == len(found) else None
@@ -152,6 +164,11 @@ def pairs(texts: Sequence[str]) -> list[float] | None:
 def missing(cell: str) -> bool:
     """Say if a cell has no value."""
     return bool(_MISSING.fullmatch(cell.strip()))
+
+
+def _first(texts: Iterable[str]) -> str:
+    """The first cell of a column that has a value."""
+    return next((text.strip() for text in texts if not missing(text)), "")
 
 
 def _measure(cell: str) -> tuple[str, str]:
@@ -181,9 +198,7 @@ def number(cell: str, decimal: str) -> float:
         return float("nan")
     if not _NUMBER.fullmatch(text):
         raise ValueError(text)
-    for sign in _GROUPS + (",."[decimal == ","]):
-        text = text.replace(sign, "")
-    return float(text.replace("−", "-").replace(decimal, "."))
+    return float(text.translate(_PLAIN[decimal]))
 
 
 def readings(file: Path, told: Told) -> Iterator[Cells]:
@@ -207,10 +222,10 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         raise ConfigError(f"{file}: {error.strerror}") from None
     found = False
     if data.startswith(b"PK\x03\x04"):
-        name, rows = _chosen(_sheets(file), told)
-        if (cells := _table(rows, "", f"sheet {name}")) is not None:
+        if tables := _sheets(file):
             found = True
-            yield cells
+            name, cells = _chosen(tables, told)
+            yield replace(cells, how=f"sheet {name}, decimal point")
     else:
         for encoding, text in _texts(data, told.encoding):
             if (cells := _of_text(text, encoding, told)) is not None:
@@ -224,17 +239,17 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         )
 
 
-def _sheets(file: Path) -> dict[str, list[Row]]:
+def _sheets(file: Path) -> dict[str, Cells]:
     """Tables of a workbook, by the name of their sheet."""
     sheets = pd.read_excel(file, sheet_name=None, header=None, dtype=object, engine="openpyxl")
-    found: dict[str, list[Row]] = {}
+    found: dict[str, Cells] = {}
     for name, sheet in sheets.items():
         rows = [(i + 1, [_text(cell) for cell in row]) for i, row in enumerate(sheet.to_numpy())]
         found |= {f"{name} {more}".strip(): part for more, part in _tables(rows).items()}
     return found
 
 
-def _chosen(tables: dict[str, list[Row]], told: Told) -> tuple[str, list[Row]]:
+def _chosen(tables: dict[str, Cells], told: Told) -> tuple[str, Cells]:
     """The one table, or that which is told, and its name.
 
     Raises:
@@ -246,10 +261,10 @@ def _chosen(tables: dict[str, list[Row]], told: Told) -> tuple[str, list[Row]]:
     if told.sheet is None and len(tables) > 1:
         lines = [line("sheet", name) for name in tables]
         raise Question(f"{len(tables)} tables: which?", lines)
-    return next(((n, rows) for n, rows in tables.items() if told.sheet in (None, n)), ("", []))
+    return next((name, cells) for name, cells in tables.items() if told.sheet in (None, name))
 
 
-def _tables(rows: list[Row]) -> dict[str, list[Row]]:
+def _tables(rows: list[Row]) -> dict[str, Cells]:
     """Tables below one another, by the line that stands above each; "" where there is one.
 
     A header that is repeated where the first column goes on is left out.
@@ -271,12 +286,12 @@ def _tables(rows: list[Row]) -> dict[str, list[Row]]:
         parts[-1] += [*between, row]
         between, last = [], row[1]
     parts[-1] += between
-    found = [part for part in parts if _table(part, "", "")]
+    found = [(part[0][1], cells) for part in parts if (cells := _table(part))]
     if len(found) < 2:
-        return {"": found[0]} if found else {}
-    titles = [" ".join(filter(None, part[0][1])) for part in found]
+        return {"": found[0][1]} if found else {}
+    titles = [" ".join(filter(None, first)) for first, _ in found]
     clear = [title.isascii() and titles.count(title) == 1 for title in titles]
-    return {titles[i] if clear[i] else f"table {i + 1}": part for i, part in enumerate(found)}
+    return {titles[i] if clear[i] else f"table {i + 1}": cells for i, (_, cells) in enumerate(found)}
 
 
 def _is_header(cells: list[str]) -> bool:
@@ -346,24 +361,29 @@ def _of_text(text: str, encoding: str, told: Told) -> Cells | None:
         ]
     if lines and lines[0][1].casefold().startswith("sep="):
         lines = lines[1:]
-    best: tuple[int, list[Row], str] | None = None
+    best: tuple[list[Row], list[Row], str] | None = None
     for separator in SEPARATORS:
-        rows = [(i, _split(each, separator)) for i, each in lines]
-        score = len(_data(rows)[1])
-        if score and (best is None or score > best[0]):
-            best = score, rows, separator
+        if separator == " " or separator in text:
+            rows = [(i, _split(each, separator)) for i, each in lines]
+            data = _data(rows)[1]
+            if data and (best is None or len(data) > len(best[0])):
+                best = data, rows, separator
     if best is None:
         return None
-    _, rows, separator = best
+    data, rows, separator = best
+    alike: dict[str, str] = {}
+    for cell in (cell for _, row in data for cell in row):
+        alike.setdefault(cell.translate(_ALIKE), cell)
     cells = [
-        _measure(cell)[0].strip()
-        for _, row in _data(rows)[1] for cell in row if not re.fullmatch(_DATE, cell)
-    ]  # fmt: skip
+        _measure(cell)[0].strip() for cell in alike.values() if not re.fullmatch(_DATE, cell)
+    ]
     decimal = told.decimal or _decimal(
         [each for each in cells if _NUMBER.fullmatch(each)], separator
     )
-    _, rows = _chosen(_tables(rows), told)
-    return _table(rows, decimal, f"{encoding}, {SEPARATORS[separator]}")
+    tables = _tables(rows)
+    sign = "comma" if decimal == "," else "point"
+    how = f"{encoding}, {SEPARATORS[separator]}, decimal {sign}"
+    return replace(_chosen(tables, told)[1], decimal=decimal, how=how) if tables else None
 
 
 def _split(text: str, separator: str) -> list[str]:
@@ -378,13 +398,18 @@ def _split(text: str, separator: str) -> list[str]:
 
 def _is_data(cells: list[str]) -> bool:
     """Say if a row has two numbers at least, and no cell is several cells of another separator."""
-    filled = [cell for cell in cells if not missing(cell)]
-    numbers = sum(map(_is_number, filled))
-    torn = any(
-        re.search(r"\d[;\t|]|[;\t|]\d|\d,\s*\d+[;\t| ]", cell) and not _is_number(cell)
-        for cell in filled
-    )
-    return numbers >= 2 and not torn and not cells[0].startswith("#")
+    kinds = [_kind(cell.translate(_ALIKE)) for cell in cells]
+    return kinds.count("number") >= 2 and "torn" not in kinds and not cells[0].startswith("#")
+
+
+@lru_cache(10_000)
+def _kind(cell: str) -> Literal["missing", "number", "torn", "text"]:
+    """What a cell is; one that is several cells of another separator is torn."""
+    if missing(cell):
+        return "missing"
+    if _is_number(cell):
+        return "number"
+    return "torn" if _TORN.search(cell) else "text"
 
 
 def _data(rows: list[Row]) -> tuple[int, list[Row]]:
@@ -396,7 +421,7 @@ def _data(rows: list[Row]) -> tuple[int, list[Row]]:
     return width, [row for row in data if len(row[1]) == width]
 
 
-def _table(rows: list[Row], decimal: str, how: str) -> Cells | None:
+def _table(rows: list[Row]) -> Cells | None:
     """Header and data of rows; rows of other lengths in between are refused."""
     width, data = _data(rows)
     if len(data) < 2:
@@ -430,8 +455,6 @@ def _table(rows: list[Row], decimal: str, how: str) -> Cells | None:
     return Cells(
         [header[i] or f"column {i + 1}" for i in stay],
         [(number, [cells[i] for i in stay]) for number, cells in kept],
-        decimal or ".",
-        f"{how}, decimal {'comma' if decimal == ',' else 'point'}",
         [text for text in over if text.strip()],
     )
 
@@ -480,6 +503,8 @@ def _without_units(header: list[str], rows: list[Row]) -> tuple[list[str], list[
     from dolfingrip.importing.header import split
 
     for i, name in enumerate(header):
+        if not _measure(_first(cells[i] for _, cells in rows))[1]:
+            continue
         told = [_measure(cells[i]) for _, cells in rows]
         units = {
             unit for (_, unit), (_, cells) in zip(told, rows, strict=True) if not missing(cells[i])

@@ -206,7 +206,7 @@ def _checked(line: _Line, cells: dict[str, str], experiments: Sequence[str]) -> 
     row: dict[str, Any] = {"line": line.number}
     row["experiment"] = _experiment(line, cells.get("experiment"), experiments)
     row["specimen"] = cells.get("specimen", line.file.stem)
-    row["cycle"] = _cycle(line, cells.get("cycle", "1"))
+    row["cycle"] = _cycle(line, cells["cycle"]) if "cycle" in cells else 1
     row["branch"] = cells.get("branch", "")
     if row["branch"] not in ("", *BRANCHES):
         raise line.refuse(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
