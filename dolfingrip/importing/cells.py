@@ -44,7 +44,7 @@ _PLAIN: Final = {
 }
 _DATE: Final = r"\d{1,4}(?P<sign>[-./])\d{1,2}(?P=sign)\d{1,4}"
 _NUMBER: Final = re.compile(rf"[+\-−]?[\d{_GROUPS}.,]*\d[.,]?(?:[eE][+\-−]?\d+)?")
-_WITH_UNIT: Final = re.compile(rf"({_NUMBER.pattern}) ?([^\W\d][^\s;]*|[%°‰])")
+_WITH_UNIT: Final = re.compile(rf"({_NUMBER.pattern}) ?([^\W\d][^\s;]*(?: [^\W\d][^\s;]*)?|[%°‰])")
 _CLOCK: Final = re.compile(
     rf"(?P<date>{_DATE}(?:[ T]|, ?))?"
     r"(?P<time>\d+:\d\d:\d\d(?:[.,]\d+)?|\d+:\d\d[.,]\d+|\d+:\d\d(?= ?[ap]\.?m))"
@@ -73,7 +73,7 @@ class Cells:
     header: list[str]
     rows: list[Row]
     passed_over: list[str]
-    decimal: str = "."
+    decimal: str
     how: str = ""
 
     def column(self, place: int) -> list[str]:
@@ -224,8 +224,8 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
     if data.startswith(b"PK\x03\x04"):
         if tables := _sheets(file):
             found = True
-            name, cells = _chosen(tables, told)
-            yield replace(cells, how=f"sheet {name}, decimal point")
+            name, chosen = _chosen(tables, told)
+            yield replace(chosen, how=f"sheet {name}, decimal point")
     else:
         for encoding, text in _texts(data, told.encoding):
             if (cells := _of_text(text, encoding, told)) is not None:
@@ -264,7 +264,7 @@ def _chosen(tables: dict[str, Cells], told: Told) -> tuple[str, Cells]:
     return next((name, cells) for name, cells in tables.items() if told.sheet in (None, name))
 
 
-def _tables(rows: list[Row]) -> dict[str, Cells]:
+def _tables(rows: list[Row], decimal: str = ".") -> dict[str, Cells]:
     """Tables below one another, by the line that stands above each; "" where there is one.
 
     A header that is repeated where the first column goes on is left out.
@@ -286,12 +286,14 @@ def _tables(rows: list[Row]) -> dict[str, Cells]:
         parts[-1] += [*between, row]
         between, last = [], row[1]
     parts[-1] += between
-    found = [(part[0][1], cells) for part in parts if (cells := _table(part))]
+    found = [(part[0][1], cells) for part in parts if (cells := _table(part, decimal))]
     if len(found) < 2:
         return {"": found[0][1]} if found else {}
     titles = [" ".join(filter(None, first)) for first, _ in found]
     clear = [title.isascii() and titles.count(title) == 1 for title in titles]
-    return {titles[i] if clear[i] else f"table {i + 1}": cells for i, (_, cells) in enumerate(found)}
+    return {
+        titles[i] if clear[i] else f"table {i + 1}": cells for i, (_, cells) in enumerate(found)
+    }
 
 
 def _is_header(cells: list[str]) -> bool:
@@ -374,16 +376,14 @@ def _of_text(text: str, encoding: str, told: Told) -> Cells | None:
     alike: dict[str, str] = {}
     for cell in (cell for _, row in data for cell in row):
         alike.setdefault(cell.translate(_ALIKE), cell)
-    cells = [
-        _measure(cell)[0].strip() for cell in alike.values() if not re.fullmatch(_DATE, cell)
-    ]
+    cells = [_measure(cell)[0].strip() for cell in alike.values() if not re.fullmatch(_DATE, cell)]
     decimal = told.decimal or _decimal(
         [each for each in cells if _NUMBER.fullmatch(each)], separator
     )
-    tables = _tables(rows)
+    tables = _tables(rows, decimal)
     sign = "comma" if decimal == "," else "point"
     how = f"{encoding}, {SEPARATORS[separator]}, decimal {sign}"
-    return replace(_chosen(tables, told)[1], decimal=decimal, how=how) if tables else None
+    return replace(_chosen(tables, told)[1], how=how) if tables else None
 
 
 def _split(text: str, separator: str) -> list[str]:
@@ -421,7 +421,7 @@ def _data(rows: list[Row]) -> tuple[int, list[Row]]:
     return width, [row for row in data if len(row[1]) == width]
 
 
-def _table(rows: list[Row]) -> Cells | None:
+def _table(rows: list[Row], decimal: str) -> Cells | None:
     """Header and data of rows; rows of other lengths in between are refused."""
     width, data = _data(rows)
     if len(data) < 2:
@@ -440,13 +440,16 @@ def _table(rows: list[Row]) -> Cells | None:
     summaries = _summaries(kept)
     kept = [row for row in kept if row not in summaries]
     names = [
-        (i, cells) for i, cells in above if cells is not None and sum(map(bool, cells)) > width // 2
-    ]
+        (i, cells) for i, cells in above
+        if cells is not None and (filled := [_bare(cell) for cell in cells if cell])
+        and (len(filled) > width // 2 or (len(filled) > 1 and all(map(_tells_unit, filled))))
+    ]  # fmt: skip
     header, used = _header([cells for _, cells in names], width)
     last_name = {i for i, _ in names[len(names) - used :]} if used else set()
     over = [" ".join(cells) for i, cells in rows if i < first and i not in last_name]
     over += [" ".join(cells) for cells in (*(cells for _, cells in summaries), *below)]
-    header, kept = _without_units(header, kept)
+    header, kept = _without_units(*_with_units(header, kept), decimal)
+    width = len(header)
     kept = _dated(kept)
     header = [f"{name} #{i + 1}" if header.count(name) > 1 and name else name
               for i, name in enumerate(header)]  # fmt: skip
@@ -456,6 +459,7 @@ def _table(rows: list[Row]) -> Cells | None:
         [header[i] or f"column {i + 1}" for i in stay],
         [(number, [cells[i] for i in stay]) for number, cells in kept],
         [text for text in over if text.strip()],
+        decimal,
     )
 
 
@@ -498,25 +502,50 @@ def _dated(rows: list[Row]) -> list[Row]:
     ]
 
 
-def _without_units(header: list[str], rows: list[Row]) -> tuple[list[str], list[Row]]:
-    """Header and rows, with the unit that all cells of a column have in its name."""
-    from dolfingrip.importing.header import split
+def _with_units(header: list[str], rows: list[Row]) -> tuple[list[str], list[Row]]:
+    """Header and rows, with units that have a column of their own behind the numbers before it."""
+    from dolfingrip.importing.header import calls_unit, is_unit
 
-    for i, name in enumerate(header):
-        if not _measure(_first(cells[i] for _, cells in rows))[1]:
-            continue
-        told = [_measure(cells[i]) for _, cells in rows]
-        units = {
-            unit for (_, unit), (_, cells) in zip(told, rows, strict=True) if not missing(cells[i])
-        }
-        own = split(name)[1]
-        if len(units) == 1 and (unit := units.pop()) and own in ("", unit):
-            header = [*header[:i], name if own else f"{name} [{unit}]", *header[i + 1 :]]
+    for i in reversed(range(1, len(header))):
+        told = dict.fromkeys(cells[i] for _, cells in rows if not missing(cells[i - 1]))
+        if calls_unit(header[i]) and told and all(is_unit(t) and not _is_number(t) for t in told):
+            header = [*header[:i], *header[i + 1 :]]
             rows = [
-                (n, [*cells[:i], value, *cells[i + 1 :]])
-                for (n, cells), (value, _) in zip(rows, told, strict=True)
+                (n, [*cells[: i - 1], f"{cells[i - 1]} {cells[i]}", *cells[i + 1 :]])
+                for n, cells in rows
             ]
     return header, rows
+
+
+def _without_units(header: list[str], rows: list[Row], decimal: str) -> tuple[list[str], list[Row]]:
+    """Header and rows, with the unit that the cells of a column have in its name.
+
+    Numbers in another unit than the header's, or than the first cell's, become those in that one.
+    """
+    from dolfingrip.importing.header import ratio, split
+
+    for i, name in enumerate(header):
+        alike = {cells[i].translate(_ALIKE): cells[i] for _, cells in rows}.values()
+        units = dict.fromkeys(_measure(cell)[1] for cell in alike if not missing(cell))
+        own = split(name)[1]
+        unit = own or next(filter(None, units), "")
+        ratios = {each: ratio(each, unit) if each or not own else 1.0 for each in units}
+        if not any(units) or None in ratios.values():
+            continue
+        told = [("", "") if missing(cells[i]) else _measure(cells[i]) for _, cells in rows]
+        header = [*header[:i], name if own else f"{name} [{unit}]", *header[i + 1 :]]
+        rows = [
+            (n, [*cells[:i], _scaled(value, ratios.get(each) or 1.0, decimal), *cells[i + 1 :]])
+            for (n, cells), (value, each) in zip(rows, told, strict=True)
+        ]
+    return header, rows
+
+
+def _scaled(value: str, by: float, decimal: str) -> str:
+    """A number in a cell times another."""
+    if by == 1.0:
+        return value
+    return f"{number(value, decimal) * by:.15g}".replace(".", decimal)
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:
@@ -529,20 +558,29 @@ def _fitted(cells: list[str], width: int) -> list[str] | None:
     return [*cells[:width], *[""] * (width - len(cells))]
 
 
-def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
-    """Names of columns from the rows above the data, and how many of these rows they are."""
+def _bare(cell: str) -> str:
+    """A cell without brackets around all of it."""
+    within = re.fullmatch(r"[(\[（［]\s*(.*?)\s*[)\]）］]", cell)
+    return within[1] if within else cell
+
+
+def _tells_unit(cell: str) -> bool:
     from dolfingrip.importing.header import is_unit
 
-    bare = [[cell.strip("()[]（）［］ ") for cell in row] for row in names]
-    told = [[is_unit(cell) and not re.search(r"\d[.,]", cell) for cell in row] for row in bare]
-    of_units = [2 * sum(row) > sum(map(bool, cells)) for row, cells in zip(told, bare, strict=True)]
+    return is_unit(cell) and not re.search(r"\d[.,]", cell)
+
+
+def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
+    """Names of columns from the rows above the data, and how many of these rows they are."""
+    bare = [[_bare(cell) for cell in row] for row in names]
+    of_units = [2 * sum(map(_tells_unit, row)) > sum(map(bool, row)) for row in bare]
     at = next((i for i in reversed(range(len(names))) if not of_units[i]), None)
     if at is None:
         return [""] * width if not names else names[-1], min(len(names), 1)
     units = next((bare[i] for i in reversed(range(len(names))) if of_units[i]), [""] * width)
     joined = [
-        f"{name} [{unit}]" if name and is_unit(unit) else name
-        for name, unit in zip(names[at], units, strict=True)
+        f"{name} [{unit}]" if name and unit and (i or _tells_unit(unit)) else name
+        for i, (name, unit) in enumerate(zip(names[at], units, strict=True))
     ]
     return joined, len(names) - at
 

@@ -101,8 +101,8 @@ def plain(text: str) -> str:
     Args:
         text: as a table has it.
 
-    >>> plain("ActuatorAngle_deg"), plain("Présión （kPa）")
-    ('actuator angle deg', 'presion (kpa)')
+    >>> plain("ActuatorAngle_deg"), plain("Présión （bar）")
+    ('actuator angle deg', 'presion (bar)')
     """
     text = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", unicodedata.normalize("NFKC", text))
     marked = unicodedata.normalize("NFD", text.casefold())
@@ -149,9 +149,34 @@ _DIMENSIONS: Final = ("kPa", "N", "mm", "s", NO_UNIT)
 """Units of the dimensions that columns have."""
 
 
-@cache
 def _units(text: str) -> tuple[Any, ...]:
     """Quantities of one unit that a text may mean; several where letters' case decides."""
+    return _bare_units(text) or _bare_units(level(text)[0])
+
+
+@cache
+def level(text: str) -> tuple[str, str]:
+    """A pressure's unit without the word for what it counts from, and ``gauge`` or ``absolute``.
+
+    Args:
+        text: as a table has it; what has no such word stays as it is.
+
+    >>> level("bar relatif"), level("kPa(a)"), level("psig"), level("mmHg")
+    (('bar', 'gauge'), ('kPa', 'absolute'), ('psi', 'gauge'), ('mmHg', ''))
+    """
+    text = unicodedata.normalize("NFKC", text).strip()
+    for i in range(1, 0 if _bare_units(text) else len(text)):
+        unit, word = text[:i].rstrip(" _-.,(["), plain(text[i:].strip(" _-.:)]("))
+        for zero in ("gauge", "absolute"):
+            if word in map(plain, _words(_known()[zero]["words"])) and any(
+                each is not None and each.is_compatible_with("kPa") for each in _bare_units(unit)
+            ):
+                return unit, zero
+    return text, ""
+
+
+@cache
+def _bare_units(text: str) -> tuple[Any, ...]:
     text = unicodedata.normalize("NFKC", text).strip().strip(".")
     if not text or len(text) > 12:
         return ()
@@ -189,8 +214,7 @@ def is_unit(text: str) -> bool:
     >>> is_unit("kPa"), is_unit("counts"), is_unit("Druck")
     (True, True, False)
     """
-    special = (*_words(_known()["raw"]["units"]), *_words(_known()["absolute"]["units"]))
-    return bool(_units(text)) or text.casefold() in special
+    return bool(_units(text)) or text.casefold() in _words(_known()["raw"]["units"])
 
 
 def is_summary(text: str) -> bool:
@@ -203,6 +227,39 @@ def is_summary(text: str) -> bool:
     (True, True, False)
     """
     return text[:1].isalpha() and plain(text).strip(" :.") in _words(_known()["summary"]["words"])
+
+
+def calls_unit(text: str) -> bool:
+    """Say if a text is what a column of units is called.
+
+    Args:
+        text: of a header.
+
+    >>> calls_unit("Einheit"), calls_unit("Druck")
+    (True, False)
+    """
+    return plain(text).strip(" :.") in ("", *_words(_known()["unit"]["words"]))
+
+
+def ratio(unit: str, other: str) -> float | None:
+    """Return how many of another unit one is; None where that is not certain.
+
+    Args:
+        unit: as a table has it.
+        other: the other.
+
+    >>> ratio("mbar", "bar"), ratio("mbar", "bar abs"), ratio("V", "V"), ratio("N", "bar")
+    (0.001, None, 1.0, None)
+    """
+    if unit == other:
+        return 1.0
+    one, two = _units(unit), _units(other)
+    if len(one) != 1 or len(two) != 1 or level(unit)[1] != level(other)[1]:
+        return None
+    turned = ["radian" in str(each.to_root_units().units) for each in (one[0], two[0])]
+    if turned[0] != turned[1] or not one[0].is_compatible_with(two[0]):
+        return None
+    return float(f"{(one[0] / two[0]).to('').magnitude:.15g}")
 
 
 def factor(unit: str, target: str) -> list[float]:
@@ -241,23 +298,21 @@ def split(header: str) -> tuple[str, str]:
     (('Druck', 'bar'), ('p', 'kPa'), ('ActuatorAngle', 'deg'), ('圧力', 'kPa'))
     """
     text = re.sub(r" #\d+$", "", unicodedata.normalize("NFKC", header).strip())
+    if two := _after(text, r"(\S+[\s_(]+\S+)"):  # bar (g)
+        return two
     for found in re.finditer(r"[(\[<]\s*([^()\[\]<>]*(?:\([^()]*\))?)\s*[)\]>]", text):
-        unit = found[1].strip()
-        gauge = re.fullmatch(
-            r"(.+?)[ (]+(gauge|g|rel[a-z]*|ü|abs[a-z]*|a)\.?\)?", unit, re.IGNORECASE
-        )
-        over = " abs" if gauge and gauge[2][0].casefold() == "a" else ""
-        if is_unit(unit := gauge[1] if gauge else unit):
-            rest = f"{text[: found.start()]}{text[found.end() :]}".strip(" _-")
-            return f"{rest}{over}", unit
-    for pattern in (r"(.+?)\s*/\s*(\S+)", r"(.+?)\s+in\s+(\S+)", r"(.+?)[\s_,;:]+(\S+)"):
-        for found in [m] if (m := re.fullmatch(pattern, text)) else []:
-            if is_unit(found[2]) and found[2] not in "-–—1":
-                return found[1].strip(" _-"), found[2]
-    last = re.fullmatch(r"(.+)[\s_,;:]+(\S+?)", text)
-    if last and is_unit(last[2]) and last[2] not in "-–—1":
-        return last[1].strip(" _-,"), last[2]
-    return text, ""
+        if is_unit(unit := found[1].strip()):
+            return f"{text[: found.start()]}{text[found.end() :]}".strip(" _-"), unit
+    return _after(text, r"(\S+)") or (text, "")
+
+
+def _after(text: str, unit: str) -> tuple[str, str] | None:
+    """Name and unit of a header that ends with it, behind a slash, ``in`` or a separator."""
+    for between in (r"(.+?)\s*/\s*", r"(.+?)\s+in\s+", r"(.+?)[\s_,;:]+", r"(.+)[\s_,;:]+"):
+        found = re.fullmatch(between + unit, text)
+        if found and is_unit(found[2]) and found[2] not in "-–—1":
+            return found[1].strip(" _-,"), found[2]
+    return None
 
 
 def recognise(header: str) -> Recognised:
@@ -284,9 +339,9 @@ def recognise(header: str) -> Recognised:
     if found and small in raw:
         why = f"{unit} need a calibration, value = FACTOR * {unit} + OFFSET"
         return Recognised(header, (), why, tuple(("*FACTOR+OFFSET", each) for each in targets))
-    called = set(plain(name).split()) & set(_words(absolute["words"]))
-    if (called or small in _words(absolute["units"])) and found in (["pressure"], []):
-        bare = unit[:-1] if small in _words(absolute["units"]) else unit or "kPa"
+    bare, zero = level(unit or "kPa")
+    called = set(re.findall(r"\w{2,}", plain(name))) & set(_words(absolute["words"]))
+    if (called or zero == "absolute") and found in (["pressure"], ["suction"], []):
         air = float(_registry().Quantity(AIR_KPA, "kPa").to(_units(bare)[0].units).magnitude)
         why = "a pressure above vacuum; subtract that of the air"
         return Recognised(header, (), why, ((f"-{air:.5g}", f"pressure_{bare}"),))

@@ -33,6 +33,7 @@ from dolfingrip.importing.header import (
     UNNAMED,
     ColumnReading,
     Recognised,
+    level,
     recognise,
     told_columns,
 )
@@ -327,10 +328,9 @@ def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
     name = "suction_kPa" if "suction_kPa" in table else "pressure_kPa"
     value = table[name].to_numpy()
     finite = value[np.isfinite(value)]
-    header = next(h for h, taken in found.taken.items() if taken and taken.target == name)
-    if header not in found.fixed and len(finite) and AIR_KPA[0] <= finite[0] <= AIR_KPA[1]:
-        own = found.taken[header]
-        assert own is not None
+    header, own = next((h, t) for h, t in found.taken.items() if t and t.target == name)
+    certain = header in found.fixed or level(own.unit)[1] == "gauge"
+    if not certain and len(finite) and AIR_KPA[0] <= finite[0] <= AIR_KPA[1]:
         air = finite[0] / own.factor
         lines = [column_line(header, name, change) for change in (f"-{air:.6g}", "")]
         found.questions.append(
@@ -346,8 +346,7 @@ def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
                 "one table; allowed: one sign, each in a table of its own"
             )
         sign = 1.0 if -low >= high else -1.0  # of a pressure below that of the air
-        if (own := found.taken[header]) is not None:
-            found.taken[header] = replace(own, target="pressure_kPa", factor=sign * own.factor)
+        found.taken[header] = replace(own, target="pressure_kPa", factor=sign * own.factor)
         table = table.drop(columns=name).assign(pressure_kPa=sign * value + 0.0)  # 0 and not -0
     found.table = table
     if experiment in CONTROL:

@@ -178,6 +178,12 @@ X_Value\tPressure\tAngle\tComment
 1.000000\t0.200000\t5.500000\t
 2.000000\t0.400000\tOL\t
 """
+GAUGES = """Temps;Pression;Angle;Unité
+min;bar relatif;;
+0;0;0;°
+0,5;250 mbar(g);0,1;rad
+1;0,5;12;°
+"""
 MERGED = [
     ["Finger 7"],
     [],
@@ -299,6 +305,11 @@ TABLES = (
         Told(column=("X_Value=time_s",)),
     ),
     LabTable(
+        "gauges.csv", GAUGES.encode(),
+        {"time_s": [0, 30, 60], "pressure_kPa": [0, 25, 50],
+         "angle_deg": [0, math.degrees(0.1), 12]},
+    ),
+    LabTable(
         "merged.xlsx", sheet(MERGED),
         {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 5.5, 11]},
     ),
@@ -342,6 +353,8 @@ def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_pat
         ("t [s],p [kPa],angle\n0,0,0\n1,5,0.2\n", ['--column "angle=angle_rad"']),
         ("t;p [kPa];angle [°]\n0;0;0\n1;1,500;2\n2;2,500;3\n", ['--decimal "."', '--decimal ","']),
         ("t [s],p [bara],angle [°]\n0,1,0\n1,1.5,2\n", ['--column "p [bara]-1.0132=pressure_bar"']),
+        ("p;angle\nkPa abs;°\n101;0\n150;2\n", ['--column "p [kPa abs]-101.33=pressure_kPa"']),
+        ("t;p;angle\ns;kPa foo;°\n0;1;0\n1;2;2\n", ['--column "p [kPa foo]*FACTOR=pressure_kPa"']),
         ("s,p [kPa],angle [°]\n0,101.2,0\n1,150,2\n", ['--column "p [kPa]-101.2=pressure_kPa"']),
         ("t [s],p [kPa],angle [°]\n0,0,5\n1,50,12\n", ["--zero-at-rest", "--no-zero-at-rest"]),
         ("t [s],p [kPa],angle [°]\n0,0,0\n1,50,-12\n", ['--column "angle [°]*-1=angle_deg"']),
