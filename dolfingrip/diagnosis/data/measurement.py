@@ -25,7 +25,7 @@ from dolfingrip.channels import CHANNELS, CHORD_ANGLE, PRESSURE, cavity_of_suppl
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
-from dolfingrip.diagnosis.data.motion import motion, smallest_change
+from dolfingrip.diagnosis.data.motion import motion, smallest_change, travel
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, of_markers
 from dolfingrip.diagnosis.policy import DATA
 from dolfingrip.sections.section import Role
@@ -378,8 +378,7 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
     if rate is None:
         rate, unit = test.configured_rate(base), CHANNELS[CONTROL[test.experiment]].unit
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit}/s is assumed"]
-    start = np.minimum(0.0, controls[:1])
-    steps = np.abs(np.diff(controls, axis=0, prepend=start)).max(axis=1)
+    steps = np.max([travel(each, test.sigma) for each in controls.T], axis=0)
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts
 
 

@@ -46,6 +46,26 @@ def smallest_change(value: np.ndarray, sigma: float) -> float:
     return _change(value, _noise(value, sigma))
 
 
+def travel(value: np.ndarray, sigma: float) -> np.ndarray:
+    """Return how far a control went from each row to the next, without its gauge's noise.
+
+    Between two turns the control is taken as where it has come to so far.
+
+    Args:
+        value: (n,) control of each row (kPa or mm), which begins at rest, or below.
+        sigma: standard deviation of the gauge as told, in the same unit; 0 where none is told.
+
+    Returns:
+        (n,) in the same unit, the first of the way from rest.
+    """
+    here = min(0.0, float(value[0]))
+    found = np.zeros(len(value))
+    for i, rises in enumerate(_rising(value, smallest_change(value, sigma))):
+        found[i] = max((value[i] - here) * (1.0 if rises else -1.0), 0.0)
+        here = value[i] if found[i] else here
+    return found
+
+
 def _change(value: np.ndarray, noise: float) -> float:
     return max(ROUTES.jump * _size(value), ROUTES.certain * noise)
 

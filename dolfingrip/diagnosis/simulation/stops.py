@@ -610,7 +610,7 @@ def meant_ramp(
         leads_to: value of the wait that follows, where the ramp ends exactly; NaN without one.
     """
     known = [*([before] if before else []), *found]
-    if not sigma or len(known) < 3:
+    if not sigma or len(known) < 2:
         return list(found)
     time_s = np.array([stop.time_s for stop in known])
     read = np.array([stop.value for stop in known])
@@ -624,9 +624,14 @@ def meant_ramp(
     )
     meant[0] = before.value if before else meant_end(float(read[0]), distance, sigma)
     rises = meant[-1] > meant[0]
-    ends = [0, -1] if rises else [-1, 0]
-    line_s = np.interp(meant, meant[ends], time_s[ends])
     whole_s = float(time_s[-1] - time_s[0])
+    # the time at which the gauge reads an end is as uncertain as its reading there
+    sigma_s = sigma * whole_s / abs(float(read[-1] - read[0]))
+    lasts_s = meant_end(whole_s, whole_s / (len(read) - 1), sigma_s)
+    ends, ends_s = [0, -1], time_s[0] + np.array([0.0, lasts_s])
+    if not rises:
+        ends, ends_s = [-1, 0], ends_s[::-1]
+    line_s = np.interp(meant, meant[ends], ends_s)
     if np.abs(line_s - time_s).max() <= ROUTES.straight * whole_s:
         time_s = line_s
     way = 1.0 if rises else -1.0

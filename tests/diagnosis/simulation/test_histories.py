@@ -47,14 +47,14 @@ def through(places: list[float], rate: float = 10.0, rows: int = 1, waits_s: flo
 
 
 UP = [20.0, 40.0, 60.0, 80.0, TOP_kPa]
+PULSES = [p for up in UP for p in (up, 0.0)]
 HISTORIES: dict[str, list[Row]] = {
     "ramp": through([TOP_kPa], rows=5),
     "steps, read once at their end": through(UP, waits_s=10.0),
     "steps, read while they wait": through(UP, waits_s=10.0, of_wait=20),
     "steps up and down": through([*UP, *UP[-2::-1], 0.0], waits_s=5.0, of_wait=4),
-    "pulses from zero": through([p for up in UP for p in (up, 0.0)], waits_s=5.0),
-    "pulses from zero, read while they wait": through([p for up in UP for p in (up, 0.0)],
-                                                      waits_s=5.0, of_wait=10),
+    "pulses from zero": through(PULSES, waits_s=5.0),
+    "pulses from zero, read while they wait": through(PULSES, waits_s=5.0, of_wait=10),
     "three cycles, dense": through(3 * [TOP_kPa, 0.0], rows=200),
     "cycles that begin with a row at rest": [
         (t + 30.0 * k, p) for k in range(3) for t, p in through([TOP_kPa, 0.0], rows=5)
@@ -140,21 +140,34 @@ def test_every_row_is_read_where_it_was_read(tmp_path: Path, history: str, sigma
         assert error.max() <= 0.1 + 0.4 * 2 * sigma
 
 
-def test_like_data_share_their_stops(tmp_path: Path) -> None:
-    """Sixteen readings of one staircase by a gauge of 0.5 kPa."""
+@pytest.mark.parametrize(("places", "timed"), [(UP, True), (PULSES, True), (UP, False)])
+def test_like_data_share_their_stops(tmp_path: Path, places: list[float], timed: bool) -> None:
+    """Sixteen readings of steps or pulses by a gauge of 0.5 kPa; times told or by a rate."""
     print("seeds 0 to 15")
     found = set()
     for seed in range(16):
-        noise = np.random.default_rng(seed).normal(0, 0.5, len(UP) + 1)
-        lines = [f"hold,{10 * i},{p + e:.3f},{p}"
-                 for i, (p, e) in enumerate(zip([0.0, *UP], noise, strict=True))]  # fmt: skip
+        noise = np.random.default_rng(seed).normal(0, 0.5, len(places) + 1)
+        lines = [f"hold,{10 * i if timed else ''},{p + e:.3f},{p}"
+                 for i, (p, e) in enumerate(zip([0.0, *places], noise, strict=True))]  # fmt: skip
         text = "branch,time_s,pressure_kPa,angle_deg\n" + "\n".join(lines) + "\n"
         folder = tmp_path / str(seed)
         folder.mkdir()
-        toml = 'experiment = "bending"\n[noise]\npressure_kPa = 0.5\n'
+        told = "" if timed else "rate_kPa_per_s = 2.0\n"
+        toml = f'experiment = "bending"\n{told}[noise]\npressure_kPa = 0.5\n'
         curve, in_time, _ = routes(read([written(folder, text, toml)]))
-        found.add((tuple(curve.value), in_time.value))
+        found.add((tuple(curve.value), in_time.value, in_time.time_s))
     assert len(found) == 1
+
+
+def test_noise_of_the_gauge_takes_no_time(tmp_path: Path) -> None:
+    """Up to 100 kPa and back at 2 kPa/s, read every 0.5 kPa: 50 s and 100 s, but for the noise."""
+    print("seed", SEED)
+    way = [p for _, p in through([TOP_kPa, 0.0], rate=2.0, rows=200)]
+    read_kPa = np.array(way) + np.random.default_rng(SEED).normal(0, 0.5, len(way))
+    text = "pressure_kPa,angle_deg\n" + "".join(f"{p:.3f},1.0\n" for p in read_kPa)
+    toml = 'experiment = "bending"\nrate_kPa_per_s = 2.0\n[noise]\npressure_kPa = 0.5\n'
+    time_s = read([written(tmp_path, text, toml)]).readings["time_s"].to_numpy()
+    assert time_s[[200, 400]] == pytest.approx([50.0, 100.0], abs=1.5)
 
 
 def test_rows_that_contradict_their_branch_are_doubted(tmp_path: Path) -> None:
