@@ -10,6 +10,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from support import bodies
+from support.oscillator import oscillator
 
 from dolfingrip import config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
@@ -100,7 +101,7 @@ class Moving:
     def plucked(self, speed: float) -> tuple[Callable[[], float], float]:
         """Let it vibrate in its first mode; the displacement by the mode's, and ω."""
         mode, omega = self.first_mode()
-        self.inertia.start(speed * mode, np.zeros_like(mode))
+        self.inertia.motion.start(speed * mode, np.zeros_like(mode))
         place = int(np.abs(mode).argmax())
         return lambda: float(self.model.u.x.array[place] / mode[place]), omega
 
@@ -118,31 +119,13 @@ def test_a_free_fall_is_exact() -> None:
             0.01,
         )  # fmt: skip
         nodes = len(falling.model.u.x.array) // 3
-        falling.inertia.start(np.tile(thrown, nodes), np.tile(gravity, nodes))
+        falling.inertia.motion.start(np.tile(thrown, nodes), np.tile(gravity, nodes))
         for time_s in (0.003, 0.0042, 0.05):
             falling.to(time_s)
             moved = thrown * time_s + gravity * time_s**2 / 2
             np.testing.assert_allclose(
                 falling.model.u.x.array.reshape(-1, 3), np.tile(moved, (nodes, 1)), atol=1e-7
             )
-
-
-def oscillator(
-    omega: float, step_s: float, steps: int, alpha: float, speed: float
-) -> tuple[float, float]:
-    """Displacement, and part of the energy that is left, of one degree of freedom.
-
-    These are the scheme's own equations (Hughes, The Finite Element Method, 1987, section 9.3).
-    """
-    beta, gamma = (1 - alpha) ** 2 / 4, 0.5 - alpha
-    u, v, a = 0.0, speed, 0.0
-    for _ in range(steps):
-        ahead = u + step_s * v + step_s**2 * (0.5 - beta) * a
-        then = -(omega**2) * ((1 + alpha) * ahead - alpha * u)
-        then /= 1 + (1 + alpha) * beta * (omega * step_s) ** 2
-        v += step_s * ((1 - gamma) * a + gamma * then)
-        u, a = ahead + beta * step_s**2 * then, then
-    return u, (v**2 + omega**2 * u**2) / speed**2
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.2])

@@ -242,14 +242,11 @@ def test_free_fall_and_spin() -> None:
         constant.value = 0.0
     motion.accept()
     first = 0.05
-    velocities = {
-        "body.start": pose.coordinates,
-        "body.velocity_mm_per_s": np.zeros(3),
-        # as if the last step had been a turn by so much
-        "body.turning_per_s": (np.eye(3) - Rotation.from_rotvec(-first * axis).as_matrix())
-        / step_s,
-    }
-    motion.restore(velocities)
+    # as if the last step had been a turn by so much
+    turning = (np.eye(3) - Rotation.from_rotvec(-first * axis).as_matrix()) / step_s
+    motion.motion.start(
+        np.vstack([np.zeros(3), motion.body.gyration_mm * turning]), np.zeros((4, 3))
+    )
     height, turned, turn = pose.coordinates[:3], 0.0, first
     newton = Newton(model, Solver(rtol=1e-12, atol_N=1e-15))
     model.u.x.array[:] = 0.0

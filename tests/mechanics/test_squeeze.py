@@ -130,9 +130,9 @@ def test_it_slips_above() -> None:
         total = np.array([0, 0, -weight]) - held[count]
         total = total + jaws.contact.load_N(jaws.model.u.x.array)[:3]
         here = jaws.pose.coordinates
-        before = jaws.motion.values()
-        velocity = (here[:3] - before["box.start"][:3]) / step_s
-        change = (velocity - before["box.velocity_mm_per_s"]) / step_s
+        before = jaws.motion.motion
+        velocity = (here[:3] - before.places[0]) / step_s
+        change = (velocity - before.velocity[0]) / step_s
         np.testing.assert_allclose(1e-3 * jaws.mass_kg * change, total, atol=1e-9)
         jaws.model.accept_step()
         places.append(here[2])
@@ -174,11 +174,8 @@ def test_a_ball_rolls_on_a_table() -> None:
         model.prescribe({"time_s": 0.2 * (i + 1)})
         assert newton.solve().converged
         model.accept_step()
-    state = motion.values()
     first = 20.0
-    state["ball.velocity_mm_per_s"] = np.array([first, 0.0, 0.0])
-    state["ball.turning_per_s"] = np.zeros((3, 3))
-    motion.restore(state)
+    motion.motion.start(first * np.eye(4, 3), np.zeros((4, 3)))
     step_s, first_q = 5e-4, pose.coordinates
     speeds, sliding = [], []
     for i in range(20):

@@ -78,8 +78,6 @@ class GraspReadings:
         pose = gripper.pose.coordinates
         self._height = float(pose[2]) - model.controls["table_z_mm"].value
         self._start = Rotation.from_rotvec(pose[3:])
-        self._velocity = np.zeros(3)
-        self._place = pose[:3]
         self._half = domain.half
         self._slip_mm = np.zeros(gripper.placement.count)
         self._angles_deg = np.zeros(gripper.placement.count)
@@ -108,7 +106,7 @@ class GraspReadings:
                 mean = float(sliding.normal_N[mine] @ sliding.slid_mm[mine]) / weight
                 self._slip_mm[i] += mean
         self._energy.book()
-        self._balance(before)
+        self._balance()
         self.angles_deg()
         if 0 < self._closing_starts_s > gripper.model.time_s - self._first_s + 1e-9:
             return
@@ -127,24 +125,12 @@ class GraspReadings:
             )
         )
 
-    def _balance(self, before: State) -> None:
+    def _balance(self) -> None:
         """Keep the largest error of m Δv/h = Σ F of the object, with the contacts' forces."""
-        gripper, model = self._gripper, self._gripper.model
-        step_s = model.time_s - before.controls["time_s"]
-        here = gripper.pose.coordinates[:3]
-        if step_s <= 0:
-            self._place = here
-            return
-        velocity = (here - self._place) / step_s
-        change = 1e-3 * gripper.motion.body.mass_kg * (velocity - self._velocity) / step_s
-        self._velocity, self._place = velocity, here
-        total = (
-            gripper.motion.weight_N
-            + gripper.table.load_N(model.u.x.array)[:3]
-            + self.on_object_N().sum(axis=0)
-        )
-        total = total + self._table_friction_N()
-        error = float(np.linalg.norm(change - total))
+        gripper = self._gripper
+        total = gripper.table.load_N(gripper.model.u.x.array)[:3] + self._table_friction_N()
+        total = total + self.on_object_N().sum(axis=0)
+        error = float(np.linalg.norm(gripper.motion.held_N() - total))
         self._momentum_error_N = max(self._momentum_error_N, error)
 
     # -- forces ------------------------------------------------------------------------------------
@@ -344,7 +330,7 @@ class EnergyBook:
         height_mJ = -float(motion.weight_N @ gripper.pose.coordinates[:3])
         if self._inertia is not None:  # what the fingers' motion stores is not the step's potential
             inertia, potential = self._inertia
-            meshed += inertia.kinetic_mJ(inertia.end_velocity()) - integral(potential)
+            meshed += inertia.kinetic_mJ() - integral(potential)
         return copies * meshed - taken + height_mJ + motion.kinetic_mJ()
 
 

@@ -19,6 +19,7 @@ from dolfingrip.experiments.rigs.food import SIDEWAYS, GraspedBody, grasped, hal
 from dolfingrip.experiments.rigs.materials import REST, weight_name, weight_value
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.extensions.site import Site
+from dolfingrip.forms import inertia
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane
 from dolfingrip.mechanics.contact.friction import Friction
@@ -207,7 +208,10 @@ def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Gr
     standing = Pose([height], np.array([[0, 0, 1, 0, 0, 0.0]]).T, np.zeros(6))
     barrier, skin = Smooth(gripper.barrier_mm, gripper.stiffness_MPa), food.surface
     areas, copies = skin.point_areas_mm2(), domain.copies
-    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=RESTRAINT_MM)
+    solver, moving = config.solver, config.experiment.dynamic
+    starts_s = SETTLING_S + lift_starts_s(config) if moving else np.inf
+    scheme = inertia.scheme(solver.hht_alpha), solver.time_error_mm, starts_s
+    motion = RigidMotion(body, pose, gravity, comm, copies, RESTRAINT_MM, *scheme)
     contact = RigidContact(u, domain, SKIN, food.shape, pose, barrier)
     table = RigidPoints(u, skin.points, areas, pose, UPWARDS, standing, barrier, copies)
     _stand(motion, table, u.x.array)
@@ -220,7 +224,7 @@ def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Gr
         terms=[motion, contact, finger_friction, table, table_friction, *mirror],
         global_unknowns=pose.free,
         controls={"table_z_mm": RisingTable(height, table=table)},
-        inertia_from_s=SETTLING_S + lift_starts_s(config),
+        inertia_from_s=starts_s,
     )
     return _Grasp(motion, contact, finger_friction, table, table_friction, additions)
 

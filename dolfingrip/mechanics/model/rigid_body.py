@@ -12,8 +12,10 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.forms.inertia import IMPLICIT_EULER, Scheme
 from dolfingrip.mechanics.model.carried_stress import Regularised
-from dolfingrip.mechanics.model.pose import SIX, Pose, rotation
+from dolfingrip.mechanics.model.motion import Motion
+from dolfingrip.mechanics.model.pose import LEVI_CIVITA, SIX, Pose, rotation
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term
@@ -81,22 +83,30 @@ def ball(
 
 
 class RigidMotion(Term, Memory, Regularised):
-    """Dead weight and inertia of a rigid body (implicit Euler).
+    """Dead weight and inertia of a rigid body.
 
-    Π = −m g·c + m/(2h²) |c − c_n − h v_n|² − R(θ) : (R_n + h Ṙ_n) J/h²
+    Π = k/2 (m |c − ĉ|² + (R − R̂) : (R − R̂) J)
 
-    over a load step of h seconds that starts at c_n, R_n, v_n, Ṙ_n; J = ½ tr(I) 1 − I is the
-    second moment of mass. The last is ½ ∫ ρ |R X − R_n X − h Ṙ_n X|² dV/h² without its constant.
-    If no time passes there is no inertia: the body is at rest, and no velocity is stored.
+    over a load step from which a scheme of :mod:`dolfingrip.forms.inertia` predicts k, ĉ and R̂, the
+    weight's part included; J = ½ tr(I) 1 − I is the second moment of mass. The last is
+    ½ ∫ ρ k |R X − R̂ X|² dV. Up to ``from_s`` the scheme is implicit Euler.
+    Velocity and acceleration that it stores are those of a body that turns: parts in which points
+    would leave the body, which no force damps, are left out, except for implicit Euler, which
+    forgets them.
+    If no time passes there is no inertia, and Π = −m g·c.
     It bounds Newton's steps to :data:`LONGEST_MM`.
 
     Args:
         body: mass and inertia.
         pose: pose of the body.
         gravity_m_s2: (3,) acceleration of free fall, a control's array; 0 for a weightless body.
+            It changes between load steps alone.
         copies: number of meshed parts that make the whole and share the body.
         restraint_mm: distance over which the restraint, a stiffness that Newton's method adds to a
             nearly free body, bears the residual's force; it vanishes with the residual.
+        scheme: after ``from_s``.
+        error_mm: error of a step by that scheme that is allowed, at the radius of gyration.
+        from_s: time.
     """
 
     name: ClassVar[str] = "rigid body"
@@ -109,6 +119,9 @@ class RigidMotion(Term, Memory, Regularised):
         comm: MPI.Comm,
         copies: int = 1,
         restraint_mm: float = np.inf,
+        scheme: Scheme = IMPLICIT_EULER,
+        error_mm: float = np.inf,
+        from_s: float = 0.0,
     ) -> None:
         self.restraint_mm = restraint_mm
         self.body = body
@@ -116,13 +129,17 @@ class RigidMotion(Term, Memory, Regularised):
         self.gravity_m_s2 = np.asarray(gravity_m_s2, dtype=float)
         self._comm = comm
         self._share = 1 / copies
+        self._later, self._error_mm, self._from_s = scheme, error_mm, from_s
         inertia = np.asarray(body.inertia_kg_mm2, dtype=float)
-        self._moment = np.trace(inertia) / 2 * np.eye(3) - inertia
-        self._step_s = 0.0
+        moment = np.trace(inertia) / 2 * np.eye(3) - inertia
+        self._moment_kg = moment / body.gyration_mm**2
         self._residual_N = 0.0
-        self._start = pose.coordinates
-        self._velocity = np.zeros(3)
-        self._turning = np.zeros((3, 3))
+        self.motion = Motion(body.name, self._places(), IMPLICIT_EULER)
+
+    def _places(self) -> np.ndarray:
+        """(4, 3) centre and the rows of ℓR (mm): ℓ is the radius of gyration."""
+        q = self.pose.coordinates
+        return np.vstack([q[:3], self.body.gyration_mm * rotation(q[3:]).matrix])
 
     # -- the potential ---------------------------------------------------------------------------
 
@@ -131,55 +148,47 @@ class RigidMotion(Term, Memory, Regularised):
         """(3,) dead weight of the whole body."""
         return self.body.mass_kg * self.gravity_m_s2
 
-    def _inertia(self) -> tuple[float, np.ndarray, np.ndarray] | None:
-        """m/h² (N/mm), the centre's place without forces (mm), M of the rotation's R : M (N mm)."""
-        if self._step_s <= 0:
-            return None
-        rate = N_PER_KG_MM_S2 / self._step_s**2
-        ahead = self._start[:3] + self._step_s * self._velocity
-        turned = rotation(self._start[3:]).matrix + self._step_s * self._turning
-        return self.body.mass_kg * rate, ahead, -rate * turned @ self._moment
+    def _away(self) -> tuple[float, np.ndarray]:
+        """k (N/(kg mm)), and places less what the step predicts, (4, 3) (mm)."""
+        return N_PER_KG_MM_S2 * self.motion.stiffness, self._places() - self.motion.ahead
+
+    def _masses_kg(self, places: np.ndarray) -> np.ndarray:
+        """(4, 3) places, by mass and second moments of mass."""
+        return np.vstack([self.body.mass_kg * places[0], places[1:] @ self._moment_kg])
+
+    def _turned_N_mm(self) -> np.ndarray:
+        """(3, 3) M of the rotation's part R : M of the potential, which else is constant."""
+        k = N_PER_KG_MM_S2 * self.motion.stiffness
+        return -k * self.body.gyration_mm * self._masses_kg(self.motion.ahead)[1:]
 
     def value(self, dofs: np.ndarray) -> float:
         """Potential (mJ) of the meshed part's share."""
-        q = self.pose.coordinates
-        found = -float(self.weight_N @ q[:3])
-        inertia = self._inertia()
-        if inertia is not None:
-            stiffness, ahead, m = inertia
-            found += stiffness / 2 * float((q[:3] - ahead) @ (q[:3] - ahead))
-            found += float(np.vdot(rotation(q[3:]).matrix, m))
-        return self._share * found
+        k, away = self._away()
+        if not k:
+            return -self._share * float(self.weight_N @ self.pose.coordinates[:3])
+        return self._share * k / 2 * float(np.vdot(away, self._masses_kg(away)))
 
     def kinetic_mJ(self) -> float:
-        """Kinetic energy of the whole body at the end of the present load step; 0 at rest."""
-        if self._step_s <= 0:
-            return 0.0
-        q = self.pose.coordinates
-        velocity = (q[:3] - self._start[:3]) / self._step_s
-        turning = (rotation(q[3:]).matrix - rotation(self._start[3:]).matrix) / self._step_s
-        turned = float(np.einsum("ij,jk,ik->", turning, self._moment, turning))
-        return N_PER_KG_MM_S2 / 2 * (self.body.mass_kg * float(velocity @ velocity) + turned)
+        """Kinetic energy of the whole body at the end of the present load step."""
+        velocity = self.motion.end_velocity(self._places())
+        return N_PER_KG_MM_S2 / 2 * float(np.vdot(velocity, self._masses_kg(velocity)))
+
+    def held_N(self) -> np.ndarray:
+        """(3,) force of all else but weight on the body that its motion to the step's end needs."""
+        return -N_PER_KG_MM_S2 * self.body.mass_kg * self.motion.end_forces(self._places())[0]
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add forces (N) and moments (N mm)."""
-        q = self.pose.coordinates
-        slopes = np.concatenate([-self.weight_N, np.zeros(3)])
-        inertia = self._inertia()
-        if inertia is not None:
-            stiffness, ahead, m = inertia
-            slopes[:3] += stiffness * (q[:3] - ahead)
-            slopes[3:] += rotation(q[3:]).slopes(m)
-        self.pose.add_slopes(self._share * slopes, gradient)
+        k, away = self._away()
+        force = k * self.body.mass_kg * away[0] if k else -self.weight_N
+        turn = rotation(self.pose.coordinates[3:]).slopes(self._turned_N_mm())
+        self.pose.add_slopes(self._share * np.concatenate([force, turn]), gradient)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """Inertia's part of the global unknowns' own second derivatives."""
         within = np.zeros((SIX, SIX))
-        inertia = self._inertia()
-        if inertia is not None:
-            stiffness, _, m = inertia
-            within[:3, :3] = stiffness * np.eye(3)
-            within[3:, 3:] = rotation(self.pose.coordinates[3:]).curvatures(m)
+        within[:3, :3] = N_PER_KG_MM_S2 * self.motion.stiffness * self.body.mass_kg * np.eye(3)
+        within[3:, 3:] = rotation(self.pose.coordinates[3:]).curvatures(self._turned_N_mm())
         within *= self._share
         restraint = self._residual_N / self.restraint_mm
         turning = restraint * self.body.gyration_mm**2
@@ -206,30 +215,46 @@ class RigidMotion(Term, Memory, Regularised):
     # -- memory ----------------------------------------------------------------------------------
 
     def set_time(self, time_s: float, step_s: float) -> None:
-        """Take the length of the load step."""
-        self._step_s = step_s
+        """Predict the step's end."""
+        self.motion.scheme = self._later if time_s > self._from_s else IMPLICIT_EULER
+        falls = np.zeros((4, 3))
+        falls[0] = self.gravity_m_s2 / N_PER_KG_MM_S2
+        self.motion.set_step(step_s, falls)
+
+    def step_error(self) -> float:
+        """Error of the converged step by the allowed one; implicit Euler has none that is told."""
+        known = self.motion.scheme is not IMPLICIT_EULER
+        return self.motion.error_mm(self._places()) / self._error_mm if known else 0.0
 
     def accept(self) -> None:
         """Make the step's end the start of the next step."""
-        q = self.pose.coordinates
-        turn = rotation(q[3:]).matrix - rotation(self._start[3:]).matrix
-        per_second = 1 / self._step_s if self._step_s > 0 else 0.0
-        self._velocity = per_second * (q[:3] - self._start[:3])
-        self._turning = per_second * turn
-        self._start = q
+        self.motion.accept(self._places())
+        if self.motion.scheme is not IMPLICIT_EULER:
+            self._turn()
+
+    def _turn(self) -> None:
+        """Make the stored motion one of a body that turns: Ṙ = R ω×, R̈ = R (ω̇× + ω× ω×)."""
+        turned, speed, rate = (
+            each[1:] / self.body.gyration_mm
+            for each in (self.motion.places, self.motion.velocity, self.motion.acceleration)
+        )
+        spin = self._cross(turned.T @ speed)
+        change = self._cross(turned.T @ rate - spin @ spin)
+        self.motion.velocity[1:] = self.body.gyration_mm * turned @ spin
+        self.motion.acceleration[1:] = self.body.gyration_mm * turned @ (change + spin @ spin)
+
+    def _cross(self, rate: np.ndarray) -> np.ndarray:
+        """ω× of the turn whose points are nearest, by mass, to those that move by (3, 3) rates."""
+        moments = rate @ (self._moment_kg * self.body.gyration_mm**2)
+        omega = np.linalg.solve(
+            self.body.inertia_kg_mm2, -np.einsum("ijk,ij->k", LEVI_CIVITA, moments)
+        )
+        return -np.einsum("ijk,k->ij", LEVI_CIVITA, omega)
 
     def values(self) -> dict[str, np.ndarray]:
-        """Start and velocities, by name."""
-        name = self.body.name
-        return {
-            f"{name}.start": self._start.copy(),
-            f"{name}.velocity_mm_per_s": self._velocity.copy(),
-            f"{name}.turning_per_s": self._turning.copy(),
-        }
+        """The motion, by name."""
+        return self.motion.values()
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
         """Restore values that :meth:`values` returned."""
-        name = self.body.name
-        self._start = values[f"{name}.start"].copy()
-        self._velocity = values[f"{name}.velocity_mm_per_s"].copy()
-        self._turning = values[f"{name}.turning_per_s"].copy()
+        self.motion.restore(values)
