@@ -1,4 +1,4 @@
-"""A rigid body's motion from step to step, against closed forms and Newton's and Euler's equations."""
+"""A rigid body's motion in time, against closed forms and Newton's and Euler's equations."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Stone:
             [self.rigid, Spring(self.pose, stiffness, self.point)],
             global_unknowns=self.pose.free,
         )  # fmt: skip
-        self.newton = Newton(self.model, Solver(rtol=1e-12, atol_N=1e-14, max_iterations=60))
+        self.newton = Newton(self.model, Solver(rtol=1e-10, atol_N=1e-12, max_iterations=60))
 
     def rates(self, time_s: float, state: np.ndarray) -> np.ndarray:
         """Newton's and Euler's equations of a state."""
@@ -178,7 +178,7 @@ def test_a_stone_that_hangs_by_its_side_swings_and_tumbles(by: Scheme, order: in
     end_s, errors, energies = 0.2, [], []
     exact = stone.exact(first, end_s)[:12]
     assert np.trace(exact[3:].reshape(3, 3)) < 1 + 2 * np.cos(np.radians(60))
-    for steps in (40, 80):
+    for steps in (30, 60):
         stone.start(first)
         start = stone.energy_mJ()
         for _ in range(steps):
@@ -187,7 +187,7 @@ def test_a_stone_that_hangs_by_its_side_swings_and_tumbles(by: Scheme, order: in
         energies.append(stone.energy_mJ() - start)
     print(errors, energies)
     assert errors[0] / errors[1] == pytest.approx(2**order, rel=0.2)
-    assert abs(energies[1]) < 2e-3 if order == 2 else energies[1] < -0.5  # mJ
+    assert abs(energies[1]) < 3e-3 if order == 2 else energies[1] < -0.5  # mJ
 
 
 def test_a_steps_error_is_told() -> None:

@@ -16,8 +16,8 @@ from petsc4py import PETSc
 from dolfingrip.forms import inertia
 from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.motion import Motion
 from dolfingrip.mechanics.model.state import Memory
+from dolfingrip.mechanics.model.time_integrator import TimeIntegrator
 
 T_MM3: Final = 1e-12
 """t/mm³ per kg/m³."""
@@ -52,7 +52,7 @@ class Inertia(Memory):
     ) -> None:
         self._u, self._error_mm, self._from_s = u, error_mm, from_s
         mesh, space = domain.mesh, u.function_space
-        self.motion = Motion("inertia", u.x.array, inertia.scheme(alpha))
+        self.motion = TimeIntegrator("inertia", u.x.array, inertia.scheme(alpha))
         self._ahead = fem.Function(space)
         self._stiffness = fem.Constant(mesh, PETSc.ScalarType(0.0))
         parts = [
@@ -96,7 +96,9 @@ class Inertia(Memory):
     def step_error(self) -> float:
         """Error of the converged step by the allowed one."""
         comm = self._u.function_space.mesh.comm
-        return float(comm.allreduce(self.motion.error_mm(self._u.x.array), MPI.MAX)) / self._error_mm
+        return (
+            float(comm.allreduce(self.motion.error_mm(self._u.x.array), MPI.MAX)) / self._error_mm
+        )
 
     def accept(self) -> None:
         """Take the motion at the step's end."""

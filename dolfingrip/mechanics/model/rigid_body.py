@@ -14,11 +14,11 @@ from petsc4py import PETSc
 
 from dolfingrip.forms.inertia import IMPLICIT_EULER, Scheme
 from dolfingrip.mechanics.model.carried_stress import Regularised
-from dolfingrip.mechanics.model.motion import Motion
 from dolfingrip.mechanics.model.pose import LEVI_CIVITA, SIX, Pose, rotation
 from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term
+from dolfingrip.mechanics.model.time_integrator import TimeIntegrator
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 
 COORDINATES: Final = ("x_mm", "y_mm", "z_mm", "turn_x_rad", "turn_y_rad", "turn_z_rad")
@@ -106,7 +106,10 @@ class RigidMotion(Term, Memory, Regularised):
             nearly free body, bears the residual's force; it vanishes with the residual.
         scheme: after ``from_s``.
         error_mm: error of a step by that scheme that is allowed, at the radius of gyration.
-        from_s: time.
+        from_s: time (s).
+
+    Attributes:
+        motion: of the centre and the rows of ℓR, ℓ the radius of gyration, (4, 3).
     """
 
     name: ClassVar[str] = "rigid body"
@@ -134,7 +137,7 @@ class RigidMotion(Term, Memory, Regularised):
         moment = np.trace(inertia) / 2 * np.eye(3) - inertia
         self._moment_kg = moment / body.gyration_mm**2
         self._residual_N = 0.0
-        self.motion = Motion(body.name, self._places(), IMPLICIT_EULER)
+        self.motion = TimeIntegrator(body.name, self._places(), IMPLICIT_EULER)
 
     def _places(self) -> np.ndarray:
         """(4, 3) centre and the rows of ℓR (mm): ℓ is the radius of gyration."""

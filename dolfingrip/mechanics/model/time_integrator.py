@@ -1,4 +1,4 @@
-"""The motion of places that a scheme of :mod:`dolfingrip.forms.inertia` takes through time."""
+"""A motion of places that a scheme of :mod:`dolfingrip.forms.inertia` takes through time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.forms.inertia import Scheme
 
 
-class Motion:
+class TimeIntegrator:
     """Places, velocities and accelerations at a load step's start, and what they predict.
 
     Where no time passes, only places change.
@@ -88,7 +88,9 @@ class Motion:
     def values(self) -> dict[str, np.ndarray]:
         """The motion, by name."""
         stored = (self.places, self.velocity, self.acceleration, self._forces)
-        return {f"{self._name}.{key}": each.copy() for key, each in zip(_NAMES, stored, strict=True)}
+        return {
+            f"{self._name}.{key}": each.copy() for key, each in zip(_NAMES, stored, strict=True)
+        }
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
         """Set the motion."""
