@@ -10,9 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Final, Literal
-
-import pandas as pd
+from typing import Any, Final, Literal
 
 from dolfingrip.config import ConfigError
 from dolfingrip.importing.told import ORDERS, Question, Told, line
@@ -24,7 +22,18 @@ SEPARATORS: Final = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars"
 """Separators in the order in which they are tried, with their names."""
 
 ENCODINGS: Final = (
-    *("cp1252", "cp1250", "cp1251", "cp932", "gb18030", "cp949", "big5", "euc_jp", "mac_roman"),
+    *(
+        "cp1252",
+        "cp1250",
+        "cp1254",
+        "cp1251",
+        "cp932",
+        "gb18030",
+        "cp949",
+        "big5",
+        "euc_jp",
+        "mac_roman",
+    ),
 )
 """Encodings of files that are not in Unicode: Europe, Japan, China, Korea."""
 
@@ -36,7 +45,10 @@ _MISSING: Final = re.compile(
 _RULE: Final = re.compile(r"[\s|+:=\-_]*[-=_]{2}[\s|+:=\-_]*")
 _END_OF_HEADER: Final = re.compile(r"\W*end[ _]of[ _]header\W*", re.IGNORECASE)
 
-COMMENT: Final = re.compile(r"\s*(#|%|//)+\s*")
+COMMENT: Final = re.compile(r"\s*(#|%(?!\s*[,;|\t])|//)+\s*")
+"""What begins a comment; % before a separator is a unit."""
+
+_SIGNS: Final = {".": "point", ",": "comma"}
 _GROUPS: Final = " '’\u00a0\u202f\u2009"
 _PLAIN: Final = {
     decimal: str.maketrans({**dict.fromkeys(_GROUPS), ",": None, ".": None, "−": "-", decimal: "."})
@@ -48,9 +60,15 @@ _WITH_UNIT: Final = re.compile(rf"({_NUMBER.pattern}) ?([^\W\d][^\s;]*(?: [^\W\d
 _CLOCK: Final = re.compile(
     rf"(?P<date>{_DATE}(?:[ T]|, ?))?"
     r"(?P<time>\d+:\d\d:\d\d(?:[.,]\d+)?|\d+:\d\d[.,]\d+|\d+:\d\d(?= ?[ap]\.?m))"
-    r"(?P<half> ?[ap]\.?m\.?)?",
+    r"(?P<half> ?[ap]\.?m\.?)?(?P<zone>Z|[+-]\d\d:?\d\d)?",
     re.IGNORECASE,
 )
+_UNIX: Final = re.compile(r"1\d{9}(?P<more>(?:\d{3}){0,3})(?:[.,]\d+)?")
+_NAMED: Final = re.compile(
+    r"\"?([^\W\d][\w ./]*?)\"?\s*[:=]\s*([+\-−]?\d+(?:[.,]\d+)?(?:[eE][+\-]?\d+)?)(?![\d:])"
+    r"(?: ?([^\W\d:=][^\s;:=,]*|[%°‰])(?=[\s;,}]|$))?"
+)
+"""A name, a number and its unit."""
 _PAIR: Final = re.compile(r"(\d+):([0-5]\d)")
 _TORN: Final = re.compile(r"\d[;\t|]|[;\t|]\d|\d,\s*\d+[;\t| ]")
 _ALIKE: Final = str.maketrans("456789", "111111")
@@ -104,7 +122,8 @@ def seconds(texts: Sequence[str], order: str = "") -> list[float] | None:
     found = [_CLOCK.fullmatch(text.strip()) for text in texts if not missing(text)]
     told = [each for each in found if each]
     dates = [each["date"] for each in told]
-    if len(told) < len(found) or not told or (any(dates) and not all(dates)):
+    zones = {each["zone"] for each in told}
+    if len(told) < len(found) or len(zones) > 1 or (any(dates) and not all(dates)):
         return None
     clock = [_of_day(each) for each in told]
     if any(dates):
@@ -159,6 +178,13 @@ def pairs(texts: Sequence[str]) -> list[float] | None:
     found = [_PAIR.fullmatch(text.strip()) for text in texts]
     told = [float(each[1]) + float(each[2]) / 60.0 for each in found if each]
     return told if len(told) == len(found) else None
+
+
+def since_1970(texts: Sequence[str]) -> str | None:
+    """Return the unit of a column that counts from 1970, by its digits; None of another column."""
+    ends = [_UNIX.fullmatch(text) for text in (_first(texts), _first(reversed(texts)))]
+    more = {len(each["more"]) for each in ends if each}
+    return ("s", "ms", "us", "ns")[more.pop() // 3] if all(ends) and len(more) == 1 else None
 
 
 def missing(cell: str) -> bool:
@@ -222,10 +248,9 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         raise ConfigError(f"{file}: {error.strerror}") from None
     found = False
     if data.startswith(b"PK\x03\x04"):
-        if tables := _sheets(file):
+        if tables := _sheets(file, told):
             found = True
-            name, chosen = _chosen(tables, told)
-            yield replace(chosen, how=f"sheet {name}, decimal point")
+            yield _chosen(tables, told)
     else:
         for encoding, text in _texts(data, told.encoding):
             if (cells := _of_text(text, encoding, told)) is not None:
@@ -239,18 +264,30 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         )
 
 
-def _sheets(file: Path) -> dict[str, Cells]:
+def _sheets(file: Path, told: Told) -> dict[str, Cells]:
     """Tables of a workbook, by the name of their sheet."""
-    sheets = pd.read_excel(file, sheet_name=None, header=None, dtype=object, engine="openpyxl")
+    import openpyxl  # only workbooks need it
+
     found: dict[str, Cells] = {}
-    for name, sheet in sheets.items():
-        rows = [(i + 1, [_text(cell) for cell in row]) for i, row in enumerate(sheet.to_numpy())]
-        found |= {f"{name} {more}".strip(): part for more, part in _tables(rows).items()}
+    for sheet in openpyxl.load_workbook(file, data_only=True).worksheets:
+        values = [list(row) for row in sheet.iter_rows()]
+        for area in sheet.merged_cells.ranges:
+            if area.max_col - area.min_col + 1 < sheet.max_column:  # no title
+                for row in values[area.min_row - 1 : area.max_row]:
+                    of_all = values[area.min_row - 1][area.min_col - 1]
+                    row[area.min_col - 1 : area.max_col] = [of_all] * area.size["columns"]
+        data = [row for row in values if _is_data([_text(cell, ".") for cell in row])]
+        texts = (cell.value for row in data for cell in row if isinstance(cell.value, str))
+        decimal = _sign(texts, "", told)
+        rows = [(i + 1, [_text(cell, decimal) for cell in row]) for i, row in enumerate(values)]
+        for more, part in _tables(rows, decimal).items():
+            name = f"{sheet.title} {more}".strip()
+            found[name] = replace(part, how=f"sheet {name}, decimal {_SIGNS[decimal]}")
     return found
 
 
-def _chosen(tables: dict[str, Cells], told: Told) -> tuple[str, Cells]:
-    """The one table, or that which is told, and its name.
+def _chosen(tables: dict[str, Cells], told: Told) -> Cells:
+    """The one table, or that which is told.
 
     Raises:
         Question: there are several.
@@ -261,7 +298,7 @@ def _chosen(tables: dict[str, Cells], told: Told) -> tuple[str, Cells]:
     if told.sheet is None and len(tables) > 1:
         lines = [line("sheet", name) for name in tables]
         raise Question(f"{len(tables)} tables: which?", lines)
-    return next((name, cells) for name, cells in tables.items() if told.sheet in (None, name))
+    return next(cells for name, cells in tables.items() if told.sheet in (None, name))
 
 
 def _tables(rows: list[Row], decimal: str = ".") -> dict[str, Cells]:
@@ -289,7 +326,7 @@ def _tables(rows: list[Row], decimal: str = ".") -> dict[str, Cells]:
     found = [(part[0][1], cells) for part in parts if (cells := _table(part, decimal))]
     if len(found) < 2:
         return {"": found[0][1]} if found else {}
-    titles = [" ".join(filter(None, first)) for first, _ in found]
+    titles = [" ".join(dict.fromkeys(filter(None, first))) for first, _ in found]
     clear = [title.isascii() and titles.count(title) == 1 for title in titles]
     return {
         titles[i] if clear[i] else f"table {i + 1}": cells for i, (_, cells) in enumerate(found)
@@ -311,13 +348,15 @@ def _goes_on(before: list[str], row: list[str]) -> bool:
         return False
 
 
-def _text(cell: object) -> str:
-    """The text of a sheet's cell; numbers with a point."""
-    if cell is None or cell != cell:
-        return ""
-    if isinstance(cell, datetime.datetime):
-        return cell.isoformat(" ").removesuffix(" 00:00:00")
-    return str(cell)
+def _text(cell: Any, decimal: str) -> str:
+    """The text of a sheet's cell as it is shown: percent, too."""
+    value = cell.value
+    if isinstance(value, datetime.datetime):
+        return value.isoformat(" ").removesuffix(" 00:00:00")
+    if isinstance(value, (int, float)):
+        shown = f"{100 * value:.15g} %" if "%" in cell.number_format else str(value)
+        return shown.replace(".", decimal)
+    return "" if value is None else str(value)
 
 
 def _texts(data: bytes, encoding: str | None) -> Iterator[tuple[str, str]]:
@@ -363,9 +402,10 @@ def _of_text(text: str, encoding: str, told: Told) -> Cells | None:
         ]
     if lines and lines[0][1].casefold().startswith("sep="):
         lines = lines[1:]
+    lines = _labelled(lines)
     best: tuple[list[Row], list[Row], str] | None = None
     for separator in SEPARATORS:
-        if separator == " " or separator in text:
+        if any(separator in each for _, each in lines):
             rows = [(i, _split(each, separator)) for i, each in lines]
             data = _data(rows)[1]
             if data and (best is None or len(data) > len(best[0])):
@@ -373,17 +413,29 @@ def _of_text(text: str, encoding: str, told: Told) -> Cells | None:
     if best is None:
         return None
     data, rows, separator = best
-    alike: dict[str, str] = {}
-    for cell in (cell for _, row in data for cell in row):
-        alike.setdefault(cell.translate(_ALIKE), cell)
-    cells = [_measure(cell)[0].strip() for cell in alike.values() if not re.fullmatch(_DATE, cell)]
-    decimal = told.decimal or _decimal(
-        [each for each in cells if _NUMBER.fullmatch(each)], separator
-    )
+    decimal = _sign((cell for _, row in data for cell in row), separator, told)
     tables = _tables(rows, decimal)
-    sign = "comma" if decimal == "," else "point"
-    how = f"{encoding}, {SEPARATORS[separator]}, decimal {sign}"
-    return replace(_chosen(tables, told)[1], how=how) if tables else None
+    how = f"{encoding}, {SEPARATORS[separator]}, decimal {_SIGNS[decimal]}"
+    return replace(_chosen(tables, told), how=how) if tables else None
+
+
+def _labelled(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
+    """Lines with tabs of a log that has names in each, as in ``P: 12.3 kPa, A: 45.2 deg``."""
+    if not lines or not set(":=") & set(lines[-1][1]):
+        return lines
+    found = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
+    names = Counter(tuple(each[1].strip() for each in parts) for _, _, parts in found)
+    usual, count = names.most_common(1)[0]
+    if len(usual) < 2 or 2 * count < len(lines):
+        return lines
+    rows = [
+        (number, [text[: parts[0].start()].strip(" ->{\t,;"),
+                  *(f"{each[2]} {each[3] or ''}" for each in parts)])
+        for number, text, parts in found
+        if tuple(each[1].strip() for each in parts) == usual
+    ]  # fmt: skip
+    header = ["time" if all(is_clock(cells[0]) for _, cells in rows) else "", *usual]
+    return [(number, "\t".join(cells)) for number, cells in [(rows[0][0] - 1, header), *rows]]
 
 
 def _split(text: str, separator: str) -> list[str]:
@@ -558,6 +610,17 @@ def _fitted(cells: list[str], width: int) -> list[str] | None:
     return [*cells[:width], *[""] * (width - len(cells))]
 
 
+def _below(upper: list[str], lower: list[str]) -> list[str]:
+    """Names in two rows, where the lower one is blank below names of the upper one."""
+    if all(lower[i] for i in range(len(lower)) if upper[i]):
+        return lower
+    joined, over = [], ""
+    for above, below in zip(upper, lower, strict=True):
+        over = above or (over if below else "")
+        joined.append(f"{over} {below}".strip())
+    return joined
+
+
 def _bare(cell: str) -> str:
     """A cell without brackets around all of it."""
     within = re.fullmatch(r"[(\[（［]\s*(.*?)\s*[)\]）］]", cell)
@@ -572,17 +635,32 @@ def _tells_unit(cell: str) -> bool:
 
 def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
     """Names of columns from the rows above the data, and how many of these rows they are."""
+    from dolfingrip.importing.header import quantities
+
     bare = [[_bare(cell) for cell in row] for row in names]
     of_units = [2 * sum(map(_tells_unit, row)) > sum(map(bool, row)) for row in bare]
-    at = next((i for i in reversed(range(len(names))) if not of_units[i]), None)
+    named = [len({q for cell in row for q in quantities(cell)}) for row in names]
+    at = max(
+        (i for i in range(len(names)) if not of_units[i]), key=lambda i: (named[i], i), default=None
+    )
     if at is None:
         return [""] * width if not names else names[-1], min(len(names), 1)
+    called = _below(names[at - 1], names[at]) if at and not of_units[at - 1] else names[at]
     units = next((bare[i] for i in reversed(range(len(names))) if of_units[i]), [""] * width)
     joined = [
         f"{name} [{unit}]" if name and unit and (i or _tells_unit(unit)) else name
-        for i, (name, unit) in enumerate(zip(names[at], units, strict=True))
+        for i, (name, unit) in enumerate(zip(called, units, strict=True))
     ]
     return joined, len(names) - at
+
+
+def _sign(texts: Iterable[str], separator: str, told: Told) -> str:
+    """The decimal sign of cells, as it is told or as they tell it."""
+    alike: dict[str, str] = {}
+    for text in texts:
+        alike.setdefault(text.translate(_ALIKE), text)
+    cells = [_measure(text)[0].strip() for text in alike.values() if not re.fullmatch(_DATE, text)]
+    return told.decimal or _decimal([cell for cell in cells if _NUMBER.fullmatch(cell)], separator)
 
 
 def _decimal(cells: list[str], separator: str) -> str:

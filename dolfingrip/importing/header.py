@@ -26,6 +26,9 @@ WITHOUT_UNIT: Final = ("frame", "setpoint", "stretch", "specimen", "cycle")
 UNNAMED: Final = "its name is not known"
 """Why a column is not certain of which the unit alone is known."""
 
+DOUBTFUL: Final = "its name may be that of another number"
+"""Why a column is not certain that may be a scatter, a function or a multiple of a quantity."""
+
 AIR_KPA: Final = 101.325
 """The standard atmosphere."""
 
@@ -111,6 +114,12 @@ def plain(text: str) -> str:
     return " ".join(unicodedata.normalize("NFC", bare).replace("_", " ").split())
 
 
+def _normal(text: str) -> str:
+    """A text with usual characters; 10³ is 10^3."""
+    raised = re.sub(r"(?<=\d)([⁻⁰¹²³⁴-⁹]+)", r"^\1", text)
+    return unicodedata.normalize("NFKC", raised).replace("−", "-").strip()
+
+
 @cache
 def _patterns() -> list[tuple[str, re.Pattern[str]]]:
     found = []
@@ -164,9 +173,12 @@ def level(text: str) -> tuple[str, str]:
     >>> level("bar relatif"), level("kPa(a)"), level("psig"), level("mmHg")
     (('bar', 'gauge'), ('kPa', 'absolute'), ('psi', 'gauge'), ('mmHg', ''))
     """
-    text = unicodedata.normalize("NFKC", text).strip()
+    text = _normal(text)
+    glued = {*_known()["cases"]["units"].casefold().split(), *_known()["units"]}  # barg, not data
     for i in range(1, 0 if _bare_units(text) else len(text)):
         unit, word = text[:i].rstrip(" _-.,(["), plain(text[i:].strip(" _-.:)]("))
+        if len(unit) == i and text[i].isalpha() and unit.casefold() not in glued:
+            continue
         for zero in ("gauge", "absolute"):
             if word in map(plain, _words(_known()[zero]["words"])) and any(
                 each is not None and each.is_compatible_with("kPa") for each in _bare_units(unit)
@@ -177,12 +189,14 @@ def level(text: str) -> tuple[str, str]:
 
 @cache
 def _bare_units(text: str) -> tuple[Any, ...]:
-    text = unicodedata.normalize("NFKC", text).strip().strip(".")
+    text = _normal(text).strip(".")
     if not text or len(text) > 12:
         return ()
     aliases, small = _known()["units"], text.casefold()
     key = next((k for k in (text, small, plain(text)) if k in aliases), None)
     if not key and len(text) == 1 and text not in "NmsS%°":  # years, days and tonnes
+        return ()
+    if not key and not re.match(r"[^\W\d_]|[%°‰]|10\^-?\d|1e-?\d", text):  # 10 kPa is a range
         return ()
     if key and "|" in aliases[key]:
         return tuple(_parsed(each) for each in aliases[key].split("|"))
@@ -297,21 +311,23 @@ def split(header: str) -> tuple[str, str]:
     >>> split("Druck [bar]"), split("p / kPa"), split("ActuatorAngle_deg"), split("圧力（ｋPa）")
     (('Druck', 'bar'), ('p', 'kPa'), ('ActuatorAngle', 'deg'), ('圧力', 'kPa'))
     """
-    text = re.sub(r" #\d+$", "", unicodedata.normalize("NFKC", header).strip())
-    if two := _after(text, r"(\S+[\s_(]+\S+)"):  # bar (g)
+    text = re.sub(r" #\d+$", "", _normal(header)).strip(" _")
+    two = _after(text, r"(\S+[\s_(]+\S+)")
+    if two and level(two[1])[1]:  # bar (g)
         return two
-    for found in re.finditer(r"[(\[<]\s*([^()\[\]<>]*(?:\([^()]*\))?)\s*[)\]>]", text):
-        if is_unit(unit := found[1].strip()):
-            return f"{text[: found.start()]}{text[found.end() :]}".strip(" _-"), unit
+    for found in re.finditer(r"[(\[<{]\s*([^()\[\]<>{}]*(?:\([^()]*\))?)\s*[)\]>}]", text):
+        if is_unit(unit := re.sub(r"^(in|unit:?)\s+", "", found[1].strip(), flags=re.IGNORECASE)):
+            rest = f"{text[: found.start()]}{text[found.end() :]}"
+            return rest.rstrip(" _-").lstrip(" _"), unit
     return _after(text, r"(\S+)") or (text, "")
 
 
 def _after(text: str, unit: str) -> tuple[str, str] | None:
     """Name and unit of a header that ends with it, behind a slash, ``in`` or a separator."""
-    for between in (r"(.+?)\s*/\s*", r"(.+?)\s+in\s+", r"(.+?)[\s_,;:]+", r"(.+)[\s_,;:]+"):
+    for between in (r"(.+?)\s*/\s*", r"(.+?)\s+in\s+", r"(.+?)[\s_,;:.|]+", r"(.+)[\s_,;:.|]+"):
         found = re.fullmatch(between + unit, text)
         if found and is_unit(found[2]) and found[2] not in "-–—1":
-            return found[1].strip(" _-,"), found[2]
+            return found[1].rstrip(" _-,").lstrip(" _"), found[2]
     return None
 
 
@@ -334,6 +350,9 @@ def recognise(header: str) -> Recognised:
         found.remove("pressure")
     if "setpoint" in found:
         found = ["setpoint"]
+    if unit and _doubtful(name):
+        may_be = tuple(("", TARGETS[each]) for each in found)
+        return Recognised(header, (), DOUBTFUL if may_be else "", may_be)
     small, targets = unit.casefold(), [TARGETS[each] for each in found]
     raw, absolute = _words(_known()["raw"]["units"]), _known()["absolute"]
     if found and small in raw:
@@ -368,6 +387,16 @@ def recognise(header: str) -> Recognised:
         why = f"{unit} is no unit of {' or '.join(found)}"
         return Recognised(header, (), why, fits or tuple(other))
     return Recognised(header, (), UNNAMED if fits else "", fits)
+
+
+def _doubtful(name: str) -> bool:
+    """Say if a name may be that of a scatter, a function or a multiple of its quantity."""
+    words = (
+        rf"(?<!\w){re.escape(plain(each))}(?!\w)" for each in _words(_known()["doubt"]["words"])
+    )
+    return bool(
+        re.search(rf"[*×^²³√]|\b1 ?/|(?<!\w)(-|\d+ ?-|x ?\d)|{'|'.join(words)}", plain(name))
+    )
 
 
 def _shown(target: str) -> str:

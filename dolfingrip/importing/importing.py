@@ -29,10 +29,12 @@ from dolfingrip.importing import cells as reading
 from dolfingrip.importing.cells import AmbiguousDate, Cells
 from dolfingrip.importing.header import (
     DATED,
+    DOUBTFUL,
     IGNORE,
     UNNAMED,
     ColumnReading,
     Recognised,
+    factor,
     level,
     recognise,
     told_columns,
@@ -167,7 +169,7 @@ def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
     found.questions = [
         _about(each) for each in names
         if each.why and each.header not in fixed
-        and not (each.why == UNNAMED and {column for _, column in each.offered} <= there)
+        and (each.why not in (UNNAMED, DOUBTFUL) or {name for _, name in each.offered} - there)
     ]  # fmt: skip
     _one_each(found)
     if found.questions:
@@ -198,6 +200,9 @@ def _with_clock(known: Recognised, cells: Cells, place: int) -> Recognised:
     except AmbiguousDate as date:
         offered = tuple(("", each) for each in DATED)
         return Recognised(known.header, (), f"{date} may begin with a day or a month", offered)
+    if known.offered[:1] == (("", TIME.name),) and (unit := reading.since_1970(texts)):
+        since = ColumnReading(TIME.name, f"{unit} since 1970", factor(unit, TIME.name)[0])
+        return Recognised(known.header, (since,))
     if reading.pairs(texts) is None or any(each.unit in ("min", "h") for each in known.readings):
         return known
     why = f"{texts[0]} may be minutes and seconds, or hours and minutes"
@@ -241,7 +246,12 @@ def _convert(found: ImportedTable) -> None:
         elif taken.unit in ("min", "h") and (parts := reading.pairs(texts)) is not None:
             columns[taken.target] = taken.factor * np.array(parts)
         else:
-            columns[taken.target] = taken.factor * _numbers(found, header, texts) + taken.offset
+            numbers = _numbers(found, header, texts)
+            if np.isnan(numbers).all():
+                found.taken[header] = None
+                found.notes.append(f"{header}: passed over, as no cell of it has a number")
+            else:
+                columns[taken.target] = taken.factor * numbers + taken.offset
     found.table = pd.DataFrame(columns)
     if TIME.name in columns:
         _since_first(found)
@@ -308,11 +318,10 @@ def _lacking(found: ImportedTable, experiment: str) -> str:
     """Say which columns an experiment needs."""
     has = ", ".join(found.table) or "no column that is known"
     rest = [header for header, taken in found.taken.items() if taken is None]
-    more = (
-        f"; not known: {', '.join(rest)}: name one by {column_line(rest[0], 'pressure_kPa')}"
-        if rest
-        else ""
-    )
+    more = ""
+    if rest:
+        example = column_line(rest[0], "pressure_kPa")
+        more = f"; not known, or without numbers: {', '.join(rest)}: name one by {example}"
     needs = {
         "bending": "pressure and an angle or a place of the tip",
         "blocked_force": "pressure and force",

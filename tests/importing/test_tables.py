@@ -39,11 +39,15 @@ class LabTable:
     experiment: str = "bending"
 
 
-def sheet(rows: list[list[object]]) -> bytes:
+def sheet(rows: list[list[object]], *merged: str, percent: str = "") -> bytes:
     book = openpyxl.Workbook()
-    book.create_sheet("Notes").append(["nothing", "here"])
+    book.create_sheet("Notes").append(["version 1.2.3", "of 3,4.5"])
     for row in rows:
         book.active.append(row)
+    for area in merged:
+        book.active.merge_cells(area)
+    for cell in book.active[percent] if percent else ():
+        cell.number_format = "0.0%"
     stream = io.BytesIO()
     book.save(stream)
     return stream.getvalue()
@@ -178,6 +182,36 @@ X_Value\tPressure\tAngle\tComment
 1.000000\t0.200000\t5.500000\t
 2.000000\t0.400000\tOL\t
 """
+TURKISH = """Deney 4;;
+Zaman (sn);Basınç (bar);Açı (derece)
+0,0;0,000;0,0
+0,5;0,125;3,42
+"""
+SERIAL = """Starting...
+14:03:05.120 -> P: 0.0 kPa, Angle: 0.0 deg
+14:03:05.620 -> P: 12.3 kPa, Angle: 5.2 deg
+14:03:06.120 -> P: 950 Pa, Angle: 9 deg
+"""
+ZWICK = """Dehnung;Zugspannung
+%;MPa
+0;0,0
+10;0,2
+"""
+DIADEM = """Channelname\tZeit\tDruck\tWinkel
+Unit\ts\t10³ Pa\t°
+Description\t\tSensor 1\tKamera
+Length\t2\t2\t2
+\t0\t0,0\t0
+\t1\t0,2\t5
+"""
+ROS = """%time,field.pressure_kPa,field.angle_deg,field.header.seq
+1764252185125000000,0.0,0,17
+1764252185625000000,12.5,5,18
+"""
+SCATTER = """Timestamp,Mean pressure (kPa),SD pressure (kPa),Mean angle (deg),Std (deg)
+2026-11-27T14:03:05.125Z,0,0.1,0,0.2
+2026-11-27T14:03:06.125Z,20,0.3,5,0.5
+"""
 GAUGES = """Temps;Pression;Angle;Unité
 min;bar relatif;;
 0;0;0;°
@@ -192,6 +226,14 @@ MERGED = [
     *([datetime(2026, 11, 27, 14, 3, 5 + i), 20 * i, 5.5 * i] for i in range(3)),
     ["Mittelwert", 20, 5.5],
     ["größter", 40, 11],
+]
+ABOVE = [
+    ["Finger 7", None, None],
+    ["Zeit", "Aktor 1", None],
+    [None, "Druck", "Winkel"],
+    ["s", "bar", "°"],
+    *([i, f"0,{i}25", 5.5 * i] for i in range(3)),
+    [3, 0.5, "#N/A"],
 ]
 STRESS = [
     ["Uniaxial tension", None, None],
@@ -305,6 +347,41 @@ TABLES = (
         Told(column=("X_Value=time_s",)),
     ),
     LabTable(
+        "turkish.csv", TURKISH.encode("cp1254"),
+        {"time_s": [0, 0.5], "pressure_kPa": [0, 12.5], "angle_deg": [0, 3.42]},
+    ),
+    LabTable(
+        "serial.log", SERIAL.encode(),
+        {"time_s": [0, 0.5, 1], "pressure_kPa": [0, 12.3, 0.95], "angle_deg": [0, 5.2, 9]},
+    ),
+    LabTable(
+        "zwick.csv", ZWICK.encode("latin-1"), {"strain": [0, 0.1], "stress_MPa": [0, 0.2]},
+        experiment="coupon",
+    ),
+    LabTable(
+        "diadem.txt", DIADEM.encode("latin-1"),
+        {"time_s": [0, 1], "pressure_kPa": [0, 0.2], "angle_deg": [0, 5]},
+    ),
+    LabTable(
+        "ros.csv", ROS.encode(),
+        {"time_s": [0, 0.5], "pressure_kPa": [0, 12.5], "angle_deg": [0, 5]},
+    ),
+    LabTable(
+        "scatter.csv", SCATTER.encode(),
+        {"time_s": [0, 1], "pressure_kPa": [0, 20], "angle_deg": [0, 5]},
+    ),
+    LabTable(
+        "above.xlsx", sheet(ABOVE, "A1:C1", "A2:A3", "B2:C2"),
+        {"time_s": [0, 1, 2, 3], "pressure_kPa": [2.5, 12.5, 22.5, 50],
+         "angle_deg": [0, 5.5, 11, math.nan]},
+    ),
+    LabTable(
+        "percent.xlsx",
+        sheet([["Strain", "Stress [MPa]"], [0, 0], [0.1, 0.2]], percent="A"),
+        {"strain": [0, 0.1], "stress_MPa": [0, 0.2]},
+        experiment="coupon",
+    ),
+    LabTable(
         "gauges.csv", GAUGES.encode(),
         {"time_s": [0, 30, 60], "pressure_kPa": [0, 25, 50],
          "angle_deg": [0, math.degrees(0.1), 12]},
@@ -355,6 +432,9 @@ def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_pat
         ("t [s],p [bara],angle [°]\n0,1,0\n1,1.5,2\n", ['--column "p [bara]-1.0132=pressure_bar"']),
         ("p;angle\nkPa abs;°\n101;0\n150;2\n", ['--column "p [kPa abs]-101.33=pressure_kPa"']),
         ("t;p;angle\ns;kPa foo;°\n0;1;0\n1;2;2\n", ['--column "p [kPa foo]*FACTOR=pressure_kPa"']),
+        ("s,p [kPa],angle SD [°]\n0,0,0\n1,2,3\n", ['--column "angle SD [°]=angle_deg"']),
+        ("s,p [kPa] x10,angle [°]\n0,0,0\n1,2,3\n", ['--column "p [kPa] x10=pressure_kPa"']),
+        ("s,p [x10 kPa],angle [°]\n0,0,0\n1,2,3\n", ['--column "p [x10 kPa]*FACTOR=pressure_kPa"']),
         ("s,p [kPa],angle [°]\n0,101.2,0\n1,150,2\n", ['--column "p [kPa]-101.2=pressure_kPa"']),
         ("t [s],p [kPa],angle [°]\n0,0,5\n1,50,12\n", ["--zero-at-rest", "--no-zero-at-rest"]),
         ("t [s],p [kPa],angle [°]\n0,0,0\n1,50,-12\n", ['--column "angle [°]*-1=angle_deg"']),
@@ -408,6 +488,7 @@ def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
         ("t [s],p [kPa],angle [°]\n0,0,0\n1,2\n2,5,6,9\n3,6,7\n", "line 4: 4 entries"),
         ("Image,p [kPa],angle [°]\na,0,0\nb,2,3\n", 'or add --column "Image=ignore"'),
         ("t [s],p [kPa]\n0,0\n1,2\n", "allowed: pressure and an angle"),
+        ("t [s],p [kPa],angle [°]\n0,0,-\n1,2,-\n", "or without numbers: angle [°]"),
         ("t [s],vacuum [kPa],angle [°]\n0,-40,0\n1,50,3\n", "suction and pressure in one table"),
         ("lambda,true stress [MPa]\n1,0\n2,3\n", "allowed: "),
         ("t [s],p [kPa],angle [°]\n0,0,0\nvalve,1,2\n1,2,3\n", "remove a line that is no reading"),
