@@ -456,7 +456,7 @@ def _is_data(cells: list[str]) -> bool:
 
 @lru_cache(10_000)
 def _kind(cell: str) -> Literal["missing", "number", "torn", "text"]:
-    """Tell a cell that is missing, a number or text from one that another separator tears."""
+    """Kind of a cell; one that is several cells of another separator is torn."""
     if missing(cell):
         return "missing"
     if _is_number(cell):

@@ -1,4 +1,4 @@
-"""Quantity and unit of a column, from its name in twelve languages."""
+"""Quantity and unit of a column, from its name in thirteen languages."""
 
 from __future__ import annotations
 
