@@ -240,6 +240,9 @@ class InferencePolicy:
         components: most columns of an emulator.
         curved_degree: degree of a finger's polynomials, at most.
         curved_share: most monomials by the number of values and derivatives.
+        poles: largest |q · u| of an emulator's simulations that are tried, with either sign of q.
+        pole_steps: linear fits that find the direction of q, each with the pole before.
+        nearest_pole: least 1 + q · u.
         slope_weight: weight of a derivative by ζ beside a value.
         shortest_step: shortest step of a simulation, by the longest; how far a path goes on beyond
             its last stop is not read.
@@ -348,6 +351,9 @@ class InferencePolicy:
     components: int = 10
     curved_degree: int = 4
     curved_share: float = 0.7
+    poles: tuple[float, ...] = (0.15, 0.3, 0.45, 0.6, 0.75, 1.5, 3.0, 6.0, 12.0)
+    pole_steps: int = 4
+    nearest_pole: float = 0.1
     slope_weight: float = 0.5
     shortest_step: float = 1 / 8
     first_error: float = 0.15

@@ -10,10 +10,10 @@ readings that are proportional to a factor of all moduli.
 
 Φ are right singular vectors of simulated changes, scaled by the noise (principal-component
 emulation: Higdon et al., J. Am. Stat. Assoc. 103, 2008). u are coordinates in which a change is
-nearly straight: an amplitude by its ordinary value, warped; a shape's own ζ; ζ itself where
-simulations cost nothing. Every monomial P_j has at least one amplitude if there is one, so that a
-cause of no strength changes nothing. The weights are splines of the moduli where these scale a
-simulation exactly, else the moduli are one more coordinate of the polynomial. Values and
+nearly straight: an amplitude by its ordinary value and by a compliance; a shape's own ζ; ζ itself
+where simulations cost nothing. Every monomial P_j has at least one amplitude if there is one, so
+that a cause of no strength changes nothing. The weights are splines of the moduli where these scale
+a simulation exactly, else the moduli are one more coordinate of the polynomial. Values and
 derivatives are fitted together by least squares. The error of what was left out of the fit stands
 beside them as columns of one standard deviation.
 """
@@ -210,17 +210,6 @@ class Scaled(Emulator):
         return value, every
 
 
-Warp = Callable[[np.ndarray], np.ndarray]
-
-WARPS: Final[tuple[Warp, ...]] = (
-    lambda a: a,
-    lambda a: np.log1p(np.maximum(a, -0.9)),
-    lambda a: a / (1 + np.maximum(a, -0.5)),
-    lambda a: 4 * a / (1 + 4 * np.maximum(a, -0.1)),
-)
-"""Warps of amplitudes by their ordinary value; the first for those of either sign."""
-
-
 @dataclass(frozen=True)
 class Coordinate:
     """A coordinate that a change is a polynomial of.
@@ -252,28 +241,26 @@ class Coordinate:
         step = POLICY.coordinate_step
         return (self.value(zeta + step) - self.value(zeta - step)) / (2 * step)
 
-    def warped(self, warp: Warp) -> Coordinate:
-        """An amplitude of one sign in other units."""
-        if not self.amplitude or self.signed:
-            return self
-        inner = self.value
-        return replace(self, value=lambda zeta: warp(inner(zeta)))
-
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """Monomials of coordinates of ζ.
+    """Monomials of u / (1 + q · u), u being coordinates of ζ.
+
+    What stiffens a body changes its readings the less, the stiffer it is already: a compliance is
+    1 / (1 + q · u). So this map makes the change of a strong effect nearly straight.
 
     Attributes:
         coordinates: of the entries of ζ.
         exponents: of the coordinates, shape (m, coordinates).
+        pole: q, shape (coordinates,).
     """
 
     coordinates: tuple[Coordinate, ...]
     exponents: np.ndarray
+    pole: np.ndarray
 
     @classmethod
-    def of(cls, coordinates: Sequence[Coordinate], degree: int) -> Polynomial:
+    def of(cls, coordinates: Sequence[Coordinate], degree: int, pole: np.ndarray) -> Polynomial:
         """All monomials up to a degree that have an amplitude; any where there is no amplitude."""
         d = len(coordinates)
         some = np.array([each.amplitude for each in coordinates], dtype=bool)
@@ -281,15 +268,22 @@ class Polynomial:
         # of an amplitude that differs to either side one side is 0 where the other is not
         of = np.array([each.of for each in coordinates])
         kept = [row for row in kept if len(set(of[row > 0])) == (row > 0).sum()]
-        return cls(tuple(coordinates), np.array(kept, dtype=int).reshape(len(kept), d))
+        return cls(tuple(coordinates), np.array(kept, dtype=int).reshape(len(kept), d), pole)
 
     def __call__(self, zeta: np.ndarray) -> np.ndarray:
         """(places, m) at ζ, shape (places, d)."""
-        return monomials(self._values(zeta), self.exponents)
+        values = self._values(zeta)
+        return monomials(values / self._divisors(values), self.exponents)
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Monomials at ζ, and derivatives by it, (places, m, d)."""
-        found, by_coordinate = monomials_with_slopes(self._values(zeta), self.exponents)
+        values = self._values(zeta)
+        by = self._divisors(values)
+        found, by_coordinate = monomials_with_slopes(values / by, self.exponents)
+        if self.pole.any():
+            along = np.einsum("pmc,pc->pm", by_coordinate, values / by)
+            along = along * (by > POLICY.nearest_pole)
+            by_coordinate = (by_coordinate - along[..., None] * self.pole) / by[..., None]
         slopes = np.zeros((*found.shape, zeta.shape[1]))
         for place, each in enumerate(self.coordinates):
             rates = each.rates(zeta[:, each.of])[:, None]
@@ -302,6 +296,10 @@ class Polynomial:
         for place, each in enumerate(self.coordinates):
             found[:, place] = each.value(zeta[:, each.of])
         return found
+
+    def _divisors(self, values: np.ndarray) -> np.ndarray:
+        """1 + q · u, (places, 1); no nearer to the pole than a small number."""
+        return np.maximum(1 + values @ self.pole, POLICY.nearest_pole)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,7 +371,9 @@ def trained_on(
     share: float = POLICY.curved_share,
     left_out: Sequence[np.ndarray] | None = None,
 ) -> PolynomialEmulator:
-    """An emulator, in the warped amplitudes that leave least of what was left out.
+    """An emulator, of that degree and pole that leave least of what was left out.
+
+    Where there is no amplitude there is no pole, and the degree is the highest.
 
     Args:
         simulations: values and derivatives.
@@ -385,63 +385,100 @@ def trained_on(
         left_out: which places are left out of a fit at a time, and tell its error, (places,) of
             bool; each in turn where None. Where there are none there is no error.
     """
-    one_sided = any(each.amplitude and not each.signed for each in coordinates)
-    folds = np.eye(len(simulations.zeta), dtype=bool) if left_out is None else left_out
-    found = [
-        _trained(simulations, [c.warped(w) for c in coordinates], scale, degree, share, folds)
-        for w in (WARPS if one_sided else WARPS[:1])
-    ]
-    return min(found, key=lambda each: each.left)
-
-
-def _trained(
-    told: SimulatedChanges,
-    coordinates: Sequence[Coordinate],
-    scale: np.ndarray,
-    degree: int,
-    share: float,
-    folds: Sequence[np.ndarray] | np.ndarray,
-) -> PolynomialEmulator:
-    places, d = told.zeta.shape
-    n = len(scale)
-    white = told.values / scale
-    white_slopes = told.slopes / scale
+    zeta, white, n = simulations.zeta, simulations.values / scale, len(scale)
+    folds = np.eye(len(zeta), dtype=bool) if left_out is None else left_out
     # the moduli at their middle count as much as all others
     basis = principal(white.reshape(-1, n), POLICY.components * (2 if share == 1.0 else 1))
-    known = [i for i in range(d) if np.isfinite(told.slopes[:, :, i]).all()]
-    size = places * (1 + len(known))
-    polynomial = Polynomial.of(coordinates, degree)
-    while degree > 1 and len(polynomial.exponents) > share * size:
-        degree -= 1
-        polynomial = Polynomial.of(coordinates, degree)
-    monomials, derived = polynomial.with_slopes(told.zeta)
-    design = np.vstack([monomials, *(POLICY.slope_weight * derived[:, :, i] for i in known)])
-    scores = white @ basis.T
-    slope_scores = [white_slopes[:, :, i] @ basis.T * POLICY.slope_weight for i in known]
-    target = np.concatenate([scores, *slope_scores], axis=1)
+    known = np.isfinite(simulations.slopes).all(axis=(0, 1, 3))
+    slopes = POLICY.slope_weight * (simulations.slopes[:, :, known] / scale @ basis.T)
+    target = np.concatenate([white @ basis.T, *np.moveaxis(slopes, 2, 0)], axis=1)
     middle = len(white) // 2
+    truncated = white[middle] - white[middle] @ basis.T @ basis
+    # what a simulation tells of itself is no longer left out
+    off = zeta - np.clip(0.0, zeta.min(axis=0), zeta.max(axis=0))
 
-    def solve(kept: np.ndarray, at: slice) -> np.ndarray:
-        every = np.tile(kept, 1 + len(known))
-        inverse = np.linalg.pinv(design[every], rcond=1e-8)
-        return np.einsum("mp,npk->nmk", inverse, target[at][:, every])
+    def design(polynomial: Polynomial) -> np.ndarray:
+        value, rates = polynomial.with_slopes(zeta)
+        return np.vstack([value, *(POLICY.slope_weight * np.moveaxis(rates[:, :, known], 2, 0))])
 
-    weights = solve(np.ones(places, bool), slice(None))
-    rest = []
-    for out in folds:
-        own = weights[middle]
-        if (~out).sum() * (1 + len(known)) >= len(polynomial.exponents):
-            own = solve(~out, slice(middle, middle + 1))[0]
-        rest.append(white[middle, out] - monomials[out] @ own @ basis)
-    table = None if told.nodes is None else CubicSpline(told.nodes, weights)
-    errors, left = np.zeros((n, 0)), 0.0
-    if rest:  # what a simulation tells of itself is no longer left out
-        away = told.zeta - np.clip(0.0, told.zeta.min(axis=0), told.zeta.max(axis=0))
-        off = np.vstack([away[out] for out in folds])
-        errors, left = error_of(np.vstack(rest), off, scale)
+    def judged(polynomial: Polynomial) -> tuple[np.ndarray, float]:
+        """Columns of the error, and its root mean square, by what was left out."""
+        rest = _left_out(design(polynomial), target[middle], folds)
+        every = np.vstack(
+            [each @ basis + truncated[out] for each, out in zip(rest, folds, strict=True)]
+        )
+        return error_of(every, np.vstack([off[out] for out in folds]), scale)
+
+    straight = Polynomial.of(coordinates, 1, np.zeros(len(coordinates)))
+    every = [
+        straight,
+        *(Polynomial.of(coordinates, i, straight.pole) for i in range(2, degree + 1)),
+    ]
+    every = [each for each in every if len(each.exponents) <= share * target.shape[1]] or [straight]
+    chosen, (errors, left) = every[-1], (np.zeros((n, 0)), 0.0)
+    if len(folds):
+        poles = [straight.pole]
+        if any(each.amplitude for each in coordinates):
+            poles += _poles(straight, design, target[middle, :, 0], zeta)
+        else:
+            every = every[-1:]
+        tried = [replace(each, pole=pole) for each in every for pole in poles]
+        chosen, (errors, left) = min(
+            ((each, judged(each)) for each in tried), key=lambda pair: pair[1][1]
+        )
+    inverse = np.linalg.pinv(design(chosen), rcond=_RCOND)
+    weights = np.einsum("mp,npk->nmk", inverse, target)
+    table = None if simulations.nodes is None else CubicSpline(simulations.nodes, weights)
     return PolynomialEmulator(
-        basis.T * scale[:, None], errors, left, polynomial, weights[middle], table
+        basis.T * scale[:, None], errors, left, chosen, weights[middle], table
     )
+
+
+_RCOND: Final = 1e-8
+
+
+def _left_out(
+    design: np.ndarray, target: np.ndarray, folds: Sequence[np.ndarray] | np.ndarray
+) -> list[np.ndarray]:
+    """What the values of some places are beside a fit to all others; beside one to all where too
+    few are left.
+
+    The fit that leaves rows out has the residual (1 − H)⁻¹ r there (Cook & Weisberg, Residuals and
+    Influence in Regression, 1982, section 2.2).
+    """
+    left, sizes, _ = np.linalg.svd(design, full_matrices=False)
+    left = left[:, sizes > _RCOND * sizes[0]]
+    rest, found = target - left @ (left.T @ target), []
+    for out in folds:
+        rows = np.tile(out, len(design) // len(out))
+        own = rest[rows]
+        if (~rows).sum() >= design.shape[1]:
+            others = np.eye(len(own)) - left[rows] @ left[rows].T
+            own = np.linalg.lstsq(others, own, rcond=_RCOND)[0]
+        found.append(own[: out.sum()])
+    return found
+
+
+def _poles(
+    straight: Polynomial,
+    design: Callable[[Polynomial], np.ndarray],
+    target: np.ndarray,
+    zeta: np.ndarray,
+) -> list[np.ndarray]:
+    """q along which A u / (1 + q · u) is nearest to the changes, of several lengths; 0 of shapes.
+
+    A stiffness that is linear in u has q in proportion to A.
+    """
+    u, found = straight(zeta), []
+    for length in (sign * each for each in POLICY.poles for sign in (1.0, -1.0)):
+        trial, q = straight, np.zeros(u.shape[1])
+        for _ in range(POLICY.pole_steps):
+            along = np.linalg.lstsq(design(trial), target, rcond=_RCOND)[0]
+            q = length * along / max(float(np.abs(u @ along).max()), 1e-300)
+            trial = replace(straight, pole=q @ straight.exponents)
+        if (1 + u @ q).min() > POLICY.nearest_pole:
+            found.append(trial.pole)
+    return found
 
 
 def trained(
@@ -469,7 +506,7 @@ def trained(
 def linear(change: np.ndarray) -> Emulator:
     """Make an emulator of one number from its change by one standard deviation, shape (n,)."""
     none, own = np.zeros((len(change), 0)), (Coordinate.within(-1.0, 1.0),)
-    first = Polynomial(own, np.array([[1]]))
+    first = Polynomial(own, np.array([[1]]), np.zeros(1))
     return PolynomialEmulator(change[:, None], none, 0.0, first, np.ones((1, 1)), None)
 
 

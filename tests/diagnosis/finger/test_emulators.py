@@ -73,6 +73,57 @@ def test_three_places_with_slopes_serve_a_whole_prior() -> None:
     np.testing.assert_allclose(slopes, by_difference, rtol=1e-4, atol=1e-6)
 
 
+def stiffened(zeta: np.ndarray, c: float) -> np.ndarray:
+    """Invented: two coefficients of either sign, in which the modulus is linear."""
+    return bend(c * (1 + 0.3 * zeta[0] + 0.2 * zeta[1])) - bend(c)
+
+
+def stiffness_in(zeta: np.ndarray) -> SimulatedChanges:
+    """Changes and slopes at places, (places, 2), at one modulus."""
+    steps = 1e-5 * np.eye(2)
+    slopes = [[(stiffened(z + h, 1.0) - stiffened(z - h, 1.0)) / 2e-5 for h in steps] for z in zeta]
+    values = np.array([[stiffened(z, 1.0) for z in zeta]])
+    return SimulatedChanges(zeta, values, np.array([slopes]), None)
+
+
+def test_coefficients_of_either_sign_that_soften_far_are_followed() -> None:
+    """Changes of up to 580 standard deviations of the noise, from five places with slopes."""
+    print("seed", SEED)
+    told = stiffness_in(np.array([[-1.0, -0.5], [1.2, -0.8], [-0.6, 1.1], [0.2, 0.3], [1.0, 1.2]]))
+    own = [Coordinate(lambda zeta: zeta, amplitude=True, of=i) for i in range(2)]
+    found = trained_on(told, own, SCALE)
+    zeta = np.random.default_rng(SEED).uniform(-1.0, 1.2, (50, 2))
+    off = found.at(zeta) @ found.columns.T - [stiffened(z, 1.0) for z in zeta]
+    rms = float(np.sqrt(np.square(off / SCALE).mean()))
+    print("left out", found.left, "error", rms)
+    assert found.left < 1.5
+    assert rms < 0.5
+    value, slopes = found.with_slopes(zeta[0])
+    by_difference = [
+        found.at(zeta[:1] + h)[0] - found.at(zeta[:1] - h)[0] for h in 1e-5 * np.eye(2)
+    ]
+    np.testing.assert_allclose(value, found.at(zeta[:1])[0])
+    np.testing.assert_allclose(slopes, np.array(by_difference).T / 2e-5, rtol=1e-4, atol=1e-6)
+
+
+def test_the_error_is_that_of_fits_without_each_place() -> None:
+    """What a fit by least squares to the other places misses there, by the prior's weight."""
+    print("seed", SEED)
+    rng, zeta = np.random.default_rng(SEED), np.array([[-1.5], [-0.4], [0.6], [1.7]])
+    values = np.sin(2 * zeta) * X + 0.1 * rng.standard_normal((len(zeta), len(X)))
+    told = SimulatedChanges(zeta, values[None], np.full((1, 4, 1, len(X)), np.nan), None)
+    found = trained_on(
+        told, [Coordinate(lambda zeta: zeta, amplitude=False)], SCALE, degree=1, share=1.0
+    )
+    squares, every = [], np.hstack([np.ones((4, 1)), zeta])
+    for out in range(4):
+        kept = np.arange(4) != out
+        line = np.linalg.lstsq(every[kept], values[kept], rcond=None)[0]
+        squares.append(np.square((values[out] - every[out] @ line) / SCALE).mean())
+    weight = np.exp(-0.25 * zeta[:, 0] ** 2)
+    assert found.left == pytest.approx(float(np.sqrt(weight @ squares / weight.sum())), rel=1e-6)
+
+
 def test_no_strength_changes_nothing() -> None:
     found = softening()
     assert np.abs(found.columns @ found.at(np.array([[0.3, -60.0]]))[0]).max() < 1e-6
