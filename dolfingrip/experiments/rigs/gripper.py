@@ -100,6 +100,10 @@ ONE_FINGER = "skin of finger B"
 SETTLING_S: Final = 0.1
 """Time before the first stop, in which fingers and food come to rest."""
 
+RESOLVED: Final = 0.01
+"""Largest error of a step of the food's motion, as a part of the width of its barrier. With 2.5
+times as much, food that bounces gains energy."""
+
 RESTRAINT_MM: Final = 1.0
 """See :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`."""
 
@@ -210,7 +214,8 @@ def _grasp(config: Config, food: GraspedBody, site: Site, comm: MPI.Comm) -> _Gr
     areas, copies = skin.point_areas_mm2(), domain.copies
     solver, moving = config.solver, config.experiment.dynamic
     starts_s = SETTLING_S + lift_starts_s(config) if moving else np.inf
-    scheme = inertia.scheme(solver.hht_alpha), solver.time_error_mm, starts_s
+    error_mm = min(solver.time_error_mm, RESOLVED * gripper.barrier_mm)
+    scheme = inertia.scheme(solver.hht_alpha), error_mm, starts_s
     motion = RigidMotion(body, pose, gravity, comm, copies, RESTRAINT_MM, *scheme)
     contact = RigidContact(u, domain, SKIN, food.shape, pose, barrier)
     table = RigidPoints(u, skin.points, areas, pose, UPWARDS, standing, barrier, copies)
