@@ -7,7 +7,7 @@ one reads otherwise.
 
 Without weight and memory a change of all moduli scales a simulation exactly
 (:mod:`dolfingrip.diagnosis.simulation.simulated`). Where it does not, the model is simulated at
-several moduli, and what lies between them follows from a polynomial of their logarithm.
+several moduli, and what lies between them follows from a polynomial of their inverse.
 
 The base simulation has a graded mesh. Effects are tried on an ungraded one, which takes a third of
 the time. What it gets wrong is wrong with and without an effect, so that changes are taken between
@@ -401,7 +401,8 @@ class FingerSimulation:
 
     def _between(self, known: dict[float, SimulatedReadings], factor: float) -> Rows:
         """Rows at other moduli than those of some simulations, or between these."""
-        parts = spline_weights(np.log([*known]), np.log([factor]), 0)[0]
+        # displacements are nearly proportional to the compliance, and forces nearly the same
+        parts = spline_weights(1 / np.array([*known]), np.array([1 / factor]), 0)[0]
         every = [self.rows(s, factor / c) for c, s in known.items()]
         return {
             tests: {
