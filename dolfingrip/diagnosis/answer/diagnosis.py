@@ -124,7 +124,7 @@ class Diagnosis:
         if fit.subset != self.decision.best.subset:
             return found
         ends = {each.key: [each] for each in found}
-        for other in (*(each.fit for each in self.alternatives), *self.members.values()):
+        for other in (*map(self.member, self.open_names), *self.members.values()):
             for each in self._numbers(other):
                 ends.get(each.key, []).append(each)
         return [
@@ -206,7 +206,9 @@ class Diagnosis:
             relative = not each.unknown.unit and "." not in each.name
             size, unit = (100.0, "%") if relative else (1.0, each.unknown.unit)
             sigma, std = deviations[each.name], size * each.std
-            share = self.share(sigma * each.change)
+            change = sigma * each.change
+            seen = np.linalg.norm(change / self.analysis.errors.noise) >= POLICY.visible_sigma
+            share = self.share(change) if seen else 0.0
             found.append(SetupEstimate(each.name, unit, std, sigma * std, share))
         return found
 
@@ -214,12 +216,19 @@ class Diagnosis:
         """(n,) readings of the model without causes, what is its own fitted."""
         return self.analysis.fitted(self.none)
 
+    @property
+    def undecided(self) -> bool:
+        """Tell whether neither a cause is claimed nor that the catalogue has none."""
+        vague = self.decision.probability < POLICY.likelier
+        return self.decision.answer == "none" or (self.decision.answer == "unknown" and vague)
+
     @cached_property
     def alternatives(self) -> Sequence[Alternative]:
         """Causes that the readings do not exclude where none is named; none where one is."""
-        if self.decision.answer != "none":
+        if not self.undecided:
             return ()
-        return alternatives(self.analysis, self.posterior)
+        off = self.decision.answer == "unknown"
+        return alternatives(self.analysis, self.posterior, off=off)
 
     @cached_property
     def probability(self) -> float:
@@ -247,13 +256,18 @@ class Diagnosis:
 
         They are those that the readings do not exclude, and those that may be seen.
         """
-        if self.decision.answer != "none":
+        if not self.undecided:
             return []
+        inclusion, own = self.decision.inclusion, self.posterior.problem.implausible
         names = [each.fit.subset[0] for each in self.alternatives]
-        likely = sorted(self.decision.inclusion.items(), key=lambda each: -each[1])
-        own = self.posterior.problem.implausible
-        seen = [n for n, p in likely if p >= POLICY.verified and n not in own and n not in names]
-        return [*names, *seen]
+        seen = [n for n, p in inclusion.items() if p >= POLICY.verified and n not in {*own, *names}]
+        return sorted([*names, *seen], key=lambda name: -inclusion.get(name, 0.0))
+
+    @property
+    def tied(self) -> list[str]:
+        """Causes that the readings do not tell apart: those of a set, or those that may act."""
+        first, second = self.decision.first, self.decision.second
+        return [*first, *second] if max(len(first), len(second)) > 1 else self.open_names
 
     def hidden(self) -> str:
         """Effects that the readings do not show at their ordinary strength, in words."""
@@ -267,7 +281,7 @@ class Diagnosis:
         mesh = self.config.mesh
         return "a mesh file of smaller cells" if mesh.file else "a smaller mesh.size_mm"
 
-    def undecided(self) -> list[str]:
+    def undecided_channels(self) -> list[str]:
         """Channels whose mesh is off by much of what the model misses, a sentence each."""
         value, simulated = self.analysis.problem.value, self.analysis.configured
         channels, found = self.analysis.measurement.channels(), []
@@ -354,7 +368,8 @@ class SetupEstimate:
         name, unit: of it.
         prior_std: its prior standard deviation.
         value: difference from what was told.
-        share: what it changes by what the model misses as configured, root mean square.
+        share: what it changes by what the model misses as configured, root mean square; 0 where
+            the noise hides the change.
     """
 
     name: str

@@ -35,7 +35,7 @@ class Alternative:
 
     Attributes:
         fit: the hypothesis.
-        factor: its evidence by that of none.
+        factor: its evidence by that of none, or by the best.
         behind: numbers that take its change over.
         stronger: the same where its cause does one standard deviation more.
     """
@@ -80,7 +80,9 @@ def _taken(
     return alone, tuple(names[i] for i in order if parts[i] >= 0.5 * parts.max())
 
 
-def alternatives(analysis: Analysis, posterior: ModelPosterior) -> list[Alternative]:
+def alternatives(
+    analysis: Analysis, posterior: ModelPosterior, *, off: bool = False
+) -> list[Alternative]:
     """List single causes that the readings do not exclude beside none, the likeliest first.
 
     Prior odds do not count: that none acts needs evidence as strong as that a cause does. A cause
@@ -89,12 +91,14 @@ def alternatives(analysis: Analysis, posterior: ModelPosterior) -> list[Alternat
     Args:
         analysis: the readings with all that could explain them.
         posterior: of all hypotheses.
+        off: whether something is off, so that the best evidence counts in the place of none's.
     """
     problem, evidence = posterior.problem, _evidence(posterior)
+    against = max(evidence.values()) if off else evidence[NONE]
     fits = {(each.subset, each.level): each for each in posterior.fits}
     found = []
     for subset, log in evidence.items():
-        factor = float(np.exp(log - evidence[NONE]))
+        factor = float(np.exp(log - against))
         if len(subset) != 1 or problem.causes(subset) != subset or factor < np.exp(-ADDITIONS.tied):
             continue
         fit, own = fits[subset, 0.0], problem.nuisance_count

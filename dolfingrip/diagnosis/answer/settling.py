@@ -81,9 +81,12 @@ def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
         rest = [(each.factor, each.stronger) for each in found.alternatives]
         return [(1.0, found.none), *rest]
     total = posterior.by_causes
-    least = POLICY.rival * max(total.values())
-    likely = sorted(total, key=lambda each: -total[each])[: POLICY.compared]
-    return [(total[each], posterior.best(each)) for each in likely if total[each] > least]
+    likely, least = [NONE, *(each.fit.subset for each in found.alternatives)], 0.0
+    if not found.alternatives:
+        likely, least = [*total], POLICY.rival * max(total.values())
+    likely = sorted((each for each in likely if total[each] > least), key=lambda each: -total[each])
+    most = len(found.alternatives) or POLICY.compared
+    return [(total[each], posterior.best(each)) for each in likely[:most]]
 
 
 def _rival(analysis: Analysis, fit: MapFit, readings: np.ndarray, slopes: np.ndarray) -> Rival:
@@ -166,34 +169,34 @@ def advice(found: Diagnosis, told: Collection[str] = ()) -> str:
     """
     decision, analysis = found.decision, found.analysis
     coupons = analysis.closed_form
+    if decision.by_shape and not coupons:
+        return "unloading, a wait at the highest pressure, or a slow cycle: each shows memory alone"
+    if decision.nuisance_only and coupons:
+        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
+    names = [each for each in found.tied if each not in told]
+    causes = [*names, *decision.first, *decision.second]
+    unloads = not shows_memory(analysis.measurement) and any(map(remembers_state, causes))
+    if coupons and unloads and decision.answer == "cause":
+        return (
+            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape "
+            "alone tells memory here; a loop and a force that fades would prove it"
+        )
+    if names:
+        what = "unloading, " if unloads else ""
+        what += "the finger" if coupons else "a coupon"
+        return f"{what}, or another channel: it may tell whether {some(names)} acts"
     if decision.answer == "unknown":
         if coupons:
             return "a coupon, up and down at two rates: it would tell memory from elasticity"
         return "another channel, unloading, or a coupon: they would tell what kind it is of"
     if decision.answer == "none":
-        if names := [each for each in found.open_names if each not in told]:
-            what = "the coupon up and down, or the finger" if coupons else "a coupon"
-            return f"{what}, or another channel: it may tell whether {some(names)} acts"
         if coupons:
             return "measure the finger: the coupons agree with the model"
         return "nothing: the readings agree with the model within their noise"
-    if decision.by_shape and not coupons:
-        return "unloading, a wait at the highest pressure, or a slow cycle: each shows memory alone"
-    others = [name for name, p in decision.inclusion.items() if p >= POLICY.verified]
-    if not coupons and (len(decision.first) > 1 or not found.claimed):
-        tied_ = [*dict.fromkeys([*decision.first, *decision.second, *others])]
-        if len(tied_) == 1:
-            return f"another channel, or {tied_[0]} measured by itself: it is probable, not sure"
-        listed = ", ".join(tied_)
-        return f"measure one of these by itself: {listed}; the readings do not tell them apart"
-    if not coupons:
+    if coupons:
+        return "measure the finger: no other cause is nearly as probable as the first"
+    if found.claimed:
         return "nothing is needed: no other cause is nearly as probable as what is named"
-    if decision.nuisance_only:
-        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
-    named = [n for n in (*decision.first, *decision.second) if n not in analysis.problem.rig]
-    if not shows_memory(analysis.measurement) and any(map(remembers_state, named)):
-        return (
-            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape "
-            "alone tells memory here; a loop and a force that fades would prove it"
-        )
-    return "measure the finger: no other cause is nearly as probable as the first"
+    others = [name for name, p in decision.inclusion.items() if p >= POLICY.verified]
+    listed = ", ".join(dict.fromkeys([*decision.first, *decision.second, *others]))
+    return f"another channel, or each of these measured by itself: {listed}"

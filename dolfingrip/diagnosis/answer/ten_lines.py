@@ -89,7 +89,7 @@ def _doubts(found: Diagnosis) -> str:
     text = ""
     if found.suspicions:
         text = f"Check the data first: {' Or: '.join(found.suspicions[:2])} Then: "
-    text += "".join(f"{each}. " for each in found.undecided())
+    text += "".join(f"{each}. " for each in found.undecided_channels())
     if found.analysis.not_reached:
         text += f"Not all readings are compared: {found.analysis.not_reached[0]}. "
     return text
@@ -165,27 +165,18 @@ def answer_sentence(found: Diagnosis) -> str:
     """
     decision, problem = found.decision, found.analysis.problem
     sure = chance(found.probability)
-    if decision.answer == "none":
-        if found.claimed:
-            return f"Nothing else is to be seen: probability {sure}.{_untold(found)}"
-        if decision.none < 1 - POLICY.claimed:
+    if decision.answer == "none" and found.claimed:
+        return f"Nothing else is to be seen: probability {sure}.{_untold(found)}"
+    if found.undecided:
+        nothing = found.probability if decision.answer == "none" else decision.none
+        if decision.answer == "unknown" or nothing < 1 - POLICY.claimed:
             return (
                 "No cause can be claimed, though something is off with probability "
-                f"{chance(1 - decision.none)}.{_untold(found)}"
+                f"{chance(1 - nothing)}.{_untold(found)}"
             )
         return (
             "It cannot be told whether anything else is off: that nothing is has probability "
             f"{sure}.{_untold(found)}"
-        )
-    if decision.answer != "cause" and decision.probability < POLICY.likelier:
-        under = [each.inclusion for each in found.sensitivity.answers.values()]
-        most = {name: max(each[name] for each in under) for name in decision.inclusion}
-        likely = [name for name, p in most.items() if p >= POLICY.joint]
-        near = sorted(likely, key=lambda name: -most[name])[: PAGE.in_words]
-        return (
-            "No cause can be claimed, though something is off with probability "
-            f"{chance(1 - decision.none)}{': nearest come ' if near else ''}"
-            f"{_one_of(found, near) if near else ''}."
         )
     if decision.answer == "unknown":
         sentence = f"Something is off that no effect of the catalogue explains: probability {sure}."
@@ -250,7 +241,8 @@ def _size(found: Diagnosis) -> str:
     numbers = ", ".join(each.words() for each in own)
     causes = found.analysis.problem.causes(fit.subset)
     if not causes:
-        return f"{numbers}{'; whatever hides' if found.alternatives else ''}"
+        held = "; the intervals hold whichever cause of ALSO POSSIBLE acts"
+        return f"{numbers}{held if found.alternatives else ''}"
     for name, member in [*found.members.items()][: PAGE.in_words]:
         other = found.numbers(member)
         told = [each.words() for each in other if name in each.key.split(".")]
@@ -366,7 +358,7 @@ def _next(found: Diagnosis) -> str:
     """Tell the few tests and checks that tell most, and how many more there are."""
     shown, told = found.next[: PAGE.in_words], {name for e in found.next for name in e.tells}
     parts = [*map(_settling, shown)]
-    if not parts or found.decision.by_shape or not told.issuperset(found.open_names):
+    if not parts or found.decision.by_shape or not told.issuperset(found.tied):
         parts.append(advice(found, told))
     text, further = "; or ".join(parts), len(found.next) - len(shown)
     return f"{text}; {further} more under Further checks" if further else text
