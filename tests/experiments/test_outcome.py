@@ -116,5 +116,16 @@ def test_a_run_that_ends_in_the_lift_has_the_class_of_its_last_step() -> None:
 
 
 def test_what_is_lost_in_the_lift_is_decided() -> None:
-    assert decided([*START, moment(1.5, 19, 2, 0, 9), moment(1.6, 17, 0, 0, 8)])
-    assert not decided([*START, moment(1.5, 19, 2, 0, 9), moment(1.6, 17, 1, 0, 8)])
+    held = [*START, moment(1.5, 19, 2, 0, 9)]
+    assert decided([*held, moment(1.6, 13, 0, 0, 8)])
+    assert decided([*held, moment(1.55, 17, 0, 0, 8), moment(1.6, 13, 0, 0, 8)])
+    assert decided([*held, moment(1.6, 18, 0, 0, 8, x=-6)])
+    assert not decided([*held, moment(1.6, 13, 1, 0, 8)])
+
+
+def test_what_bounces_between_fingers_in_the_lift_is_not_lost() -> None:
+    bounced = [*START, moment(1.5, 19, 2, 0, 9), moment(1.52, 17, 0, 0, 8)]
+    assert not decided(bounced)
+    caught = judge([*bounced, moment(1.53, 16, 1, 0, 8), moment(2, 16, 2, 0, 20)], complete=True)
+    assert caught is not None
+    assert caught.kind is Kind.SLIPPED

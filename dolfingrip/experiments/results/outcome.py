@@ -16,6 +16,10 @@ HELD_MM: Final = 1.0
 AWAY_MM: Final = 15.0
 """Distance from the start beyond which an object that no finger touches has left the fingers."""
 
+LOST_MM: Final = 5.0
+"""Way since a finger touched it last beyond which an object is lost in the lift; one that bounces
+between fingers is touched again on a shorter way."""
+
 BORNE: Final = 0.01
 """The fingers bear an object if the table bears a smaller part of its weight than this."""
 
@@ -171,9 +175,11 @@ def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
     """
     if ejected(moments, ring) is not None:
         return True
-    if not moments or moments[-1].fingers_N.any():
+    touched = [moment for moment in moments if moment.fingers_N.any()]
+    if not touched or not any(_is_up(moment) for moment in moments if moment.lifting):
         return False
-    return any(_is_up(moment) for moment in moments if moment.lifting)
+    since_mm = float(np.linalg.norm(moments[-1].centre_mm - touched[-1].centre_mm))
+    return since_mm > LOST_MM
 
 
 def _is_up(moment: Moment) -> bool:
