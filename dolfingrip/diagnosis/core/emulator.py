@@ -440,9 +440,9 @@ _RCOND: Final = 1e-8
 def _left_out(
     design: np.ndarray, target: np.ndarray, folds: Sequence[np.ndarray] | np.ndarray
 ) -> list[np.ndarray]:
-    """What the values of some places are beside a fit to all others; beside one to all where too
-    few are left.
+    """Residuals of some places beside a fit to all others.
 
+    They are beside a fit to all places where too few others are left.
     The fit that leaves rows out has the residual (1 − H)⁻¹ r there (Cook & Weisberg, Residuals and
     Influence in Regression, 1982, section 2.2).
     """
