@@ -83,6 +83,8 @@ def contradictions(found: Diagnosis, page: Brief) -> list[str]:
         and "noise" in (page.not_explained)
     ):
         said.append("NOT EXPLAINED has a share and is noise")
+    if decision.answer == "none" and decision.best is not found.none:
+        said.append("RESULT has no more than noise, its numbers are of a fit with more")
     if decision.answer == "none" and found.probability > decision.none + 1e-9:
         said.append("that nothing acts is surer than that nothing is seen")
     if "is not more probable than not" in page.result and any(

@@ -203,7 +203,8 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
             unknown = max(unknown, discrepancy)
     if answer != "cause":
         first, second = (), ()
-    best = _leading(posterior, first, second)
+    nothing = answer == "none"
+    best = posterior.best(NONE, level=0.0) if nothing else _leading(posterior, first, second)
     by_shape = not all(_beyond_a_curve(posterior, best, names) for names in (first, second))
     if by_shape:
         probability = min(probability, POLICY.likelier)
