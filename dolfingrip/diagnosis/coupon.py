@@ -5,7 +5,6 @@ Readings are computed for many sets of an effect's numbers at once.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,7 +20,7 @@ from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit, Subset
-from dolfingrip.diagnosis.core.search import ModelPosterior, pairs_above, searched_again
+from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
 from dolfingrip.diagnosis.core.unknown import (
     MODULUS,
     Cause,
@@ -265,23 +264,20 @@ class CouponAnalysis(Analysis[CouponSimulation]):
     def verified(
         self, posterior: ModelPosterior, say: Say
     ) -> tuple[CouponAnalysis, ModelPosterior, float]:
-        """Simulate likely pairs together, and causes about their fits where emulators miss."""
+        """Simulate likely fits; what their emulators missed these learn."""
         coupons, rng = self, np.random.default_rng(0)
-        likely = pairs_above(posterior, POLICY.joint)
-        if likely:
-            say(f"simulating {len(likely)} pairs of causes together")
-            corrections = {
-                pair: _beyond(coupons, pair, self.problem.box(pair))
-                for pair in likely
-                if len(self.problem.effects(pair)) > 1
-            }
-            coupons = replace(self, problem=replace(self.problem, corrections=corrections))
-        posterior = searched_again(coupons.problem, posterior, rng)
-        inexact = _inexact_fits(coupons, posterior)
-        if inexact:
-            say("simulating likely causes anew about their fits")
-            coupons = refined(coupons, inexact)
-            posterior = searched_again(coupons.problem, posterior, rng)
+        posterior = searched_again(self.problem, posterior, rng)
+        for _ in range(POLICY.rounds):
+            missed = [fit for fit in _likely(posterior) if coupons._misses(fit)]
+            if not missed:
+                break
+            say("simulating likely causes at their fitted numbers")
+            problem = coupons.problem
+            for fit in missed:
+                exact = np.column_stack(coupons.simulated(fit))
+                problem = problem.corrected(fit.subset, fit.zeta, exact)
+            coupons = replace(coupons, problem=problem)
+            posterior = searched_again(problem, posterior, rng)
         while True:
             best = sensitivity(posterior)[0].best
             left = coupons.emulator_error(best, coupons.exact(best))
@@ -289,29 +285,24 @@ class CouponAnalysis(Analysis[CouponSimulation]):
                 return coupons, posterior, left
             posterior = _without(posterior, coupons.problem.effects(best.subset))
 
+    def _misses(self, fit: MapFit) -> bool:
+        """Tell whether emulators are off at a fit; not where a reading has no equilibrium."""
+        return POLICY.exact < self.emulator_error(fit, self.exact(fit)) < np.inf
+
+
+def _likely(posterior: ModelPosterior) -> list[MapFit]:
+    """The leading fits of all sets of causes that are likely."""
+    causes = posterior.problem.causes
+    leaders = posterior.leaders(lambda fit: causes(fit.subset))
+    total = posterior.by_causes
+    return [fit for own, fit in leaders.items() if own and total[own] > POLICY.joint]
+
 
 def _without(posterior: ModelPosterior, effects: Subset) -> ModelPosterior:
     """Without effects at whose numbers some reading has no equilibrium: no emulator tells that."""
     own = [posterior.problem.effects(fit.subset) == effects for fit in posterior.fits]
     rest = np.where(own, 0.0, posterior.probability + np.finfo(float).tiny)
     return replace(posterior, probability=rest / rest.sum())
-
-
-def _inexact_fits(coupons: CouponAnalysis, posterior: ModelPosterior) -> list[MapFit]:
-    """Likely fits of those causes whose emulator is not exact there."""
-    effects_of = coupons.problem.effects
-    total = posterior.by(lambda fit: effects_of(fit.subset))
-    likely: dict[Subset, list[MapFit]] = defaultdict(list)
-    for p, fit in posterior.weighed:
-        if p > POLICY.joint:
-            likely[effects_of(fit.subset)].append(fit)
-    return [
-        fit
-        for effects, fits in likely.items()
-        if effects and total[effects] > POLICY.verified
-        and max(coupons.emulator_error(each, coupons.exact(each)) for each in fits) > POLICY.exact
-        for fit in fits
-    ]  # fmt: skip
 
 
 def analyse_coupons(
@@ -366,51 +357,6 @@ def analyse_coupons(
     return CouponAnalysis(problem, felt, off, simulation, unseen)
 
 
-def refined(coupons: CouponAnalysis, fits: Sequence[MapFit]) -> CouponAnalysis:
-    """The problem with emulators that are exact about some fits, where all of these are likely.
-
-    Args:
-        coupons: the problem.
-        fits: of likely hypotheses, several of the same causes where levels differ.
-    """
-    problem = coupons.problem
-    corrections, local = dict(problem.corrections), dict(problem.local)
-    for effects in dict.fromkeys(problem.effects(fit.subset) for fit in fits):
-        if not effects:
-            continue
-        ends = []
-        wide = problem.box(effects)
-        for fit in fits:
-            if problem.effects(fit.subset) == effects:
-                own = slice(1, 1 + len(wide))
-                std = np.sqrt(np.diag(np.linalg.inv(fit.hessian)))[own]
-                ends.append(fit.zeta[own] + POLICY.near * np.outer([-1, 1], np.maximum(std, 0.02)))
-        reached = np.vstack(ends)
-        box = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
-        box = np.clip(box, wide[:, :1], wide[:, 1:])
-        corrections[effects] = _beyond(coupons, effects, box, POLICY.fewer)
-        local[effects] = box
-    return replace(coupons, problem=replace(problem, corrections=corrections, local=local))
-
-
-def _beyond(
-    coupons: CouponAnalysis, effects: Subset, box: np.ndarray, part: float = 1.0
-) -> Emulator:
-    """Emulate what causes change together beyond the sum of their emulators, within a box of ζ.
-
-    The sum is not exact: a coupon that is pulled harder changes its volume more.
-    """
-    problem = coupons.problem
-    own = [coupons.causes[name] for name in effects]
-    zeta, together = _simulated(coupons.simulation, own, box, part)
-    for name, own_places in problem.places(effects).items():
-        emulator = problem.emulators[name]
-        alone = np.column_stack([np.zeros(len(zeta)), zeta[:, own_places - 1]])
-        together = together - emulator.at(alone) @ emulator.columns.T
-    found = trained(zeta, together, coupons.errors.noise, box)
-    return Scaled.of(found, coupons.scaled, problem.factor)
-
-
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
     """The emulator of a cause; None where no reading feels it."""
     box = cause.box()
@@ -422,11 +368,11 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulat
 
 
 def _simulated(
-    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray, part: float = 1.0
+    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places in a box of ζ with an equilibrium, (places, d), and changes there, (places, n)."""
     count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, int(part * count))
+    zeta = places(box, count)
     changes = simulation.changed(causes, zeta)
     solved = np.isfinite(changes).all(axis=1)
     return zeta[solved], changes[solved]

@@ -281,10 +281,3 @@ def _pairs(every: Mapping[float, CovarianceModel], names: Sequence[str]) -> list
         if columns.level >= POLICY.pairs_level:
             break
     return list(found)
-
-
-def pairs_above(posterior: ModelPosterior, least: float) -> list[Subset]:
-    """The pairs of causes whose probability is above ``least``, the most probable first."""
-    total = posterior.by_causes
-    order = sorted(total, key=lambda each: -total[each])
-    return [each for each in order if len(each) > 1 and total[each] > least]
