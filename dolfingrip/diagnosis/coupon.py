@@ -32,7 +32,7 @@ from dolfingrip.diagnosis.core.unknown import (
 )
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.simulated import SimulationGroup, groups
+from dolfingrip.diagnosis.simulation.simulated import Readings, SimulationGroup, groups
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
@@ -73,32 +73,58 @@ class CouponSimulation:
         config: the model that is diagnosed.
     """
 
+    closed_form: ClassVar = True
+
     def __init__(self, measurement: Measurement, config: Config) -> None:
         self.measurement = measurement
         self.config = config
         self.groups: Sequence[SimulationGroup] = groups(measurement, config)
+        self.mesh = np.zeros((len(measurement.listed()), 0))
 
     @cached_property
     def _plain(self) -> Solved:
         """Readings of the model as configured."""
         return self._solved({}, {})
 
-    def base(
-        self, overrides: Change = NO_CHANGE, *, moved: Mapping[str, float] | None = None
-    ) -> np.ndarray:
-        """(n,) readings as configured, with these overrides.
+    @cached_property
+    def base(self) -> Readings:
+        """The model as configured."""
+        shown = self._displayed({}, self._plain)[0]
+        return Readings(shown, self._read(self._plain, derivative=1)[0], {})
 
-        Args:
-            overrides: values by key.
-            moved: by how much numbers differ from those of each test's set-up, by key.
-        """
-        other = overrides or moved
-        solved = self._solved(overrides, {}, moved or {}) if other else self._plain
-        return self._displayed(overrides, solved)[0]
+    @property
+    def configured(self) -> np.ndarray:
+        return self.base.readings
 
-    def slopes(self) -> np.ndarray:
-        """(n,) derivative of the readings by the travel, for each mm."""
-        return self._read(self._plain, derivative=1)[0]
+    @cached_property
+    def rig(self) -> Sequence[Nuisance]:
+        """Numbers that the laboratory told a deviation of by their key."""
+        found = []
+        for key, std in self.measurement.tests[0].setup.nuisances.items():
+            if "." in key and std:
+                moved = self._displayed({}, self._solved({}, {}, {key: std}))[0]
+                number = Unknown.marginal(key, std, named(key).unit)
+                found.append(Nuisance(number, moved - self.base.readings))
+        return found
+
+    def of(self, measurement: Measurement, *, known_mesh: bool = True) -> CouponSimulation:
+        """Return the simulator of other coupons; these have no mesh."""
+        return CouponSimulation(measurement, self.config)
+
+    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]] = ()) -> Readings:
+        """Simulate other values, and differences by steps of some; NaN without equilibrium."""
+        moved = {}
+        for place, (number, step) in enumerate(steps, 1):
+            here = np.array(values[number.key], dtype=float)
+            moved[number.key] = np.stack([here] * (1 + len(steps)))
+            moved[number.key][place] += step
+        first, *others = self._many({**values, **moved}, 1 + len(steps))
+        slopes = {
+            number.gradient: (other - first) / step
+            for (number, step), other in zip(steps, others, strict=True)
+        }
+        by_log = np.where(in_proportion(self.measurement), first, 0.0)
+        return Readings(first, np.zeros_like(first), {**slopes, MODULUS: by_log})
 
     def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
         """(places, n) changes of the readings by causes that act together.
@@ -111,32 +137,38 @@ class CouponSimulation:
             NaN in places without an equilibrium.
         """
         numbers = [number for cause in causes for number in cause.numbers]
-        told = {number.key: number.at(zeta[:, i]) for i, number in enumerate(numbers)}
-        shaped = {
-            number.key: told[number.key][:, None] if number.listed else told[number.key]
-            for number in numbers
-        }
-        energies = [cause for cause in causes if issubclass(effect(cause.name), Energetic)]
-        on = self._overrides(causes, zeta[0])
-        ours = {number.key for cause in energies for number in cause.numbers}
-        parameters = {key: values for key, values in shaped.items() if key in ours}
-        solved = self._solved(on, parameters) if energies else self._plain
-        if len(energies) == len(causes):
-            return self._displayed(on, solved) - self.base()
+        every = {number.key: number.at(zeta[:, i]) for i, number in enumerate(numbers)}
+        listed = {n.key: every[n.key][:, None] for n in numbers if n.listed}
+        held = {
+            key: value
+            for cause in causes for number, v in cause.held
+            for key, value in number.change(v).items()
+        }  # fmt: skip
+        return self._many({**every, **listed, **held}, len(zeta)) - self.base.readings
+
+    def _many(self, values: Change, count: int) -> np.ndarray:
+        """(places, n) readings at values by key; arrays hold one for each place, (places, …)."""
+        along = {key: each for key, each in values.items() if isinstance(each, np.ndarray)}
+        material = {
+            key for key in values
+            if not key.startswith("extensions.") or issubclass(effect(key.split(".")[1]), Energetic)
+        }  # fmt: skip
+        every = [
+            {**values, **{key: each[place].tolist() for key, each in along.items()}}
+            for place in range(1 if material >= along.keys() else count)
+        ]
+        own = {key: each for key, each in along.items() if key in material}
+        solved = self._solved(every[0], own) if material else self._plain
+        if len(every) < count:
+            return self._displayed(every[0], solved)
         shown = []
-        for place, z in enumerate(zeta):
-            own = [
+        for place, one in enumerate(every):
+            rows = [
                 (group, {name: _row(values, place) for name, values in columns.items()})
                 for group, columns in solved
             ]
-            shown.append(self._displayed(self._overrides(causes, z), own)[0])
-        return np.vstack(shown) - self.base()
-
-    @staticmethod
-    def _overrides(causes: Sequence[Cause], zeta: np.ndarray) -> Change:
-        parts = np.split(zeta, np.cumsum([len(cause.numbers) for cause in causes])[:-1])
-        every = [cause.overrides(own) for cause, own in zip(causes, parts, strict=True)]
-        return {key: value for overrides in every for key, value in overrides.items()}
+            shown.append(self._displayed(one, rows)[0])
+        return np.vstack(shown)
 
     def _solved(
         self,
@@ -186,49 +218,12 @@ def _row(values: np.ndarray, place: int) -> np.ndarray:
     return values[place : place + 1] if len(values) > 1 else values
 
 
-def errors(simulation: CouponSimulation) -> Errors:
-    """Return the errors of a measurement's coupons, with their covariance.
-
-    Args:
-        simulation: of the coupons.
-    """
-    base, setup = simulation.base(), simulation.measurement.tests[0].setup
-    reported = [
-        Nuisance(
-            Unknown.marginal(key, std, named(key).unit), simulation.base(moved={key: std}) - base
-        )
-        for key, std in setup.nuisances.items()
-        if "." in key and std
-    ]
-    slope = np.nan_to_num(simulation.slopes())
-    return errors_of(simulation, base, slope, reported, scaled=True)
-
-
 @dataclass(frozen=True, eq=False)
 class CouponAnalysis(Analysis[CouponSimulation]):
     """Coupons, and what could explain them."""
 
-    closed_form: ClassVar = True
-
-    @property
-    def configured(self) -> np.ndarray:
-        return self.problem.base
-
     def exact(self, fit: MapFit) -> np.ndarray:
-        return self.readings(fit.subset, fit.zeta[None], self.simulation)[0]
-
-    def simulated(
-        self, fit: MapFit, addition: Proposal | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate a fit; NaN where there is no equilibrium."""
-        simulation, rig = self.simulation, addition is None
-        if addition is not None:
-            simulation = CouponSimulation(addition.measurement, simulation.config)
-        high = np.vstack([self.problem.baseline_box, self.problem.box(fit.subset)])[:, 1]
-        steps = np.where(fit.zeta + POLICY.step > high, -POLICY.step, POLICY.step)
-        every = np.vstack([fit.zeta, fit.zeta + np.diag(steps)])
-        first, *moved = self.readings(fit.subset, every, simulation, rig=rig)
-        return first, (np.array(moved) - first).T / steps
+        return self.simulated(fit, derived=False)[0]
 
     def covariances(
         self, addition: Proposal, readings: np.ndarray
@@ -237,29 +232,6 @@ class CouponAnalysis(Analysis[CouponSimulation]):
         scatter = self.errors.scatter
         stiff = max(scatter.scale, scatter.prior_scale) * readings
         return np.outer(stiff, stiff), 0.0
-
-    def readings(
-        self, subset: Subset, zeta: np.ndarray, simulation: CouponSimulation, *, rig: bool = True
-    ) -> np.ndarray:
-        """Exact readings at many places, (places, m); NaN where there is no equilibrium.
-
-        Args:
-            subset: the hypothesis.
-            zeta: its numbers, shape (places, d).
-            simulation: of these coupons, or of others.
-            rig: whether numbers of the rig that are far out are so there, too.
-        """
-        problem, places = self.problem, self.problem.places(subset)
-        found = np.tile(simulation.base(), (len(zeta), 1))
-        if acting := [name for name in places if name not in problem.rig]:
-            own = np.concatenate([places[name] for name in acting])
-            found += simulation.changed([self.causes[name] for name in acting], zeta[:, own])
-        scaled = in_proportion(simulation.measurement)
-        found *= np.where(scaled, problem.factor(zeta[:, :1]), 1.0)
-        for name in [each for each in places if rig and each in problem.rig]:
-            emulator = problem.emulators[name]
-            found += emulator.at(zeta[:, np.r_[0, places[name]]]) @ emulator.columns.T
-        return found
 
     def verified(
         self, posterior: ModelPosterior, say: Say
@@ -320,13 +292,13 @@ def analyse_coupons(
         ConfigError: one line, where the configured material has no equilibrium at some reading.
     """
     say("simulating what each effect changes about the coupons")
-    measurement, base = simulation.measurement, simulation.base()
+    measurement, base = simulation.measurement, simulation.base.readings
     if not np.isfinite(base).all():
         raise ConfigError(
             "coupons: the configured material has no equilibrium at some reading; allowed: a "
             "smaller coupon.max_strain, or another material"
         )
-    off = errors(simulation)
+    off = errors_of(simulation)
     emulators: dict[str, Emulator] = {}
     every = {cause.name: cause for cause in causes(simulation.config, names)}
     for name, cause in every.items():

@@ -269,7 +269,7 @@ def analyse_plan(
         NotAtHand: simulations are missing, and the workers do not compute.
     """
     if in_closed_form(measurement, config):
-        readings = CouponSimulation(measurement, config).base()
+        readings = CouponSimulation(measurement, config).configured
     else:
         wanted = base_variant(measurement, config)
         (base,) = simulate(measurement, config, [wanted], workers)

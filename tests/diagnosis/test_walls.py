@@ -12,9 +12,10 @@ from support.here import Here, simulated
 from support.measured_files import written
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.errors import errors_of
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger.model import FingerSimulation, baseline_problem, errors
+from dolfingrip.diagnosis.finger.model import FingerSimulation, baseline_problem
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
@@ -84,7 +85,7 @@ def test_the_model_leads_through_what_was_simulated(
 ) -> None:
     """At ±δ nearly exactly, between them far nearer to a simulation than along the derivative."""
     measurement, base = simulation.measurement, simulation.base
-    model = baseline_problem(simulation, errors(simulation))
+    model = baseline_problem(simulation, errors_of(simulation))
     std = simulation.wall_std
 
     def told(walls: float) -> np.ndarray:
@@ -109,7 +110,7 @@ def test_it_scales_with_the_modulus(simulation: FingerSimulation, store: Path) -
     """Against a simulation with thinner, softer walls, to what interpolation leaves."""
     measurement = simulation.measurement
     there = with_walls(measurement, store, 1 - MODEL.walls_by, 0.8)
-    found = simulation.at(simulation.walls[1 - MODEL.walls_by], 0.8)
+    found = simulation.read(simulation.walls[1 - MODEL.walls_by], 0.8)
     for name, allowed in (("angle_deg", 1e-4), ("force_N", 1e-2)):
         at = (measurement.listed()["column"] == name).to_numpy()
         assert np.abs(found - there)[at].max() < allowed * there[at].max()

@@ -120,7 +120,7 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     for change in changes.values():
         np.testing.assert_allclose(change[across], 0.0, atol=1e-6)
         assert (np.abs(change[~across]) > 0.05).all()
-    scaled = simulation.at(base, 1.3)
+    scaled = simulation.read(base, 1.3)
     np.testing.assert_array_equal(scaled[across], base.readings[across])
     case = analyse_coupons(
         CouponSimulation(measurement, Config()), ["force_gain", "mooney_rivlin"]

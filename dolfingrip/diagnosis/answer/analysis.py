@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 import scipy.linalg
@@ -13,10 +13,10 @@ import scipy.linalg
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.additions.worth import told_by_shape
-from dolfingrip.diagnosis.answer.errors import Errors, Simulation, smooth_curves
+from dolfingrip.diagnosis.answer.errors import Errors, Simulator, smooth_curves
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
-from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
+from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulated import scaled_moduli
@@ -28,7 +28,7 @@ from dolfingrip.sections.section import Role
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis[S: Simulation](ABC):
+class Analysis[S: Simulator](ABC):
     """Everything that the inference needs of coupons, or of fingers.
 
     Attributes:
@@ -49,7 +49,15 @@ class Analysis[S: Simulation](ABC):
     failed: Mapping[str, str] = field(default_factory=dict)
     not_reached: Sequence[str] = ()
 
-    closed_form: ClassVar[bool]
+    @property
+    def closed_form(self) -> bool:
+        """Tell whether simulations cost nothing."""
+        return self.simulation.closed_form
+
+    @property
+    def configured(self) -> np.ndarray:
+        """(n,) readings of the model as configured; NaN where it does not come so far."""
+        return self.simulation.configured
 
     @property
     def measurement(self) -> Measurement:
@@ -74,7 +82,9 @@ class Analysis[S: Simulation](ABC):
     @property
     def mesh_errors(self) -> dict[str, float]:
         """Root mean square of what the mesh gets wrong, by channel; empty where it is not known."""
-        return {}
+        error, channels = np.linalg.norm(self.simulation.mesh, axis=1), self.measurement.channels()
+        rms = {name: np.sqrt(np.mean(error[own] ** 2)) for name, own in channels.items()}
+        return {name: float(each) for name, each in rms.items() if each}
 
     def judged_by_shape(self) -> Self:
         """With curves that causes with memory have to do better than, where none shows itself."""
@@ -96,14 +106,19 @@ class Analysis[S: Simulation](ABC):
             for number, place in zip(self.causes[name].numbers, places, strict=True):
                 yield self.causes[name], number, int(place)
 
-    def overrides(self, fit: MapFit) -> Change:
-        """Return the change of the configuration to the numbers that every simulation is of."""
+    def overrides(self, fit: MapFit, *, rig: bool = True) -> Change:
+        """Return the change of the configuration to the numbers that every simulation is of.
+
+        Args:
+            fit: the hypothesis.
+            rig: whether numbers of the rig that are far out are so there, too.
+        """
         c = self.factor(fit)
         found = dict(scaled_moduli(self.applied, c)) if c != 1.0 else {}
         for number, zeta in zip(self.problem.always[1:], fit.zeta[1:], strict=False):
             found[number.key] = float(number.at(zeta))
         for name, places in self.problem.places(fit.subset).items():
-            if name in NAMES:
+            if name in NAMES and (rig or name not in self.problem.rig):
                 found |= self.causes[name].overrides(fit.zeta[places], c)
         return found
 
@@ -207,9 +222,8 @@ class Analysis[S: Simulation](ABC):
     def exact(self, fit: MapFit) -> np.ndarray:
         """(n,) readings at a fit's numbers, linear nuisances left out."""
 
-    @abstractmethod
     def simulated(
-        self, fit: MapFit, addition: Proposal | None = None
+        self, fit: MapFit, addition: Proposal | None = None, *, derived: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
         """Simulate a fit: readings, (m,), and derivatives by ζ, (m, d); no linear nuisances.
 
@@ -217,10 +231,42 @@ class Analysis[S: Simulation](ABC):
             fit: the hypothesis.
             addition: whose protocols are followed, by a rig that is as reported; the measurement's
                 where None.
+            derived: whether derivatives are wanted; else most are 0.
+
+        Returns:
+            NaN where a simulation in closed form has no equilibrium.
 
         Raises:
             ConfigError: one line, where the simulation does not reach all readings.
         """
+        problem, simulator, rig = self.problem, self.simulation, addition is None
+        if addition is not None:
+            simulator = simulator.of(addition.measurement, known_mesh=addition.known_mesh)
+        own = [(number, place) for place, number in enumerate(problem.always[1:], 1)]
+        own += [
+            (number, place)
+            for cause, number, place in self.numbers(fit)
+            if cause.name in NAMES and (rig or cause.name not in problem.rig)
+        ]
+        c, box = self.factor(fit), np.vstack([problem.baseline_box, problem.box(fit.subset)])
+        step = np.where(fit.zeta + POLICY.step > box[:, 1], -POLICY.step, POLICY.step)
+        rates = [
+            number.slope(float(fit.zeta[place])) * (c if number.modulus else 1.0)
+            for number, place in own
+        ]
+        steps = [(n, rate * float(step[at])) for (n, at), rate in zip(own, rates, strict=True)]
+        found = simulator.at(self.overrides(fit, rig=rig), steps if derived else ())
+        value, slopes = found.readings, np.zeros((len(found.readings), len(fit.zeta)))
+        slopes[:, 0] = found.slopes[MODULUS] * problem.factor.std
+        for (number, place), rate in zip(own, rates, strict=True):
+            slopes[:, place] = found.slopes.get(number.gradient, 0.0) * rate
+        for name, places in problem.places(fit.subset).items():
+            if rig and name not in NAMES:  # no simulation has it
+                emulator, at = problem.emulators[name], np.r_[0, places]
+                g, by_zeta = emulator.with_slopes(fit.zeta[at])
+                value = value + emulator.columns @ g
+                slopes[:, at] += emulator.columns @ by_zeta
+        return value, slopes
 
     @abstractmethod
     def covariances(
@@ -232,11 +278,6 @@ class Analysis[S: Simulation](ABC):
             addition: what may be measured.
             readings: (m,) that are expected.
         """
-
-    @property
-    @abstractmethod
-    def configured(self) -> np.ndarray:
-        """(n,) readings of the model as configured; NaN where it does not come so far."""
 
     @abstractmethod
     def verified(self, posterior: ModelPosterior, say: Say) -> tuple[Self, ModelPosterior, float]:

@@ -25,11 +25,11 @@ not dense, half the variance of their differences is used.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from math import comb
-from typing import Final, Protocol
+from typing import ClassVar, Final, Protocol, Self
 
 import numpy as np
 import pandas as pd
@@ -37,11 +37,11 @@ import scipy.linalg
 from scipy.special import logsumexp
 
 from dolfingrip.channels import CHANNELS, TRANSVERSE_STRAIN
-from dolfingrip.config import Config
+from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import ADDITIONS, DATA, POLICY
-from dolfingrip.diagnosis.simulation.simulated import SimulationGroup
+from dolfingrip.diagnosis.simulation.simulated import Readings, SimulationGroup
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,26 +367,60 @@ class Errors:
     sentences: tuple[str, ...]
 
 
-class Simulation(Protocol):
-    """The simulation of a measurement."""
+class Simulator(Protocol):
+    """Simulates a measurement: coupons in closed form, fingers by requests to a store.
+
+    Attributes:
+        measurement: what is simulated.
+        config: the model as configured.
+        closed_form: whether a simulation costs nothing, and moduli scale each one exactly.
+    """
 
     measurement: Measurement
     config: Config
+    closed_form: ClassVar[bool]
 
     @property
     def groups(self) -> Sequence[SimulationGroup]:
         """Tests that are simulated together."""
 
+    @property
+    def base(self) -> Readings:
+        """The model without causes."""
 
-def errors_of(
-    simulation: Simulation,
-    base: np.ndarray,
-    slope: np.ndarray,
-    rig: Sequence[Nuisance],
-    columns: Iterable[np.ndarray] = (),
-    *,
-    scaled: bool = False,
-) -> Errors:
+    @property
+    def configured(self) -> np.ndarray:
+        """(n,) readings of the model as configured; NaN where it does not come so far."""
+
+    @property
+    def rig(self) -> Sequence[Nuisance]:
+        """Numbers of rig and body that are linear, those aside that every hypothesis fits."""
+
+    @property
+    def mesh(self) -> np.ndarray:
+        """(n, k) what the mesh may get wrong, one standard deviation each."""
+
+    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> Readings:
+        """Simulate the model at other values.
+
+        Args:
+            values: by key of the configuration.
+            steps: numbers that readings are derived by, and a small change of each.
+
+        Raises:
+            ConfigError: one line, where a simulation does not reach all readings.
+        """
+
+    def of(self, measurement: Measurement, *, known_mesh: bool) -> Self:
+        """Return the simulator of another measurement of the same model.
+
+        Args:
+            measurement: what is simulated.
+            known_mesh: whether on the mesh of the fits; else on the one that costs least.
+        """
+
+
+def errors_of(simulation: Simulator) -> Errors:
     """Everything but causes, as one covariance.
 
     Where the gauge of the control has noise, and where coupons have slack, the slope by the control
@@ -394,14 +428,11 @@ def errors_of(
     slip of the travel at its toe by more, and later by less, than the configured one.
 
     Args:
-        simulation: of the model without causes.
-        base: its readings, shape (n,).
-        slope: derivative of these by the control, shape (n,); 0 where the control rests.
-        rig: numbers of the rig.
-        columns: what else the model may be wrong by, one standard deviation each, (n,).
-        scaled: whether the rig's changes are by the readings as ``base`` by the model's.
+        simulation: of the model. Where it is in closed form the rig's changes are by the readings
+            as those of the model are by its own.
     """
-    measurement = simulation.measurement
+    measurement, rig, base = simulation.measurement, simulation.rig, simulation.base.readings
+    slope = np.nan_to_num(simulation.base.by_control)
     listed = measurement.listed()
     along = lying(simulation)
     factor, turned = followed(listed, along, base)
@@ -410,8 +441,9 @@ def errors_of(
     by_control = np.where(moved, along.load / np.where(moved, control, 1.0), 0.0)
     test, row = listed["test"].to_numpy(), listed["row"].to_numpy()
     steep = (slope * factor + base * turned * by_control) / np.sqrt(_in_a_mean(measurement))[row]
-    shared = [replace(each, change=each.change * factor) for each in rig] if scaled else [*rig]
-    fitted = sum((np.outer(each, each) for each in columns), np.zeros((len(test), len(test))))
+    by = factor if simulation.closed_form else np.ones(len(test))
+    shared = [replace(each, change=each.change * by) for each in rig]
+    fitted = simulation.mesh @ simulation.mesh.T
     slack_mm = np.array([
         test.setup.nuisances[SLACK] if test.experiment == "coupon" else 0.0
         for test in measurement.tests
@@ -471,7 +503,7 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
     return found, turned
 
 
-def lying(simulation: Simulation) -> Along:
+def lying(simulation: Simulator) -> Along:
     """Where a measurement's readings lie: loads by the largest of their experiment.
 
     The load of a coupon is its strain. Channels of tests that are simulated together share a

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
-from dolfingrip.config import Config, ConfigError, changed
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import sensitivity
@@ -17,84 +16,30 @@ from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.model import FingerSimulation, model, not_reached
 from dolfingrip.diagnosis.finger.training import CauseTraining
-from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, unknowns
+from dolfingrip.diagnosis.finger.unknowns import unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
 from dolfingrip.jobs.run import silent
-from dolfingrip.parameter.nuisances import WALL, modulus_keys
+from dolfingrip.parameter.nuisances import WALL
 
 
 @dataclass(frozen=True, eq=False)
 class FingerAnalysis(Analysis[FingerSimulation]):
     """Fingers, coupons beside them, and what could explain their readings."""
 
-    closed_form: ClassVar = False
-
-    @property
-    def configured(self) -> np.ndarray:
-        return self.simulation.configured
-
-    @property
-    def mesh_errors(self) -> dict[str, float]:
-        listed, error = self.measurement.listed()["column"].to_numpy(), self.simulation.mesh
-        own = {str(name): error[listed == name] for name in dict.fromkeys(listed)}
-        rms = {name: float(np.sqrt(np.mean(each**2))) for name, each in own.items() if each.size}
-        return {name: each for name, each in rms.items() if each}
-
     def exact(self, fit: MapFit) -> np.ndarray:
         """(n,) readings by the emulators, which simulations at fits have corrected."""
         return self.problem.predicted(fit.subset, fit.zeta)
 
-    def simulated(
-        self, fit: MapFit, addition: Proposal | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        problem, simulation = self.problem, self.simulation
-        rig = addition is None
-        measurement = self.measurement if addition is None else addition.measurement
-        mesh = {} if addition is None or addition.known_mesh else simulation.flat
-        numbers = [
-            (number, place)
-            for cause, number, place in self.numbers(fit)
-            if rig or cause.name not in IMPLAUSIBLE
-        ]
-        overrides = {
-            key: value
-            for key, value in self.overrides(fit).items()
-            if rig or key.split(".")[1] not in IMPLAUSIBLE
-        }
-        gradients = [number.gradient for number, _ in numbers]
-        others = problem.always[1:]
-        every = [*gradients, *modulus_keys(self.applied), *(each.key for each in others)]
-        wanted = ModelVariant({**mesh, **overrides}, tuple(every))
-        (run,) = simulate(measurement, simulation.config, [wanted], simulation.workers)
-        if not np.isfinite(run.readings).all():
-            why = "; ".join(each.sentence for each in run.failures) or "no reading"
-            raise ConfigError(f"{' with '.join(fit.subset) or 'the model'}: {why}")
-        none = np.zeros(len(run.readings))
-        slopes = np.zeros((len(run.readings), len(fit.zeta)))
-        c = self.factor(fit)
-        by_log = run.by_log_modulus(measurement)
-        for (number, place), key in zip(numbers, gradients, strict=True):
-            slope = run.slopes.get(key, none)
-            if number.modulus:
-                slope = slope * c
-                by_log = by_log + slope * float(number.at(fit.zeta[place]))
-            slopes[:, place] = slope * number.slope(float(fit.zeta[place]))
-        slopes[:, 0] = by_log * problem.factor.std
-        for place, each in enumerate(others, 1):
-            by = each.slope(float(fit.zeta[place]))
-            slopes[:, place] = run.slopes.get(each.key, none) * by
-        return run.readings, slopes
-
     def covariances(
         self, addition: Proposal, readings: np.ndarray
     ) -> tuple[np.ndarray, float | np.ndarray]:
-        simulation, measurement = self.simulation, addition.measurement
-        config = changed(simulation.config, {} if addition.known_mesh else simulation.flat)
-        wanted = base_variant(measurement, config)
-        (base,) = simulate(measurement, config, [wanted], simulation.workers)
+        measurement, mesh = addition.measurement, addition.known_mesh
+        other = self.simulation.of(measurement, known_mesh=mesh)
+        wanted = base_variant(measurement, other.config)
+        (base,) = simulate(measurement, other.config, [wanted], other.workers)
         fitted = {"modulus", WALL} if len(self.problem.always) > 1 else {"modulus"}
         old = {each.name: each.change for each in self.errors.shared}
         n, m = len(self.problem.value), len(base.readings)

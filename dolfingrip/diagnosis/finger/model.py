@@ -33,13 +33,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.config import Change, Config, ConfigError
+from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.emulator import Coordinate, SimulatedChanges, trained_on
 from dolfingrip.diagnosis.core.evidence import (
@@ -57,6 +57,7 @@ from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
+    Readings,
     SimulatedReadings,
     SimulationFailure,
     SimulationGroup,
@@ -69,7 +70,7 @@ from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.jobs.run import silent
 from dolfingrip.parameter import moduli
-from dolfingrip.parameter.nuisances import WALL, neutral_stages, wall, wall_key
+from dolfingrip.parameter.nuisances import WALL, modulus_keys, neutral_stages, wall, wall_key
 
 MAPPED: Final = frozenset(each.name for each in CHANNELS.values() if each.grows)
 """Readings that grow with the load."""
@@ -197,6 +198,8 @@ class FingerSimulation:
     tried_walls: tuple[float, ...] = ()
     failures: Sequence[SimulationFailure] = ()
 
+    closed_form: ClassVar = False
+
     def __post_init__(self) -> None:
         self._weights: dict[tuple[object, ...], np.ndarray] = {}
 
@@ -304,6 +307,13 @@ class FingerSimulation:
         """Numbers of rig and body by which the readings change, too."""
         return [] if self.rough else nuisances(self.measurement, self.base)
 
+    @property
+    def rig(self) -> Sequence[Nuisance]:
+        """Nuisances that no hypothesis fits."""
+        fitted = {MODULUS, WALL} if self.walls else {MODULUS}
+        own = [each for each in self.nuisances if each.name not in fitted]
+        return [replace(each, change=np.nan_to_num(each.change)) for each in own]
+
     @cached_property
     def mesh(self) -> np.ndarray:
         """(n, 1) what the mesh may get wrong, with its sign; (n, 0) where it cannot be told.
@@ -354,6 +364,31 @@ class FingerSimulation:
         """Return the change that makes all moduli ``factor`` times as large as configured."""
         return scaled_moduli(self.applied, factor)
 
+    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> Readings:
+        """Simulate other values, with exact derivatives by some.
+
+        Raises:
+            ConfigError: one line, where the simulation does not reach all readings.
+        """
+        keys = (*(number.gradient for number, _ in steps), *modulus_keys(self.applied))
+        variant = ModelVariant(values, keys)
+        (run,) = simulate(self.measurement, self.config, [variant], self.workers)
+        if not np.isfinite(run.readings).all():
+            names = [key.split(".")[1] for key in values if key.startswith("extensions.")]
+            why = "; ".join(each.sentence for each in run.failures) or "no reading"
+            raise ConfigError(f"{' with '.join(dict.fromkeys(names)) or 'the model'}: {why}")
+        by_log = run.by_log_modulus(self.measurement)
+        for number, _ in steps:
+            if number.modulus and number.gradient in run.slopes:
+                value = float(np.ravel(values[number.key])[0])
+                by_log = by_log + run.slopes[number.gradient] * value
+        return replace(run, slopes={**run.slopes, MODULUS: by_log})
+
+    def of(self, measurement: Measurement, *, known_mesh: bool = True) -> FingerSimulation:
+        """Return the simulation of another measurement, on the mesh of fits or of causes."""
+        config = self.config if known_mesh else changed(self.config, self.flat)
+        return replace(self, measurement=measurement, config=config)
+
     # -- reading a simulation ---------------------------------------------------------------------
 
     def rows(self, simulated: SimulatedReadings, factor: float, slope: str | None = None) -> Rows:
@@ -388,7 +423,7 @@ class FingerSimulation:
             found[run.group.tests] = own
         return found
 
-    def at(
+    def read(
         self, simulated: SimulatedReadings, factor: float, slope: str | None = None
     ) -> np.ndarray:
         """(n,) readings; see :meth:`rows`. A slope that nothing feels is 0."""
@@ -462,24 +497,6 @@ def not_reached(
     return found
 
 
-def errors(simulation: FingerSimulation) -> Errors:
-    """Return the errors of a finger's readings, and of coupons beside it, with their covariance.
-
-    Args:
-        simulation: of the model without causes.
-    """
-    fitted = {MODULUS, WALL} if simulation.walls else {MODULUS}
-    shared = [
-        replace(each, change=np.nan_to_num(each.change))
-        for each in simulation.nuisances
-        if each.name not in fitted
-    ]
-    base = simulation.base
-    columns = np.nan_to_num(simulation.mesh.T)
-    slope = np.nan_to_num(base.by_control)
-    return errors_of(simulation, base.readings, slope, shared, columns)
-
-
 def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProblem:
     """The problem without causes, whose baseline is the model at any moduli and walls."""
     measurement = simulation.measurement
@@ -499,7 +516,7 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     values = []
     for c in map(float, factor(nodes)):
         by = c / simulation.centre
-        told = [simulation.at(simulation.walls[walls], by) for walls in known]
+        told = [simulation.read(simulation.walls[walls], by) for walls in known]
         told = told or [simulation.base_at(c)]
         values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
     told_values = np.array(values)
@@ -605,7 +622,7 @@ def first_pass(
         )
         for _ in range(POLICY.passes):
             reached = np.isfinite(told.base_at(told.centre))
-            plain = baseline_problem(told, errors(told)).rows(reached)
+            plain = baseline_problem(told, errors_of(told)).rows(reached)
             # walls are not fitted yet: they may take their part
             centre = fitted_moduli(plain, told)
             if centre == told.centre:
@@ -678,7 +695,7 @@ def model(
     for _ in range(POLICY.passes):
         say("simulating the measurement on a graded mesh")
         simulation = refine_until_consistent(rough)
-        off = errors(simulation)
+        off = errors_of(simulation)
         plain = baseline_problem(simulation, off)
         while (walls := _beyond(simulation, plain)) is not None:
             say(f"the walls are about {walls:.2g} times as thick as configured; simulating there")

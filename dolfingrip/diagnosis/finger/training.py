@@ -499,11 +499,11 @@ def _assembled(
             # its own moduli are simulated at c, an elastic one is read there
             beside = simulation.centre if design.scales else whole
             by = c if design.scales else 1.0
-            y = simulation.at(run, by)
+            y = simulation.read(run, by)
             first: list[np.ndarray] = []
             for key, number, rate in zip(keys, numbers, rates, strict=True):
                 per = rate * (beside if number.modulus else 1.0)
-                slope = simulation.at(run, by, key) * per
+                slope = simulation.read(run, by, key) * per
                 first.append(slope if key in known else np.full(len(slope), np.nan))
             if not design.scales:
                 step = 1e-3
@@ -511,7 +511,7 @@ def _assembled(
                 for key, number, zi in zip(keys, numbers, own, strict=True):
                     if number.modulus:
                         value = float(number.at(zi)) * whole
-                        by_log = by_log + simulation.at(run, 1.0, key) * value
+                        by_log = by_log + simulation.read(run, 1.0, key) * value
                 first = [by_log, *first]
             graded, jacobian = simulation.graded(y, whole, np.nan_to_num(np.column_stack(first)))
             base = simulation.graded_at(whole)

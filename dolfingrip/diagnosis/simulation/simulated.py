@@ -221,25 +221,35 @@ class SimulationFailure:
     sentence: str
 
 
-@dataclass(slots=True)
-class SimulatedReadings:
-    """The readings of a measurement as one variant has them.
+@dataclass
+class Readings:
+    """The readings of a measurement as a model has them.
 
     Attributes:
-        variant: what was simulated.
         readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
         by_control: (n,) derivative of the reading by the control, for each kPa or mm; 0 in waits of
             models with memory.
         slopes: (n,) derivative by each parameter that is felt, for each unit of it; entries of a
-            list are numbered, as in ``extensions.prony.g[0]``.
+            list are numbered, as in ``extensions.prony.g[0]``. That by the logarithm of a factor of
+            all moduli is by :data:`~dolfingrip.diagnosis.core.unknown.MODULUS`.
+    """
+
+    readings: np.ndarray
+    by_control: np.ndarray
+    slopes: Mapping[str, np.ndarray]
+
+
+@dataclass
+class SimulatedReadings(Readings):
+    """The readings of a measurement as one variant has them.
+
+    Attributes:
+        variant: what was simulated.
         failures: of simulations that left readings without a number.
         runs: the simulations themselves.
     """
 
     variant: ModelVariant
-    readings: np.ndarray
-    by_control: np.ndarray
-    slopes: Mapping[str, np.ndarray]
     failures: Sequence[SimulationFailure]
     runs: Sequence[SimulatedGroup]
 
@@ -341,7 +351,7 @@ def _assembled(
         if run.result.failure_class is not None and lost:
             tests = tuple(measurement.tests[number] for number in run.group.tests)
             failures.append(SimulationFailure(tests, run.result.failure or ""))
-    return SimulatedReadings(variant, readings, by_control, slopes, failures, runs)
+    return SimulatedReadings(readings, by_control, slopes, variant, failures, runs)
 
 
 def scales(config: Config) -> bool:

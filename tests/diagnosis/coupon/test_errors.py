@@ -7,8 +7,8 @@ import pytest
 from support.example import EXAMPLES
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.errors import SLACK, Errors
-from dolfingrip.diagnosis.coupon import CouponSimulation, errors
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, errors_of
+from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read, selected
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
@@ -22,7 +22,7 @@ def simulation() -> CouponSimulation:
 
 @pytest.fixture(scope="module")
 def off(simulation: CouponSimulation) -> Errors:
-    return errors(simulation)
+    return errors_of(simulation)
 
 
 def test_the_slope_is_the_readings_own(simulation: CouponSimulation, off: Errors) -> None:

@@ -112,7 +112,7 @@ def test_moduli_scale_exactly(
     assert changes["material.ogden_mu_MPa"] == [0.01875, 0.00625]
     assert changes[FILM] == 3.75
     there = with_all(measurement, store, changes).readings
-    np.testing.assert_allclose(simulation.at(simulation.base, 1.25), there, rtol=2e-3)
+    np.testing.assert_allclose(simulation.read(simulation.base, 1.25), there, rtol=2e-3)
 
 
 def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_a_softer_finger_goes_on_straight_where_the_base_ended(
     simulation: FingerSimulation,
 ) -> None:
     """Readings at 8 kPa of a modulus of 0.1 are at 80 kPa of the base's curve: far beyond."""
-    found = simulation.at(simulation.base, 0.1)
+    found = simulation.read(simulation.base, 0.1)
     assert np.isfinite(found).all()
     assert (np.diff(found[:4]) > 0).all()
 

@@ -86,7 +86,7 @@ def test_modulus_scales(
     assert simulation.scales
     soft = simulate(measurement, Config(), [ModelVariant({"material.mu_MPa": 2.344})], Here(store))
     np.testing.assert_allclose(
-        simulation.at(simulation.base, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
+        simulation.read(simulation.base, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
     )
 
 

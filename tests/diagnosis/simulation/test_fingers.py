@@ -12,13 +12,13 @@ from support.here import Here, simulated
 from support.measured_files import written
 
 from dolfingrip.config import Change, Config, changed
+from dolfingrip.diagnosis.answer.errors import errors_of
 from dolfingrip.diagnosis.core.unknown import Factor, causes
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import (
     FingerSimulation,
     baseline_problem,
-    errors,
     fitted_moduli,
 )
 from dolfingrip.diagnosis.simulation.simulated import (
@@ -92,7 +92,7 @@ def test_modulus_scales_exactly(
     angle little, of the force a part where the gap of 0.1 mm closes."""
     assert simulation.scales
     for factor in (0.8, 1.25):
-        scaled = simulation.at(simulation.base, factor)
+        scaled = simulation.read(simulation.base, factor)
         changed = one(measurement, store, scaled_moduli(simulation.base.runs[1].config, factor))
         for name, column, allowed in (
             ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
@@ -114,7 +114,7 @@ def test_all_is_simulated_anew_where_a_plain_finger_is_softer(
 ) -> None:  # fmt: skip
     """A stiffer one is read from the same curve but for causes with memory. Moduli that grow with
     the pressure, at 20, 40 and 60 kPa, are no other modulus."""
-    plain = baseline_problem(simulation, errors(simulation))
+    plain = baseline_problem(simulation, errors_of(simulation))
     by = np.interp(measurement.listed()["control"], UP[1:], factors)
     own = np.array([simulation.base_at(c)[place] for place, c in enumerate(by)])
     plain = replace(plain, value=own)
