@@ -236,14 +236,15 @@ class CouponAnalysis(Analysis[CouponSimulation]):
     def verified(
         self, posterior: ModelPosterior, say: Say
     ) -> tuple[CouponAnalysis, ModelPosterior, float]:
-        """Simulate likely fits; what their emulators missed these learn."""
+        """Simulate likely fits and places beside them; what emulators missed they learn."""
         coupons, rng = self, np.random.default_rng(0)
         posterior = searched_again(self.problem, posterior, rng)
         for _ in range(POLICY.rounds):
-            missed = [fit for fit in _likely(posterior) if coupons._misses(fit)]
+            about = [place for fit in _likely(posterior) for place in coupons._about(fit)]
+            missed = [place for place in about if coupons._misses(place)]
             if not missed:
                 break
-            say("simulating likely causes at their fitted numbers")
+            say(f"simulating likely causes at {len(missed)} places about their fitted numbers")
             problem = coupons.problem
             for fit in missed:
                 exact = np.column_stack(coupons.simulated(fit))
@@ -257,8 +258,16 @@ class CouponAnalysis(Analysis[CouponSimulation]):
                 return coupons, posterior, left
             posterior = _without(posterior, coupons.problem.effects(best.subset))
 
+    def _about(self, fit: MapFit) -> list[MapFit]:
+        """A fit, and two places to either side of it along the way that readings tell least."""
+        problem = self.problem
+        box = np.vstack([problem.baseline_box, problem.box(fit.subset)])
+        sizes, ways = np.linalg.eigh(np.linalg.inv(fit.hessian))
+        step = POLICY.visible_sigma * np.sqrt(sizes[-1]) * ways[:, -1]
+        return [replace(fit, zeta=np.clip(fit.zeta + by * step, *box.T)) for by in (0.0, 1.0, -1.0)]
+
     def _misses(self, fit: MapFit) -> bool:
-        """Tell whether emulators are off at a fit; not where a reading has no equilibrium."""
+        """Tell whether emulators are off at a place; not where a reading has no equilibrium."""
         return POLICY.exact < self.emulator_error(fit, self.exact(fit)) < np.inf
 
 
