@@ -32,7 +32,7 @@ def write(
         keep: what the file has beside them stays.
     """
     known = runner.shipped(file) if keep else None
-    every = [] if known is None else [each for own in known.known.values() for each in own]
+    every = [] if known is None else [*known.known]
     every += [
         _known(request, answer)
         for request, answer in zip(requests, answers, strict=True)
@@ -51,9 +51,10 @@ def write_known(file: Path, every: Sequence[Known]) -> None:
     names = sorted({name for each in every for name in each.effects})
     effects = {name: runner.effect_digest(name) for name in names}
     rounded = [replace(each, answer=_rounded(each.answer)) for each in every]
-    content = runner.Content(FORMAT, runner.core_digest(), effects, rounded)
+    content = runner.Shipped(FORMAT, runner.core_digest(), effects, rounded)
     with whole.stream(file) as stream:
-        stream.write(gzip.compress(TypeAdapter(runner.Content).dump_json(content), mtime=0))
+        told = TypeAdapter(runner.Shipped).dump_json(content, exclude={"agrees"})
+        stream.write(gzip.compress(told, mtime=0))
 
 
 def _rounded(answer: Answer) -> Answer:

@@ -274,7 +274,7 @@ def analyse_plan(
         wanted = base_variant(measurement, config)
         (base,) = simulate(measurement, config, [wanted], workers)
         if np.isnan(base.readings).any():
-            why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
+            why = "; ".join(dict.fromkeys(each.why for each in base.failures))
             raise ConfigError(f"the simulation does not reach all readings: {why}")
         readings = base.readings
     return analyse(measurement.reading(readings), config, workers, names, fully=True)

@@ -58,8 +58,8 @@ from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
     Readings,
+    SimulatedGroup,
     SimulatedReadings,
-    SimulationFailure,
     SimulationGroup,
     scale_all,
     scaled_moduli,
@@ -196,7 +196,7 @@ class FingerSimulation:
     headroom: float = ROUTES.headroom
     rough: bool = True
     tried_walls: tuple[float, ...] = ()
-    failures: Sequence[SimulationFailure] = ()
+    failures: Sequence[SimulatedGroup] = ()
 
     closed_form: ClassVar = False
 
@@ -375,7 +375,7 @@ class FingerSimulation:
         (run,) = simulate(self.measurement, self.config, [variant], self.workers)
         if not np.isfinite(run.readings).all():
             names = [key.split(".")[1] for key in values if key.startswith("extensions.")]
-            why = "; ".join(each.sentence for each in run.failures) or "no reading"
+            why = "; ".join(each.why for each in run.failures) or "no reading"
             raise ConfigError(f"{' with '.join(dict.fromkeys(names)) or 'the model'}: {why}")
         by_log = run.by_log_modulus(self.measurement)
         for number, _ in steps:
@@ -468,7 +468,7 @@ def not_reached(
     measurement: Measurement,
     known: Measurement,
     readings: np.ndarray,
-    failures: Sequence[SimulationFailure],
+    failures: Sequence[SimulatedGroup],
 ) -> list[str]:
     """For each test, readings that the base simulation does not come to, and why.
 
@@ -486,7 +486,7 @@ def not_reached(
     found = []
     for test in measurement.tests:
         count, left = (int((each == test.number).sum()) for each in (every, reached))
-        why = "; ".join(each.sentence for each in failures if test in each.tests)
+        why = "; ".join(each.why for each in failures if test.number in each.group.tests)
         who = f"{test.experiment} of {test.specimen}: the base simulation"
         if not left:
             raise ConfigError(f"{who} reaches no reading: {why}")

@@ -531,7 +531,7 @@ def _assembled(
         return _tangent(design.zeta[0], slopes[0], at), ""
     least = 1 if len(runs) < 3 else max(2, len(numbers))
     if len(kept) < least:
-        why = next((f.sentence for run in runs for f in run.failures), "no simulation ended")
+        why = next((f.why for run in runs for f in run.failures), "no simulation ended")
         return None, why
     return (
         SimulatedChanges(

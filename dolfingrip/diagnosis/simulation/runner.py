@@ -169,13 +169,17 @@ class Shipped:
     """The answers of a file.
 
     Attributes:
+        format: its version.
         core: digest of the code that computed it.
-        known: its entries by their requests' key without protocol.
+        effects: the same of each effect that acts in some answer.
+        known: its entries.
         agrees: whether a simulation computed anew agreed; None where that was not tried.
     """
 
+    format: int
     core: str
-    known: Mapping[str, Sequence[Known]]
+    effects: Mapping[str, str]
+    known: Sequence[Known]
     agrees: bool | None = None
 
     def answers(
@@ -197,8 +201,8 @@ class Shipped:
 
     def entry(self, request: Request) -> Known | None:
         """Return the entry that serves a request; None where there is none."""
-        candidates = self.known.get(key_without_protocol(request), ())
-        return next((known for known in candidates if known.serves(request)), None)
+        key = key_without_protocol(request)
+        return next((each for each in self.known if each.key == key and each.serves(request)), None)
 
     def _believed(
         self, computed: Callable[[Request], Answer], found: Sequence[tuple[Request, Known]]
@@ -243,19 +247,9 @@ def protocol_of(request: Request) -> Protocol:
     return {name: values for name, values in told.items() if values}
 
 
-@dataclass(frozen=True, slots=True)
-class Content:
-    """The content of a file: version, digests of the code, entries."""
-
-    format: int
-    core: str
-    effects: Mapping[str, str]
-    known: Sequence[Known]
-
-
-def loaded(file: Path) -> Content:
+def loaded(file: Path) -> Shipped:
     """Read the whole content of a file."""
-    return TypeAdapter(Content).validate_json(gzip.decompress(file.read_bytes()))
+    return TypeAdapter(Shipped).validate_json(gzip.decompress(file.read_bytes()))
 
 
 @cache
@@ -275,11 +269,7 @@ def shipped(file: Path = FILE) -> Shipped | None:
     if found.format != FORMAT:
         return None
     unchanged = {name for name, old in found.effects.items() if old == _now(name)}
-    known: dict[str, list[Known]] = {}
-    for each in found.known:
-        if set(each.effects) <= unchanged:
-            known.setdefault(each.key, []).append(each)
-    return Shipped(found.core, known)
+    return replace(found, known=[e for e in found.known if unchanged.issuperset(e.effects)])
 
 
 def _now(name: str) -> str | None:

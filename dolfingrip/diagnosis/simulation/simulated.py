@@ -201,24 +201,16 @@ class SimulatedGroup:
     schedule: StopSchedule
     result: Answer
 
+    @property
+    def why(self) -> str:
+        """Sentence on why it ended where it did."""
+        return self.result.failure or ""
+
     def columns(self, slope: str | None = None) -> Mapping[str, np.ndarray]:
         """(reached,) readings by column, or their derivatives by a parameter."""
         if slope is None:
             return self.result.columns
         return {name: own for (name, key), own in self.result.slopes.items() if key == slope}
-
-
-@dataclass(frozen=True, slots=True)
-class SimulationFailure:
-    """A simulation that did not come to its end.
-
-    Attributes:
-        tests: that it was for.
-        sentence: why, for people.
-    """
-
-    tests: tuple[SpecimenTest, ...]
-    sentence: str
 
 
 @dataclass
@@ -245,12 +237,12 @@ class SimulatedReadings(Readings):
 
     Attributes:
         variant: what was simulated.
-        failures: of simulations that left readings without a number.
-        runs: the simulations themselves.
+        failures: simulations that left readings without a number.
+        runs: all of them.
     """
 
     variant: ModelVariant
-    failures: Sequence[SimulationFailure]
+    failures: Sequence[SimulatedGroup]
     runs: Sequence[SimulatedGroup]
 
     def by_log_modulus(self, measurement: Measurement) -> np.ndarray:
@@ -345,12 +337,12 @@ def _assembled(
     by_control = measurement.collected(at_rows(derivative=1))
     keys = dict.fromkeys(key for run in runs for _, key in run.result.slopes)
     slopes = {key: measurement.collected(at_rows(key), 0.0) for key in keys}
-    failures: list[SimulationFailure] = []
-    for run in runs:
-        lost = np.isnan(readings[measurement.listed()["test"].isin(run.group.tests)]).any()
-        if run.result.failure_class is not None and lost:
-            tests = tuple(measurement.tests[number] for number in run.group.tests)
-            failures.append(SimulationFailure(tests, run.result.failure or ""))
+    failures = [
+        run
+        for run in runs
+        if run.result.failure_class is not None
+        and np.isnan(readings[measurement.listed()["test"].isin(run.group.tests)]).any()
+    ]
     return SimulatedReadings(readings, by_control, slopes, variant, failures, runs)
 
 

@@ -172,8 +172,8 @@ def test_a_simulation_that_fails_is_told_and_leaves_no_numbers(
     )
     assert not whole.failures
     (failure,) = part.failures
-    assert [test.specimen for test in failure.tests] == ["A", "B"]
-    assert failure.sentence == "stopped at 6 mm (limit point)"
+    assert [measurement.tests[number].specimen for number in failure.group.tests] == ["A", "B"]
+    assert failure.why == "stopped at 6 mm (limit point)"
     control = measurement.listed()["control"].to_numpy()
     reached = part.runs[0].result.columns["displacement_mm"][-1]
     good = ~np.isnan(part.readings)
