@@ -24,7 +24,6 @@ from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
 from dolfingrip.diagnosis.core.unknown import (
     MODULUS,
     Cause,
-    Factor,
     Nuisance,
     Unknown,
     causes,
@@ -325,11 +324,11 @@ def analyse_coupons(
     setups = [test.setup.nuisances for test in measurement.tests]
     std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
     reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
-    factor = Factor.of(std, -reach, reach)
+    factor = factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area"))
     scaled = in_proportion(measurement)
     problem = InferenceProblem(
         measurement.listed()["value"].to_numpy(), base,
-        (factor_of_moduli(factor, (MODULUS, "coupon_area")),),
+        (factor,),
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
         off.covariance, kernel(off.along), {name: each.box() for name, each in felt.items()},
         Scaled.alone(base, scaled, factor), rig=frozenset(rig),

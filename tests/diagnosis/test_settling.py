@@ -19,7 +19,7 @@ from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled, linear
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.unknown import Factor, Nuisance, Unknown, cause, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown, cause, factor_of_moduli
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.extensions.index import effect
 
@@ -41,12 +41,12 @@ def diagnosed(value: np.ndarray) -> Any:
     """The part of a diagnosis that is asked, without measurement and simulations."""
     config = Config()
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    every, factor = np.ones(len(X), dtype=bool), Factor.of(0.05, -8.0, 8.0)
+    every, factor = np.ones(len(X), dtype=bool), factor_of_moduli(0.05, -8.0, 8.0)
     causes = {name: cause(effect(name), config) for name in CHANGES}
     shared = (Nuisance(Unknown.marginal("pressure_gain", 0.015, ""), GAUGE),)
     covariance = NOISE**2 * np.eye(len(X)) + np.outer(GAUGE, GAUGE)
     problem = InferenceProblem(
-        value, BASE, (factor_of_moduli(factor),),
+        value, BASE, (factor,),
         {name: Scaled.of(linear(each), every, factor) for name, each in CHANGES.items()},
         covariance, kernel(along), {name: np.array([[-2.7, 2.7]]) for name in CHANGES},
         Scaled.alone(BASE, every, factor), rig=frozenset({"pressure_gain"}),

@@ -98,7 +98,7 @@ class Analysis[S: Simulator](ABC):
 
     def factor(self, fit: MapFit) -> float:
         """Return the factor of all moduli, by those configured."""
-        return float(self.problem.factor(fit.zeta[0]))
+        return float(self.problem.factor.at(fit.zeta[0]))
 
     def numbers(self, fit: MapFit) -> Iterator[tuple[Cause, Unknown, int]]:
         """Iterate over the numbers of a fit's causes: cause, number, and which of ζ it is."""
@@ -257,7 +257,7 @@ class Analysis[S: Simulator](ABC):
         steps = [(n, rate * float(step[at])) for (n, at), rate in zip(own, rates, strict=True)]
         found = simulator.at(self.overrides(fit, rig=rig), steps if derived else ())
         value, slopes = found.readings, np.zeros((len(found.readings), len(fit.zeta)))
-        slopes[:, 0] = found.slopes[MODULUS] * problem.factor.std
+        slopes[:, 0] = found.slopes[MODULUS] * problem.factor.log_std
         for (number, place), rate in zip(own, rates, strict=True):
             slopes[:, place] = found.slopes.get(number.gradient, 0.0) * rate
         for name, places in problem.places(fit.subset).items():

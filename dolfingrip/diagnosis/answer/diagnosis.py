@@ -138,7 +138,7 @@ class Diagnosis:
     def _numbers(self, fit: MapFit) -> list[FittedNumber]:
         draws, weights = fit.draws or _by_hessian(fit)
         every = np.vstack([fit.zeta, draws])
-        c = self.analysis.problem.factor(every[:, 0])
+        c = self.analysis.problem.factor.at(every[:, 0])
         values = list(self.nuisance_values(c, every).items())
         for _, number, place in self.analysis.numbers(fit):
             scale = c if number.modulus else 1.0
@@ -182,7 +182,7 @@ class Diagnosis:
             "The configured modulus" if same else f"A modulus {_times(factor)} the configured one"
         )
         if sigma > POLICY.implausible_sigma:
-            std = 100 * self.analysis.problem.factor.std
+            std = 100 * self.analysis.problem.factor.log_std
             told += f" (prior ±{std:.2g} %: {sigma:.1f} standard deviations)"
         if len(self.analysis.problem.always) == 1:
             return f"{told} is fitted."

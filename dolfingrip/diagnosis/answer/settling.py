@@ -144,8 +144,8 @@ def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival
     for number, place, start in numbers:
         read = check.read({number.key: 1.0})
         if number.key == MODULUS:  # by its logarithm
-            readings += read * problem.factor.std * zeta[place]
-            slopes[:, place] = read * problem.factor.std
+            readings += read * problem.factor.log_std * zeta[place]
+            slopes[:, place] = read * problem.factor.log_std
         else:
             readings += read * (float(number.at(zeta[place])) - start)
             slopes[:, place] = read * number.slope(float(zeta[place]))

@@ -30,7 +30,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.stats import qmc
 
-from dolfingrip.diagnosis.core.unknown import Factor
+from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.policy import POLICY
 
 
@@ -176,30 +176,29 @@ class Scaled(Emulator):
     """
 
     inner: Emulator | None
-    factor: Factor
+    factor: Unknown
 
     @classmethod
-    def of(cls, inner: Emulator, scaled: np.ndarray, factor: Factor) -> Scaled:
+    def of(cls, inner: Emulator, scaled: np.ndarray, factor: Unknown) -> Scaled:
         """Scale an emulator of a cause, whose readings are ``scaled`` or not, (n,)."""
         on = scaled[:, None]
         columns = np.hstack([inner.columns * on, inner.columns * ~on])
         return cls(columns, inner.errors, inner, factor)
 
     @classmethod
-    def alone(cls, base: np.ndarray, scaled: np.ndarray, factor: Factor) -> Scaled:
+    def alone(cls, base: np.ndarray, scaled: np.ndarray, factor: Unknown) -> Scaled:
         """Make the emulator of what c changes about the model's readings (n,)."""
         return cls((base * scaled)[:, None], np.zeros((len(base), 0)), None, factor)
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
-        c = self.factor(zeta[:, :1])
+        c = self.factor.at(zeta[:, :1])
         if self.inner is None:
             return c - 1
         g = self.inner.at(zeta[:, 1:])
         return np.hstack([c * g, g])
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        c = float(self.factor(zeta[0]))
-        rate = self.factor.std * c
+        c, rate = self.factor.prior.at(zeta[0]), self.factor.slope(zeta[0])
         if self.inner is None:
             return np.array([c - 1]), np.array([[rate]])
         g, slopes = self.inner.with_slopes(zeta[1:])

@@ -39,7 +39,7 @@ import scipy.stats
 from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.core.emulator import Emulator, Local
-from dolfingrip.diagnosis.core.unknown import Factor, Unknown
+from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
@@ -114,11 +114,9 @@ class InferenceProblem:
     curves: np.ndarray | None = None
 
     @property
-    def factor(self) -> Factor:
+    def factor(self) -> Unknown:
         """The factor of all moduli, by the first of ζ."""
-        prior = self.always[0].prior
-        assert isinstance(prior, Factor)
-        return prior
+        return self.always[0]
 
     @property
     def baseline_box(self) -> np.ndarray:

@@ -39,31 +39,6 @@ def check_effects(names: Sequence[str] | None) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Factor(Prior):
-    """The prior of a factor c = exp(s ζ), whose median is 1.
-
-    Attributes:
-        std: s.
-        low, high: range of ζ; draws go where no fit does.
-    """
-
-    std: float = 0.0
-    low: float = -np.inf
-    high: float = np.inf
-
-    @classmethod
-    def of(cls, std: float, low: float, high: float) -> Factor:
-        """Make a factor of a standard deviation of its logarithm and a range of ζ."""
-        mean = float(np.exp(std**2 / 2))
-        spread = mean * float(np.sqrt(np.expm1(std**2)))
-        return cls(mean, spread, "as reported", positive=True, std=std, low=low, high=high)
-
-    def __call__(self, zeta: float | np.ndarray) -> np.ndarray:
-        """c, of the shape of ζ."""
-        return np.exp(self.std * np.clip(zeta, self.low, self.high))
-
-
-@dataclass(frozen=True, slots=True)
 class Unknown:
     """A number that readings may tell.
 
@@ -135,6 +110,11 @@ class Unknown:
         return replace(self, low=low, high=high)
 
     @property
+    def log_std(self) -> float:
+        """Standard deviation of the logarithm of a positive number."""
+        return self.slope(0.0) / self.prior.at(0.0)
+
+    @property
     def gradient(self) -> str:
         """Key of its derivative."""
         return f"{self.key}[0]" if self.listed else self.key
@@ -144,9 +124,20 @@ class Unknown:
         return {self.key: [value] if self.listed else value}
 
 
-def factor_of_moduli(factor: Factor, names: tuple[str, ...] = (MODULUS,)) -> Unknown:
-    """The factor of all moduli, which every hypothesis fits."""
-    return Unknown(MODULUS, factor, factor.low, factor.high, role="always", names=names)
+def factor_of_moduli(
+    std: float, low: float, high: float, names: tuple[str, ...] = (MODULUS,)
+) -> Unknown:
+    """The factor c = exp(s ζ) of all moduli, which every hypothesis fits; its median is 1.
+
+    Args:
+        std: s.
+        low, high: range of ζ; draws go where no fit does.
+        names: causes that it stands for where it is far off.
+    """
+    mean = float(np.exp(std**2 / 2))
+    prior = Prior(mean, mean * float(np.sqrt(np.expm1(std**2))), "as reported", positive=True)
+    ends = float(np.exp(std * low)), float(np.exp(std * high))
+    return Unknown(MODULUS, prior, low, high, ends, role="always", names=names)
 
 
 @dataclass(frozen=True, slots=True)

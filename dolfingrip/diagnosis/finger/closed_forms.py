@@ -37,7 +37,7 @@ import numpy as np
 from dolfingrip.channels import CHANNELS, PRESSURE, TIME
 from dolfingrip.config import changed
 from dolfingrip.diagnosis.core.emulator import Emulator, SimulatedChanges, places, trained
-from dolfingrip.diagnosis.core.unknown import Cause, Factor
+from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.finger.model import FingerSimulation, even, spread
 from dolfingrip.diagnosis.policy import POLICY
@@ -59,7 +59,7 @@ def simulations(
     cause: Cause,
     box: np.ndarray,
     nodes: np.ndarray,
-    factor: Factor,
+    factor: Unknown,
 ) -> SimulatedChanges:
     """Compute what a cause changes, as if it had been simulated.
 
@@ -78,7 +78,7 @@ def simulations(
         zeta = spread(np.linspace(low, high, POLICY.closed_form_places))[:, None]
     values = []
     for node in nodes:
-        c = float(factor(node))
+        c = float(factor.at(node))
         rows = simulation.base_rows(c) if issubclass(effect(cause.name), Displaying) else {}
         values.append([_changed(simulation, cause, z, c, rows) for z in zeta])
     told = np.array(values)
@@ -125,7 +125,7 @@ def approximate(
     cause: Cause,
     box: np.ndarray,
     scale: np.ndarray,
-    factor: Factor,
+    factor: Unknown,
 ) -> Emulator | None:
     """Emulate a cause by an approximate law, which simulations correct.
 
@@ -146,7 +146,7 @@ def approximate(
     for z in zeta:
         config = changed(simulation.applied, cause.overrides(z[1:]))
         viscous: Any = getattr(config.extensions, cause.name)
-        c = float(factor(z[0]))
+        c = float(factor.at(z[0]))
         by = c / simulation.centre
         changes.append(change(simulation.measurement, simulation.base, viscous, by))
     return trained(zeta, np.nan_to_num(np.array(changes)), scale, box)

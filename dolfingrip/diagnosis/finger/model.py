@@ -49,7 +49,7 @@ from dolfingrip.diagnosis.core.evidence import (
     MapFit,
     at_levels,
 )
-from dolfingrip.diagnosis.core.unknown import MODULUS, Factor, Nuisance, Unknown, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import MODULUS, Nuisance, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
@@ -509,12 +509,13 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
     ends = ends / std if free else np.array([-1.0, 1.0])
-    factor = Factor.of(std, *map(float, ends))
+    low, high = map(float, ends)
+    factor = factor_of_moduli(std, low, high, (MODULUS,) if free else ())
     nodes = nodes_of(ends)
     spread = simulation.wall_std
     known = sorted(simulation.walls)
     values = []
-    for c in map(float, factor(nodes)):
+    for c in map(float, factor.at(nodes)):
         by = c / simulation.centre
         told = [simulation.read(simulation.walls[walls], by) for walls in known]
         told = told or [simulation.base_at(c)]
@@ -527,7 +528,7 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     own = [Coordinate.within(-1.0, 1.0)] if spread else []
     every = SimulatedChanges(zeta, told_values, slopes, nodes)
     baseline = trained_on(every, own, off.noise, share=1.0, left_out=())
-    always = [factor_of_moduli(factor, (MODULUS,) if free else ())]
+    always = [factor]
     if spread:
         key, wall_mm = wall(simulation.applied)
         prior, reach = Prior(wall_mm, wall_mm * spread, "as reported"), POLICY.walls_reach
@@ -574,7 +575,7 @@ def fitted_moduli(
         scaled: whether moduli scale what is to be simulated at that factor.
     """
     fit, known = _fitted(plain), simulation.centre
-    factor = float(plain.factor(fit.zeta[0]))
+    factor = float(plain.factor.at(fit.zeta[0]))
     softer = stiffer = POLICY.near_enough
     if simulation.scales:
         softer = POLICY.recentred if fit.level else softer

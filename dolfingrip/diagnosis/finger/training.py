@@ -36,7 +36,7 @@ from dolfingrip.diagnosis.core.evidence import (
     at_levels,
 )
 from dolfingrip.diagnosis.core.search import Key, one_at_a_time
-from dolfingrip.diagnosis.core.unknown import Cause, Factor, Unknown
+from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import (
     FingerSimulation,
@@ -201,7 +201,7 @@ class CauseTraining:
     def __post_init__(self) -> None:
         simulation, plain = self.simulation, self.plain
         # where causes are simulated that moduli do not scale
-        middle = np.log(fitted_moduli(plain, simulation, scaled=False)) / plain.factor.std
+        middle = np.log(fitted_moduli(plain, simulation, scaled=False)) / plain.factor.log_std
         self._middle = float(np.clip(middle, *plain.baseline_box[0]))
         self._nodes = nodes_of(plain.baseline_box[0])
         self.boxes = {each.name: box_of(each) for each in self.causes}
@@ -384,7 +384,7 @@ def _by_moduli(
     simulated: SimulatedChanges,
     box: np.ndarray,
     scale: np.ndarray,
-    factor: Factor,
+    factor: Unknown,
     middle: float,
 ) -> Emulator:
     """The emulator of a cause whose simulations the moduli do not scale."""
@@ -406,7 +406,7 @@ def _scales(simulation: FingerSimulation, cause: Cause) -> bool:
 
 
 def _design(
-    simulation: FingerSimulation, cause: Cause, factor: Factor, zeta: np.ndarray
+    simulation: FingerSimulation, cause: Cause, factor: Unknown, zeta: np.ndarray
 ) -> _Design:
     """Simulations at places, the moduli's ζ first where these do not scale the cause."""
     scales = _scales(simulation, cause)
@@ -414,7 +414,7 @@ def _design(
     flat = simulation.flat
     variants = []
     for z in zeta:
-        c = simulation.centre if scales else float(factor(z[0]))
+        c = simulation.centre if scales else float(factor.at(z[0]))
         own = z if scales else z[1:]
         overrides = {**flat, **simulation.moduli(c), **cause.overrides(own, c)}
         gradients = [number.gradient for number in cause.numbers]
@@ -478,7 +478,7 @@ def _assembled(
     design: _Design,
     runs: Sequence[SimulatedReadings],
     nodes: np.ndarray,
-    factor: Factor,
+    factor: Unknown,
 ) -> tuple[SimulatedChanges | None, str]:
     """Changes and their derivatives by ζ; None and why where too few simulations ended well."""
     numbers = design.cause.numbers
@@ -494,7 +494,7 @@ def _assembled(
         rates = [float(number.slope(zi)) for number, zi in zip(numbers, own, strict=True)]
         told, derived = [], []
         for node in nodes if at is not None else [z[0]]:
-            whole = float(factor(node))
+            whole = float(factor.at(node))
             c = whole / simulation.centre
             # its own moduli are simulated at c, an elastic one is read there
             beside = simulation.centre if design.scales else whole
@@ -517,7 +517,8 @@ def _assembled(
             base = simulation.graded_at(whole)
             jacobian[:, ~np.isfinite(np.column_stack(first)).all(axis=0)] = np.nan
             if not design.scales:
-                log_slope = float(np.log(factor(node + step) / factor(node - step)) / (2 * step))
+                ends = factor.at(node + step) / factor.at(node - step)
+                log_slope = float(np.log(ends) / (2 * step))
                 more, less = (simulation.graded_at(whole * np.exp(w * step)) for w in (1, -1))
                 jacobian[:, 0] = (jacobian[:, 0] - (more - less) / (2 * step)) * log_slope
             told.append(np.where(felt, graded - base, 0.0))

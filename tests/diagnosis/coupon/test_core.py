@@ -14,7 +14,7 @@ from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
 from dolfingrip.diagnosis.core.search import search, searched_again
-from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.policy import POLICY
 
 SEED = 5
@@ -25,9 +25,9 @@ NOISE = 0.05
 
 def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> InferenceProblem:
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    every, factor = np.ones(len(X), dtype=bool), Factor.of(0.1, -8.0, 8.0)
+    every, factor = np.ones(len(X), dtype=bool), factor_of_moduli(0.1, -8.0, 8.0)
     return InferenceProblem(
-        value, BASE, (factor_of_moduli(factor),),
+        value, BASE, (factor,),
         {name: Scaled.of(linear(change), every, factor) for name, change in changes.items()},
         NOISE**2 * np.eye(len(X)), kernel(along),
         {name: np.array([[-3.3, 3.3]]) for name in changes}, Scaled.alone(BASE, every, factor),
@@ -183,7 +183,7 @@ def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     own = case(drawn() + 0.6 * BASE, WAVES)
     posterior = search(own, np.random.default_rng(SEED))
     decision = decide(posterior)
-    factor = own.factor(decision.best.zeta[0])
+    factor = own.factor.at(decision.best.zeta[0])
     assert decision.answer == "cause"
     assert decision.first == own.always[0].names
     assert decision.probability > 0.9

@@ -17,7 +17,7 @@ from dolfingrip.diagnosis.core.emulator import (
 )
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.unknown import Factor, causes, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import causes, factor_of_moduli
 from dolfingrip.diagnosis.finger.training import CauseTraining, box_of, coordinates_of, wider
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, unknowns
 from dolfingrip.diagnosis.policy import POLICY
@@ -135,7 +135,7 @@ def case_of(readings: np.ndarray) -> InferenceProblem:
     values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
     told = SimulatedChanges(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
     return InferenceProblem(
-        readings, bend(1.0), (factor_of_moduli(Factor.of(STD, -2.5, 2.5)),),
+        readings, bend(1.0), (factor_of_moduli(STD, -2.5, 2.5),),
         {"softening": softening()}, np.diag(SCALE**2),
         np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
         trained_on(told, [], SCALE, share=1.0, left_out=()),
@@ -242,7 +242,7 @@ def test_a_cause_whose_best_number_lies_beyond_is_simulated_there(size: float) -
     )  # fmt: skip
     problem = InferenceProblem(
         bend(1.0) + size * change, bend(1.0),
-        (factor_of_moduli(Factor.of(STD, -2.0, 2.0)),), {cause.name: straight},
+        (factor_of_moduli(STD, -2.0, 2.0),), {cause.name: straight},
         np.diag(SCALE**2), np.outer(X, X), {cause.name: box},
         trained_on(baseline, [], SCALE, share=1.0, left_out=()), tails={cause.name: cause.tails},
     )  # fmt: skip

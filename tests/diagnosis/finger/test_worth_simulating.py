@@ -7,7 +7,7 @@ import pytest
 
 from dolfingrip.diagnosis.core.emulator import Scaled, SimulatedChanges
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
-from dolfingrip.diagnosis.core.unknown import Factor, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.finger.training import columns_of, worth_simulating
 
 SEED = 23
@@ -29,10 +29,10 @@ def read(**strengths: float) -> InferenceProblem:
     value = 0.9 * BASE + NOISE * rng.standard_normal(len(X))
     for name, sigma in strengths.items():
         value = value + sigma * NOISE * CHANGES[name] / np.linalg.norm(CHANGES[name])
-    n, factor = len(X), Factor.of(0.2, -4.0, 4.0)
+    n, factor = len(X), factor_of_moduli(0.2, -4.0, 4.0)
     kernel = np.diag((0.1 * BASE) ** 2)
     return InferenceProblem(
-        value, BASE, (factor_of_moduli(factor),), {}, np.eye(n) * NOISE**2, kernel, {},
+        value, BASE, (factor,), {}, np.eye(n) * NOISE**2, kernel, {},
         Scaled.alone(BASE, np.ones(n, bool), factor),
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ from support.measured_files import written
 
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.answer.errors import errors_of
-from dolfingrip.diagnosis.core.unknown import Factor, causes
+from dolfingrip.diagnosis.core.unknown import causes, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import (
@@ -176,7 +176,7 @@ def test_an_angle_that_lags_is_the_filtered_curve(
     (lag,) = causes(finger(), ["angle_lag"])
     zeta = np.array([1.0])
     told = closed_forms.simulations(
-        simulation, lag, lag.box(), np.zeros(1), Factor.of(0.2, -1.0, 1.0)
+        simulation, lag, lag.box(), np.zeros(1), factor_of_moduli(0.2, -1.0, 1.0)
     )
     angles = of(measurement, "bending")
     tau_s = lag.numbers[0].at(told.zeta[:, 0])
