@@ -125,25 +125,18 @@ class CouponSimulation:
         by_log = np.where(in_proportion(self.measurement), first, 0.0)
         return Readings(first, np.zeros_like(first), {**slopes, MODULUS: by_log})
 
-    def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
-        """(places, n) changes of the readings by causes that act together.
+    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
+        """(places, n) changes of the readings by a cause that is not on; NaN without equilibrium.
 
         Args:
-            causes: effects that are not on.
-            zeta: their numbers one after the other, shape (places, d).
-
-        Returns:
-            NaN in places without an equilibrium.
+            cause: the effect.
+            zeta: its numbers, shape (places, d).
         """
-        numbers = [number for cause in causes for number in cause.numbers]
-        every = {number.key: number.at(zeta[:, i]) for i, number in enumerate(numbers)}
-        listed = {n.key: every[n.key][:, None] for n in numbers if n.listed}
-        held = {
-            key: value
-            for cause in causes for number, v in cause.held
-            for key, value in number.change(v).items()
-        }  # fmt: skip
-        return self._many({**every, **listed, **held}, len(zeta)) - self.base.readings
+        every = {
+            number.key: number.at(zeta[:, [i]] if number.listed else zeta[:, i])
+            for i, number in enumerate(cause.numbers)
+        }
+        return self._many({**cause.overrides(zeta[0]), **every}, len(zeta)) - self.base.readings
 
     def _many(self, values: Change, count: int) -> np.ndarray:
         """(places, n) readings at values by key; arrays hold one for each place, (places, …)."""
@@ -338,21 +331,13 @@ def analyse_coupons(
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
-    """The emulator of a cause; None where no reading feels it."""
+    """The emulator of a cause, from places with an equilibrium; None where no reading feels it."""
     box = cause.box()
-    zeta, changes = _simulated(simulation, [cause], box)
+    zeta = places(box, POLICY.training[min(len(box), len(POLICY.training)) - 1])
+    changes = simulation.changed(cause, zeta)
+    solved = np.isfinite(changes).all(axis=1)
+    zeta, changes = zeta[solved], changes[solved]
     sizes = np.sqrt(((changes / off.noise) ** 2).mean(axis=1))
     if len(zeta) < 2 * len(box) + 2 or sizes.max() < POLICY.invisible:
         return None
     return trained(zeta, changes, off.noise, box)
-
-
-def _simulated(
-    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Places in a box of ζ with an equilibrium, (places, d), and changes there, (places, n)."""
-    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, count)
-    changes = simulation.changed(causes, zeta)
-    solved = np.isfinite(changes).all(axis=1)
-    return zeta[solved], changes[solved]
