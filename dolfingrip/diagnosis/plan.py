@@ -26,10 +26,7 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide, held
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
-    CovarianceModel,
-    InferenceProblem,
     Visibility,
-    at_levels,
 )
 from dolfingrip.diagnosis.core.search import Key, one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause
@@ -61,58 +58,48 @@ class RecoveryOutcome:
 
 
 @dataclass(frozen=True, eq=False)
-class RecoveryTrial:
-    """A recovery trial: draws readings with a hidden cause, and diagnoses them."""
+class Hidden:
+    """A cause that is hidden in readings, at strengths from its prior, and looked for.
+
+    Attributes:
+        planned: the readings to be.
+        cause: the effect.
+    """
 
     planned: Analysis[Any]
-    _before: dict[str, dict[Key, np.ndarray]] = field(default_factory=lambda: defaultdict(dict))
-
-    @property
-    def problem(self) -> InferenceProblem:
-        """Without a cause."""
-        return self.planned.problem
-
-    @cached_property
-    def _levels(self) -> dict[float, CovarianceModel]:
-        return at_levels(self.problem)
+    cause: Cause
+    _before: dict[Key, np.ndarray] = field(default_factory=dict)
+    _drawn: dict[int, list[RecoveryOutcome]] = field(default_factory=dict)
 
     @cached_property
     def visibility(self) -> Visibility:
         """Strengths of causes."""
-        return Visibility(self.problem, np.zeros(self.problem.nuisance_count))
+        problem = self.planned.problem
+        return Visibility(problem, np.zeros(problem.nuisance_count))
 
-    def diagnosed(self, name: str, zeta: np.ndarray, rng: np.random.Generator) -> RecoveryOutcome:
-        """A cause at ζ under noise, nuisances and a discrepancy as probable as it may be.
+    def strength(self, by_ordinary: float) -> float:
+        """Length of its change at a strength, standard deviations."""
+        return self.visibility.strength(self.cause.name, self.at(by_ordinary))
+
+    def diagnosed(self, zeta: np.ndarray, rng: np.random.Generator) -> RecoveryOutcome:
+        """The cause at ζ under noise, nuisances and a discrepancy as probable as it may be.
 
         More readings with the same ``rng`` have the same noise, as far as both go.
         """
+        problem, name = self.planned.problem, self.cause.name
         if self.visibility.strength(name, zeta) < ADDITIONS.faint:
             return RecoveryOutcome(alone=False, within=False, mass={})
-        level = self._levels[float(rng.choice([*LEVELS], p=[*LEVELS.values()]))]
-        own = level.coloured(rng.standard_normal(len(self.problem.value)))
-        value = self.problem.base + self.visibility.change(name, zeta) + own
+        level = problem.levels[float(rng.choice([*LEVELS], p=[*LEVELS.values()]))]
+        own = level.coloured(rng.standard_normal(len(problem.value)))
+        value = problem.base + self.visibility.change(name, zeta) + own
         posterior = one_at_a_time(
-            {k: each.read(value) for k, each in self._levels.items()}, self._before[name]
+            {k: each.read(value) for k, each in problem.levels.items()}, self._before
         )
         decision = decide(posterior, single=True)
         within = decision.answer == "cause" and name in decision.first
         subsets = posterior.subsets
         mass = {each: held(subsets, (each,)) for each in self.planned.effects}
         return RecoveryOutcome(within and decision.first == (name,), within, mass)
-
-
-@dataclass(frozen=True, eq=False)
-class Hidden:
-    """A cause at strengths from its prior.
-
-    Attributes:
-        trial: of the readings.
-        cause: the effect.
-    """
-
-    trial: RecoveryTrial
-    cause: Cause
-    _drawn: dict[int, list[RecoveryOutcome]] = field(default_factory=dict)
 
     @cached_property
     def strengths(self) -> np.ndarray:
@@ -136,7 +123,7 @@ class Hidden:
             strength: by the ordinary one.
             rng: draws the shape; None for the middles.
         """
-        box = self.trial.problem.boxes[self.cause.name]
+        box = self.planned.problem.boxes[self.cause.name]
         return self.cause.at_strength(box, strength, rng)
 
     def drawn(self, place: int) -> list[RecoveryOutcome]:
@@ -146,7 +133,7 @@ class Hidden:
             found = []
             for turn in range(ADDITIONS.noises):
                 rng = np.random.default_rng([zlib.crc32(name.encode()), place, turn])
-                found.append(self.trial.diagnosed(name, self.at(strength, rng), rng))
+                found.append(self.diagnosed(self.at(strength, rng), rng))
             self._drawn[place] = found
         return self._drawn[place]
 
@@ -188,9 +175,10 @@ def namings(planned: Analysis[Any], before: Sequence[EffectOutlook] = ()) -> lis
         planned: the readings to be.
         before: of fewer readings: what these name more readings name, too.
     """
-    trial = RecoveryTrial(planned)
     known = {each.effect: each for each in before}
-    found = [_naming(trial, cause, known.get(name)) for name, cause in planned.effects.items()]
+    found = [
+        _naming(Hidden(planned, cause), known.get(name)) for name, cause in planned.effects.items()
+    ]
     found += [EffectOutlook(effect=name) for name in planned.unseen]
     return sorted(found, key=lambda each: -each.strength_sigma)
 
@@ -200,8 +188,7 @@ def share(found: Sequence[EffectOutlook]) -> float:
     return float(np.mean([each.share for each in found] or [0.0]))
 
 
-def _naming(trial: RecoveryTrial, cause: Cause, before: EffectOutlook | None) -> EffectOutlook:
-    hidden = Hidden(trial, cause)
+def _naming(hidden: Hidden, before: EffectOutlook | None) -> EffectOutlook:
     noises = ADDITIONS.noises
     full = ADDITIONS.strengths if before is None or before.sure is None else before.sure
     alone = hidden.counted(lambda outcome: outcome.alone, full)
@@ -209,11 +196,9 @@ def _naming(trial: RecoveryTrial, cause: Cause, before: EffectOutlook | None) ->
     within = alone if before else hidden.counted(lambda outcome: outcome.within)
     named = threshold(hidden.strengths, alone)
     return EffectOutlook(
-        effect=cause.name, ordinary=hidden.label,
-        strength_sigma=trial.visibility.strength(cause.name, hidden.at(1.0)), named_from=named,
-        named_from_sigma=None
-        if named is None
-        else trial.visibility.strength(cause.name, hidden.at(named)),
+        effect=hidden.cause.name, ordinary=hidden.label,
+        strength_sigma=hidden.strength(1.0), named_from=named,
+        named_from_sigma=None if named is None else hidden.strength(named),
         class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / noises,
         class_share=float(within.mean()) / noises, confused_with=() if before else _alike(hidden),
         sure=int(np.max(np.flatnonzero(alone < noises) + 1, initial=0)),

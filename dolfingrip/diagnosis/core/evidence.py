@@ -128,6 +128,11 @@ class InferenceProblem:
         """Count of the model's own numbers, which come first in every ζ."""
         return len(self.always)
 
+    @cached_property
+    def levels(self) -> Mapping[float, CovarianceModel]:
+        """All columns under the covariance of each level of the discrepancy."""
+        return {level: CovarianceModel(self, level) for level in LEVELS}
+
     def rows(self, kept: np.ndarray) -> InferenceProblem:
         """Restrict the problem to some of the readings."""
         return replace(
@@ -444,11 +449,6 @@ LEVELS: Final[Mapping[float, float]] = {
 """Prior probability of each level of the discrepancy."""
 
 
-def at_levels(problem: InferenceProblem) -> dict[float, CovarianceModel]:
-    """All columns of a problem under the covariance of each level."""
-    return {level: CovarianceModel(problem, level) for level in LEVELS}
-
-
 @dataclass(frozen=True, eq=False)
 class _Place:
     """−ln of a density at ζ, its derivatives there, and bᵀGb."""
@@ -608,10 +608,10 @@ class Visibility:
     problem: InferenceProblem
     at: np.ndarray
 
-    @cached_property
+    @property
     def columns(self) -> CovarianceModel:
         """All columns without a discrepancy."""
-        return CovarianceModel(self.problem, 0.0)
+        return self.problem.levels[0.0]
 
     @cached_property
     def own(self) -> np.ndarray:

@@ -20,7 +20,6 @@ from dolfingrip.diagnosis.core.evidence import (
     InferenceProblem,
     MapFit,
     Subset,
-    at_levels,
 )
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -38,7 +37,6 @@ class ModelPosterior:
         probability: of each, in the same order.
         log_density: ln p(y), averaged over all.
         as_reported: χ² of the model without causes, its own numbers as told.
-        names: of all causes that some reading feels, and of the model's own numbers.
     """
 
     problem: InferenceProblem
@@ -46,7 +44,11 @@ class ModelPosterior:
     probability: np.ndarray
     log_density: float
     as_reported: float
-    names: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All causes that some reading feels, and the model's own numbers."""
+        return *self.problem.emulators, *self.problem.implausible
 
     @property
     def weighed(self) -> Iterator[tuple[float, MapFit]]:
@@ -103,7 +105,7 @@ def search(
 
     A pair of causes is left out where even its largest likelihood is far below the best evidence.
     """
-    every, names, own = at_levels(problem), tuple(problem.emulators), problem.nuisance_count
+    every, names, own = problem.levels, tuple(problem.emulators), problem.nuisance_count
     fits: list[MapFit] = []
     zeta: dict[Key, np.ndarray] = {}
 
@@ -218,7 +220,7 @@ def searched_again(
         whole: before; fits begin at its numbers.
         rng: of samples; Laplace's method alone where None.
     """
-    every = at_levels(problem)
+    every = problem.levels
     likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
     fits = [
         every[fit.level].of(fit.subset).fit([fit.zeta])
@@ -258,9 +260,7 @@ def _weighed(
         ]
         probability, total = weights(fits)
     as_reported = every[0.0].of(NONE).at(np.zeros(problem.nuisance_count)).misfit
-    return ModelPosterior(
-        problem, fits, probability, total, as_reported, (*problem.emulators, *problem.implausible)
-    )
+    return ModelPosterior(problem, fits, probability, total, as_reported)
 
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:

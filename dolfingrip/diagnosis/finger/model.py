@@ -47,7 +47,6 @@ from dolfingrip.diagnosis.core.evidence import (
     CovarianceModel,
     InferenceProblem,
     MapFit,
-    at_levels,
 )
 from dolfingrip.diagnosis.core.unknown import MODULUS, Nuisance, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
@@ -594,7 +593,7 @@ def plain_fit(plain: InferenceProblem, level: CovarianceModel) -> MapFit:
 
 def _fitted(plain: InferenceProblem) -> MapFit:
     """The fit under whichever discrepancy the model without causes needs."""
-    fits = [plain_fit(plain, level) for level in at_levels(plain).values()]
+    fits = [plain_fit(plain, level) for level in plain.levels.values()]
     return max(fits, key=lambda fit: fit.log_evidence + np.log(LEVELS[fit.level]))
 
 

@@ -33,7 +33,6 @@ from dolfingrip.diagnosis.core.evidence import (
     CovarianceModel,
     InferenceProblem,
     Subset,
-    at_levels,
 )
 from dolfingrip.diagnosis.core.search import Key, one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
@@ -110,7 +109,7 @@ def _bounds(
     explained: dict[Key, float] = {}
     largest: dict[Key, float] = {}
     every: list[Subset] = [NONE, *((name,) for name in columns), *combinations(columns, 2)]
-    for size, level in at_levels(plain).items():
+    for size, level in plain.levels.items():
         rest, own = _about_fit(plain, level)
         rest = rest - own @ (own.T @ rest)
         beside = {}
@@ -343,7 +342,7 @@ class CauseTraining:
             them; None where none lies at such an end, or those that do are hopeless.
         """
         problem = self.problem
-        alone = one_at_a_time(at_levels(problem), {}).fits
+        alone = one_at_a_time(problem.levels, {}).fits
         best = max(fit.log_evidence + np.log(LEVELS[fit.level] / LEVELS[0.0]) for fit in alone)
         least, nearest = best - POLICY.hopeless, None
         fits = {fit.subset: fit for fit in alone if not fit.level}

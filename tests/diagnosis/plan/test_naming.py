@@ -22,7 +22,6 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan import (
     Hidden,
     RecoveryOutcome,
-    RecoveryTrial,
     analyse_plan,
     joined,
     namings,
@@ -84,8 +83,7 @@ def test_it_takes_the_strength_that_is_told(
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     root = np.linalg.cholesky(planned.problem.covariance)
-    trial = RecoveryTrial(planned)
-    hidden = Hidden(trial, planned.causes[name])
+    hidden = Hidden(planned, planned.causes[name])
     shares = []
     for factor in (0.6, 1.4):
         named = 0
@@ -93,7 +91,7 @@ def test_it_takes_the_strength_that_is_told(
             own = root @ rng.standard_normal(len(root))
             value = (
                 planned.problem.base
-                + trial.visibility.change(name, hidden.at(factor * least, rng))
+                + hidden.visibility.change(name, hidden.at(factor * least, rng))
                 + own
             )
             decision = decide(search(replace(planned.problem, value=value), rng, sample=False))
@@ -147,11 +145,9 @@ def test_what_is_read_again_tells_more(
     often = joined(joined(measurement, measurement), joined(measurement, measurement))
     assert share(namings(made(often))) > share(list(found.values()))
     # what the addition does not feel is no weaker for it
-    trials = RecoveryTrial(planned), RecoveryTrial(replace(planned, problem=blind(planned, n)))
-    for name, cause in planned.effects.items():
-        alone, beside = (
-            trial.visibility.strength(name, Hidden(trial, cause).at(1.0)) for trial in trials
-        )
+    cases = planned, replace(planned, problem=blind(planned, n))
+    for cause in planned.effects.values():
+        alone, beside = (Hidden(case, cause).strength(1.0) for case in cases)
         assert beside == pytest.approx(alone)
 
 
@@ -175,7 +171,7 @@ def blind(planned: Analysis[Any], count: int) -> InferenceProblem:
 def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
     """The ordinary strength is among those that occur, and ζ follows from a strength."""
     for cause in planned.effects.values():
-        hidden = Hidden(RecoveryTrial(planned), cause)
+        hidden = Hidden(planned, cause)
         assert hidden.strengths[0] < 1.0 < hidden.strengths[-1]
         assert (np.diff(hidden.strengths) >= 0).all()
         first = [hidden.at(float(s))[0] for s in hidden.strengths]
@@ -196,7 +192,7 @@ def test_strengths_between_are_not_drawn(planned: Analysis[Any], least: int) -> 
                 for i in range(ADDITIONS.noises)
             ]
 
-    hidden = Told(RecoveryTrial(planned), planned.causes["yeoh"])
+    hidden = Told(planned, planned.causes["yeoh"])
     assert (hidden.counted(lambda each: each.alone) == told).all()
     assert len(drawn) < ADDITIONS.strengths
 
