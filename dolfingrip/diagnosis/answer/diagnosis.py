@@ -273,7 +273,7 @@ class Diagnosis:
         """Effects that the readings do not show at their ordinary strength, in words."""
         told = {*self.decision.first, *self.decision.second}
         hidden = hidden_effects(self.analysis, self.none)
-        return in_words([each for each in hidden if each.name not in told])
+        return in_words({name: behind for name, behind in hidden.items() if name not in told})
 
     @property
     def finer(self) -> str:

@@ -75,7 +75,8 @@ def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
 
 def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
     """Iterate over what is left out in turn: its kind, and which readings, (n,) of bool."""
-    specimen = analysis.measurement.listed()["specimen"].to_numpy()
+    listed = analysis.measurement.listed()
+    specimen = listed["specimen"].to_numpy()
     names = list(dict.fromkeys(specimen))
     if len(names) > 1:
         for name in names:
@@ -86,15 +87,9 @@ def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
             part = (load >= low) & (load <= high)
             if 0 < part.sum() < len(part):
                 yield BANDS, part
-    ways = _ways(analysis)
+    ways = (listed["cycle"].astype(str) + listed["branch"].astype(str)).to_numpy()
     for way in list(dict.fromkeys(ways))[1:]:
         yield BRANCHES, ways == way
-
-
-def _ways(analysis: Analysis[Any]) -> np.ndarray:
-    """Cycle and branch of each reading, shape (n,)."""
-    listed = analysis.measurement.listed()
-    return np.asarray(listed["cycle"].astype(str) + listed["branch"].astype(str))
 
 
 def _fold(analysis: Analysis[Any], whole: ModelPosterior, kind: str, part: np.ndarray) -> Fold:

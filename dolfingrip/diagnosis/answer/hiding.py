@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,21 +12,6 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import LEVELS, NONE, MapFit, Subset, Visibility, taken
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
-
-
-@dataclass(frozen=True, slots=True)
-class HiddenEffect:
-    """An effect that readings hardly feel at its ordinary strength.
-
-    Attributes:
-        name: of the effect.
-        alone: length of its change by the noise alone, standard deviations.
-        behind: numbers that take its change over; empty where it is faint by itself.
-    """
-
-    name: str
-    alone: float
-    behind: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,20 +31,24 @@ class Alternative:
     stronger: MapFit
 
 
-def hidden_effects(analysis: Analysis, none: MapFit) -> list[HiddenEffect]:
+def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...]]:
     """List the effects of which less than what counts as visible is seen.
 
     Args:
         analysis: the readings with all that could explain them.
         none: fit without causes.
+
+    Returns:
+        The numbers that take an effect's change over, by its name; none where it is faint by
+        itself.
     """
     problem = analysis.problem
     seen = Visibility(problem, none.zeta[: problem.nuisance_count])
-    found = [HiddenEffect(name, 0.0, ()) for name in analysis.unseen]
+    found: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.effects.items():
         zeta = cause.at_strength(problem.boxes[name])
         if seen.strength(name, zeta) < POLICY.visible_sigma:
-            found.append(HiddenEffect(name, *_taken(analysis, seen, seen.change(name, zeta))))
+            _, found[name] = _taken(analysis, seen, seen.change(name, zeta))
     return found
 
 
@@ -137,15 +126,15 @@ def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:
     return {subset: float(np.logaddexp.reduce(each)) for subset, each in logs.items()}
 
 
-def in_words(hidden: Sequence[HiddenEffect]) -> str:
+def in_words(hidden: Mapping[str, tuple[str, ...]]) -> str:
     """Tell effects that cannot be seen by the numbers that they hide behind.
 
     Args:
-        hidden: the effects.
+        hidden: these numbers, by the names of the effects.
     """
     groups: dict[tuple[str, ...], list[str]] = defaultdict(list)
-    for each in hidden:
-        groups[each.behind].append(each.name)
+    for name, behind in hidden.items():
+        groups[behind].append(name)
     faint = groups.pop((), [])
     parts = [f"behind {' and '.join(behind)}: {', '.join(own)}" for behind, own in groups.items()]
     if faint:

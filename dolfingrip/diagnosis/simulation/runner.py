@@ -35,6 +35,7 @@ from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, read_by
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.experiments.request import FORMAT, Answer, Request
 from dolfingrip.experiments.simulate import enter, simulate
+from dolfingrip.extensions.index import NAMES
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.job import content_key
 from dolfingrip.jobs.pool import Pool
@@ -91,16 +92,13 @@ def structure(text: str) -> str:
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list):
-            node.body = [each for each in body if not _is_text(each)]  # type: ignore[attr-defined]
+            node.body = [  # type: ignore[attr-defined]
+                each
+                for each in body
+                if not isinstance(each, ast.Expr)
+                or not isinstance(getattr(each.value, "value", None), str)
+            ]
     return ast.dump(tree)
-
-
-def _is_text(node: ast.AST) -> bool:
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )
 
 
 FILE: Final = Path(__file__).with_name("reference.json.gz")
@@ -268,15 +266,9 @@ def shipped(file: Path = FILE) -> Shipped | None:
     found = loaded(file)
     if found.format != FORMAT:
         return None
-    unchanged = {name for name, old in found.effects.items() if old == _now(name)}
+    own = found.effects.items()
+    unchanged = {name for name, old in own if name in NAMES and old == effect_digest(name)}
     return replace(found, known=[e for e in found.known if unchanged.issuperset(e.effects)])
-
-
-def _now(name: str) -> str | None:
-    try:
-        return effect_digest(name)
-    except FileNotFoundError:
-        return None
 
 
 def request(
