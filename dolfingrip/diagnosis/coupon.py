@@ -268,7 +268,7 @@ def _likely(posterior: ModelPosterior) -> list[MapFit]:
     causes = posterior.problem.causes
     leaders = posterior.leaders(lambda fit: causes(fit.subset))
     total = posterior.by_causes
-    return [fit for own, fit in leaders.items() if own and total[own] > POLICY.joint]
+    return [fit for own, fit in leaders.items() if own and total[own] > POLICY.verified]
 
 
 def _without(posterior: ModelPosterior, effects: Subset) -> ModelPosterior:

@@ -304,7 +304,7 @@ class InferencePolicy:
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
             the noise; beyond it the emulator learns what the simulation tells.
-        joint: probability from which on causes are simulated at their fitted numbers.
+        joint: probability from which on a page tells a cause as possible, too.
         verified: probability of causes from which on they are held against exact simulations.
         invisible: root mean square change, by the noise, below which no reading feels a cause.
         closed_form_places: places along each number of a closed form.
