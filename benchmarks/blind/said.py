@@ -132,7 +132,7 @@ def _ranks[T: Hidden](case: Case[T], found: Diagnosis) -> dict[str, str]:
         weights.append(p * weight)
     every, weight = np.vstack(draws), np.concatenate(weights)
     weight = weight / weight.sum()
-    modulus = float(weight[model.factor(every[:, 0]) < case.truth.modulus].sum())
+    modulus = float(weight[model.factor.at(every[:, 0]) < case.truth.modulus].sum())
     told = {"rank_modulus": f"{modulus:.4f}"}
     if len(case.zeta):
         below = every[:, model.nuisance_count : model.nuisance_count + len(case.zeta)] < np.array(

@@ -141,7 +141,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     modulus = width["modulus"] * float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":
-        factor = float(bench.plain.problem.factor(modulus))
+        factor = float(bench.plain.problem.factor.at(modulus))
     slack, gauge = (width[name] * float(rng.standard_normal()) for name in NUISANCES[:2])
     truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * slack,
                   gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * gauge)  # fmt: skip
