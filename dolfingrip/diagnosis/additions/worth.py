@@ -270,10 +270,15 @@ class Comparison:
         return told_apart(self.probability, self.now, self.now)
 
     def errors(self, proposal: Proposal, readings: np.ndarray) -> np.ndarray:
-        """(m, m) covariance of an addition's readings by noise and by what a model may be off."""
-        coupon = proposal.measurement.listed()["experiment"] == "coupon"
+        """(m, m) covariance of an addition's readings by noise and by what a model may be off.
+
+        The noise is the median of a channel's so far.
+        """
+        here, there = self.measurement.listed(), proposal.measurement.listed()
+        coupon = there["experiment"] == "coupon"
         error = np.where(coupon, ADDITIONS.law_error, ADDITIONS.model_error)
-        noise = usual_noise(self.measurement, self.noise, proposal.measurement)
+        known = pd.Series(self.noise).groupby(here["column"].to_numpy()).median()
+        noise = np.array([known.get(name, CHANNELS[name].noise) for name in there["column"]])
         return np.diag(noise**2 + (error * readings) ** 2)
 
     def worth(
@@ -347,19 +352,6 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     alone.sort(key=lambda acting: -total[acting])
     leaders = posterior.leaders(acting_in)
     return [(total[acting], leaders[acting]) for acting in alone[: POLICY.compared]]
-
-
-def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:
-    """Noise of another measurement's readings: the median of their channel's so far.
-
-    Args:
-        measured: so far.
-        noise: of its readings, shape (n,).
-        other: whose readings are to be made.
-    """
-    by_column = pd.Series(noise).groupby(measured.listed()["column"].to_numpy()).median()
-    columns = other.listed()["column"]
-    return np.array([by_column.get(name, CHANNELS[name].noise) for name in columns])
 
 
 def shows_memory(*measurements: Measurement) -> bool:
