@@ -5,6 +5,7 @@ Readings are computed for many sets of an effect's numbers at once.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -125,18 +126,21 @@ class CouponSimulation:
         by_log = np.where(in_proportion(self.measurement), first, 0.0)
         return Readings(first, np.zeros_like(first), {**slopes, MODULUS: by_log})
 
-    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
-        """(places, n) changes of the readings by a cause that is not on; NaN without equilibrium.
+    def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
+        """(places, n) changes by causes that act together; NaN without equilibrium.
 
         Args:
-            cause: the effect.
-            zeta: its numbers, shape (places, d).
+            causes: effects that are not on.
+            zeta: their numbers one after the other, shape (places, d).
         """
+        numbers = [number for cause in causes for number in cause.numbers]
         every = {
             number.key: number.at(zeta[:, [i]] if number.listed else zeta[:, i])
-            for i, number in enumerate(cause.numbers)
+            for i, number in enumerate(numbers)
         }
-        return self._many({**cause.overrides(zeta[0]), **every}, len(zeta)) - self.base.readings
+        held = [number.change(value) for cause in causes for number, value in cause.held]
+        fixed = {key: value for each in held for key, value in each.items()}
+        return self._many({**fixed, **every}, len(zeta)) - self.base.readings
 
     def _many(self, values: Change, count: int) -> np.ndarray:
         """(places, n) readings at values by key; arrays hold one for each place, (places, …)."""
@@ -228,21 +232,16 @@ class CouponAnalysis(Analysis[CouponSimulation]):
     def verified(
         self, posterior: ModelPosterior, say: Say
     ) -> tuple[CouponAnalysis, ModelPosterior, float]:
-        """Simulate likely fits and places beside them; what emulators missed they learn."""
-        coupons, rng = self, np.random.default_rng(0)
-        posterior = searched_again(self.problem, posterior, rng)
+        """Simulate likely causes, alone and together, about their fits where emulators miss."""
+        coupons, whole, rng = self, posterior, np.random.default_rng(0)
+        posterior = searched_again(self.problem, whole, rng)
         for _ in range(POLICY.rounds):
-            about = [place for fit in _likely(posterior) for place in coupons._about(fit)]
-            missed = [place for place in about if coupons._misses(place)]
+            missed = coupons._missed(posterior)
             if not missed:
                 break
-            say(f"simulating likely causes at {len(missed)} places about their fitted numbers")
-            problem = coupons.problem
-            for fit in missed:
-                exact = np.column_stack(coupons.simulated(fit))
-                problem = problem.corrected(fit.subset, fit.zeta, exact)
-            coupons = replace(coupons, problem=problem)
-            posterior = searched_again(problem, posterior, rng)
+            say("simulating likely causes anew about their fits")
+            coupons = coupons._learnt(missed)
+            posterior = searched_again(coupons.problem, whole, rng)
         while True:
             best = sensitivity(posterior)[0].best
             left = coupons.emulator_error(best, coupons.exact(best))
@@ -250,25 +249,47 @@ class CouponAnalysis(Analysis[CouponSimulation]):
                 return coupons, posterior, left
             posterior = _without(posterior, coupons.problem.effects(best.subset))
 
-    def _about(self, fit: MapFit) -> list[MapFit]:
-        """A fit, and two places to either side of it along the way that readings tell least."""
+    def _missed(self, posterior: ModelPosterior) -> dict[Subset, list[MapFit]]:
+        """Likely fits, by their effects, of those whose emulators are off there."""
+        likely: dict[Subset, list[MapFit]] = defaultdict(list)
+        for p, fit in posterior.weighed:
+            if p > POLICY.joint:
+                likely[self.problem.effects(fit.subset)].append(fit)
+        return {
+            effects: fits
+            for effects, fits in likely.items()
+            if effects and max(self.emulator_error(f, self.exact(f)) for f in fits) > POLICY.exact
+        }
+
+    def _learnt(self, missed: Mapping[Subset, Sequence[MapFit]]) -> CouponAnalysis:
+        """The problem with emulators that are exact about likely fits of some effects."""
         problem = self.problem
-        box = np.vstack([problem.baseline_box, problem.box(fit.subset)])
-        sizes, ways = np.linalg.eigh(np.linalg.inv(fit.hessian))
-        step = POLICY.visible_sigma * np.sqrt(sizes[-1]) * ways[:, -1]
-        return [replace(fit, zeta=np.clip(fit.zeta + by * step, *box.T)) for by in (0.0, 1.0, -1.0)]
+        corrections, local = dict(problem.corrections), dict(problem.local)
+        for effects, fits in missed.items():
+            wide = np.vstack([problem.boxes[name] for name in effects])
+            own, ends = slice(1, 1 + len(wide)), [local[effects].T] if effects in local else []
+            for fit in fits:
+                std = np.sqrt(np.diag(np.linalg.inv(fit.hessian)))[own]
+                ends.append(fit.zeta[own] + POLICY.near * np.outer([-1, 1], np.maximum(std, 0.02)))
+            reached = np.clip(np.vstack(ends), *wide.T)
+            local[effects] = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
+            corrections[effects] = self._beyond(effects, local[effects])
+        return replace(self, problem=replace(problem, corrections=corrections, local=local))
 
-    def _misses(self, fit: MapFit) -> bool:
-        """Tell whether emulators are off at a place; not where a reading has no equilibrium."""
-        return POLICY.exact < self.emulator_error(fit, self.exact(fit)) < np.inf
+    def _beyond(self, effects: Subset, box: np.ndarray) -> Emulator:
+        """Emulate what effects change beyond the sum of their emulators, within a box of ζ.
 
-
-def _likely(posterior: ModelPosterior) -> list[MapFit]:
-    """The leading fits of all sets of causes that are likely."""
-    causes = posterior.problem.causes
-    leaders = posterior.leaders(lambda fit: causes(fit.subset))
-    total = posterior.by_causes
-    return [fit for own, fit in leaders.items() if own and total[own] > POLICY.verified]
+        The sum is not exact: a coupon that is pulled harder changes its volume more.
+        """
+        problem = self.problem
+        own = [self.causes[name] for name in effects]
+        zeta, together = _simulated(self.simulation, own, box, POLICY.fewer)
+        for name, own_places in problem.places(effects).items():
+            emulator = problem.emulators[name]
+            alone = np.column_stack([np.zeros(len(zeta)), zeta[:, own_places - 1]])
+            together = together - emulator.at(alone) @ emulator.columns.T
+        found = trained(zeta, together, self.errors.noise, box)
+        return Scaled.of(found, self.scaled, problem.factor)
 
 
 def _without(posterior: ModelPosterior, effects: Subset) -> ModelPosterior:
@@ -331,13 +352,21 @@ def analyse_coupons(
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
-    """The emulator of a cause, from places with an equilibrium; None where no reading feels it."""
+    """The emulator of a cause; None where no reading feels it."""
     box = cause.box()
-    zeta = places(box, POLICY.training[min(len(box), len(POLICY.training)) - 1])
-    changes = simulation.changed(cause, zeta)
-    solved = np.isfinite(changes).all(axis=1)
-    zeta, changes = zeta[solved], changes[solved]
+    zeta, changes = _simulated(simulation, [cause], box)
     sizes = np.sqrt(((changes / off.noise) ** 2).mean(axis=1))
     if len(zeta) < 2 * len(box) + 2 or sizes.max() < POLICY.invisible:
         return None
     return trained(zeta, changes, off.noise, box)
+
+
+def _simulated(
+    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray, part: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places in a box of ζ with an equilibrium, (places, d), and changes there, (places, n)."""
+    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
+    zeta = places(box, int(part * count))
+    changes = simulation.changed(causes, zeta)
+    solved = np.isfinite(changes).all(axis=1)
+    return zeta[solved], changes[solved]

@@ -303,7 +303,9 @@ class InferencePolicy:
         rounds: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
-            the noise; beyond it the emulator learns what the simulation tells.
+            the noise; beyond it the emulator is trained anew about the fit.
+        near: standard deviations about a fit that it is trained in then.
+        fewer: part of the simulations that do there.
         joint: probability from which on a page tells a cause as possible, too.
         verified: probability of causes from which on they are held against exact simulations.
         invisible: root mean square change, by the noise, below which no reading feels a cause.
@@ -403,6 +405,8 @@ class InferencePolicy:
     rounds: int = 6
     interval: float = 0.9
     exact: float = 0.5
+    near: float = 4.5
+    fewer: float = 0.35
     joint: float = 0.01
     verified: float = 0.03
     invisible: float = 0.05
