@@ -13,13 +13,13 @@ import scipy.linalg
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.additions.worth import told_by_shape
-from dolfingrip.diagnosis.answer.errors import Errors, Simulator, smooth_curves
+from dolfingrip.diagnosis.answer.errors import Errors, smooth_curves
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.simulated import scaled_moduli
+from dolfingrip.diagnosis.simulation.simulated import Simulator, scaled_moduli
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.jobs.run import Say
 from dolfingrip.parameter import every

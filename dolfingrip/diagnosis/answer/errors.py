@@ -29,7 +29,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from math import comb
-from typing import ClassVar, Final, Protocol, Self
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -37,11 +37,10 @@ import scipy.linalg
 from scipy.special import logsumexp
 
 from dolfingrip.channels import CHANNELS, TRANSVERSE_STRAIN
-from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import ADDITIONS, DATA, POLICY
-from dolfingrip.diagnosis.simulation.simulated import Readings, SimulationGroup
+from dolfingrip.diagnosis.simulation.simulated import Simulator
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,59 +364,6 @@ class Errors:
     fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
-
-
-class Simulator(Protocol):
-    """Simulates a measurement: coupons in closed form, fingers by requests to a store.
-
-    Attributes:
-        measurement: what is simulated.
-        config: the model as configured.
-        closed_form: whether a simulation costs nothing, and moduli scale each one exactly.
-    """
-
-    measurement: Measurement
-    config: Config
-    closed_form: ClassVar[bool]
-
-    @property
-    def groups(self) -> Sequence[SimulationGroup]:
-        """Tests that are simulated together."""
-
-    @property
-    def base(self) -> Readings:
-        """The model without causes."""
-
-    @property
-    def configured(self) -> np.ndarray:
-        """(n,) readings of the model as configured; NaN where it does not come so far."""
-
-    @property
-    def rig(self) -> Sequence[Nuisance]:
-        """Numbers of rig and body that are linear, those aside that every hypothesis fits."""
-
-    @property
-    def mesh(self) -> np.ndarray:
-        """(n, k) what the mesh may get wrong, one standard deviation each."""
-
-    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> Readings:
-        """Simulate the model at other values.
-
-        Args:
-            values: by key of the configuration.
-            steps: numbers that readings are derived by, and a small change of each.
-
-        Raises:
-            ConfigError: one line, where a simulation does not reach all readings.
-        """
-
-    def of(self, measurement: Measurement, *, known_mesh: bool) -> Self:
-        """Return the simulator of another measurement of the same model.
-
-        Args:
-            measurement: what is simulated.
-            known_mesh: whether on the mesh of the fits; else on the one that costs least.
-        """
 
 
 def errors_of(simulation: Simulator) -> Errors:

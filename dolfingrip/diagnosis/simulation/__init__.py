@@ -9,7 +9,7 @@ From the bottom up:
 - :mod:`simulated`: which specimens share a simulation;
   ``simulate(measurement, config, variants, workers)`` gives all readings of a measurement, and
   their derivatives, for each of several variants: this is what fits call, too; and at other walls,
-  and moduli by exact scaling;
+  and moduli by exact scaling; and the interface of a simulator, which coupons and fingers have;
 - :mod:`nuisances`: what else the readings change by.
 
 All arrays are aligned with ``Measurement.listed()``
