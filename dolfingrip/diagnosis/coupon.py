@@ -32,7 +32,7 @@ from dolfingrip.diagnosis.core.unknown import (
 )
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.simulated import Readings, SimulationGroup, groups
+from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup, groups
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
@@ -87,10 +87,10 @@ class CouponSimulation:
         return self._solved({}, {})
 
     @cached_property
-    def base(self) -> Readings:
+    def base(self) -> ModelReadings:
         """The model as configured."""
         shown = self._displayed({}, self._plain)[0]
-        return Readings(shown, self._read(self._plain, derivative=1)[0], {})
+        return ModelReadings(shown, self._read(self._plain, derivative=1)[0], {})
 
     @property
     def configured(self) -> np.ndarray:
@@ -111,7 +111,7 @@ class CouponSimulation:
         """Return the simulator of other coupons; these have no mesh."""
         return CouponSimulation(measurement, self.config)
 
-    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]] = ()) -> Readings:
+    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]] = ()) -> ModelReadings:
         """Simulate other values, and differences by steps of some; NaN without equilibrium."""
         moved = {}
         for place, (number, step) in enumerate(steps, 1):
@@ -124,7 +124,7 @@ class CouponSimulation:
             for (number, step), other in zip(steps, others, strict=True)
         }
         by_log = np.where(in_proportion(self.measurement), first, 0.0)
-        return Readings(first, np.zeros_like(first), {**slopes, MODULUS: by_log})
+        return ModelReadings(first, np.zeros_like(first), {**slopes, MODULUS: by_log})
 
     def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
         """(places, n) changes by causes that act together; NaN without equilibrium.

@@ -55,8 +55,8 @@ from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
 from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
+    ModelReadings,
     ModelVariant,
-    Readings,
     SimulatedGroup,
     SimulatedReadings,
     SimulationGroup,
@@ -363,7 +363,7 @@ class FingerSimulation:
         """Return the change that makes all moduli ``factor`` times as large as configured."""
         return scaled_moduli(self.applied, factor)
 
-    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> Readings:
+    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> ModelReadings:
         """Simulate other values, with exact derivatives by some.
 
         Raises:

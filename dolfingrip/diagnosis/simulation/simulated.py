@@ -216,7 +216,7 @@ class SimulatedGroup:
 
 
 @dataclass
-class Readings:
+class ModelReadings:
     """The readings of a measurement as a model has them.
 
     Attributes:
@@ -234,7 +234,7 @@ class Readings:
 
 
 @dataclass
-class SimulatedReadings(Readings):
+class SimulatedReadings(ModelReadings):
     """The readings of a measurement as one variant has them.
 
     Attributes:
@@ -281,7 +281,7 @@ class Simulator(Protocol):
         """Tests that are simulated together."""
 
     @property
-    def base(self) -> Readings:
+    def base(self) -> ModelReadings:
         """The model without causes."""
 
     @property
@@ -296,7 +296,7 @@ class Simulator(Protocol):
     def mesh(self) -> np.ndarray:
         """(n, k) what the mesh may get wrong, one standard deviation each."""
 
-    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> Readings:
+    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> ModelReadings:
         """Simulate the model at other values.
 
         Args:
