@@ -98,7 +98,9 @@ class ImportedTable:
             taken = self.taken.get(header)
             name = taken.target if taken else asked.get(header, "passed over")
             if taken and taken.target not in self.table and not self.questions:
-                name = f"passed over ({taken.target})"
+                timed = any(each and each.target == TIME.name for each in self.taken.values())
+                by_frames = taken.target == "frame" and TIME.name in self.table and not timed
+                name = TIME.name if by_frames else f"passed over ({taken.target})"
             found.append((header, name, _done(taken) if taken else ""))
         return found
 

@@ -86,15 +86,21 @@ def meshed(roles: Roles, found: WallSizes, wanted: MeshRequest, *, curved: bool)
 
 
 def _generate(size_mm: float, policy: SizePolicy) -> None:
-    """Mesh the current model, with smaller elements where there would be slivers."""
+    """Mesh the current model, with smaller elements where there would be slivers.
+
+    Where smaller ones leave the worst sliver as it is, the facets make it.
+    """
+    before = np.nan
     for smaller in policy.tried:
         gmsh.model.mesh.clear()
         gmsh.option.setNumber("Mesh.MeshSizeMax", smaller * size_mm)
         gmsh.option.setNumber("Mesh.MeshSizeMin", smaller * size_mm / 3)
         gmsh.model.mesh.generate(3)
         tags = gmsh.model.mesh.getElementsByType(4)[0]
-        if gmsh.model.mesh.getElementQualities(tags, "gamma").min(initial=1.0) >= policy.sliver:
+        worst = gmsh.model.mesh.getElementQualities(tags, "gamma").min(initial=1.0)
+        if worst >= policy.sliver or np.isclose(worst, before, rtol=1e-3, atol=0.0):
             return
+        before = worst
 
 
 def in_frame(mesh: SolidMesh, roles: Roles) -> SolidMesh:

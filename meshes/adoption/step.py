@@ -65,14 +65,18 @@ def _adopted(
         surface = united(drawn)
         united_to = np.zeros(len(tags), dtype=np.int64)
         united_to[drawn.face] = surface.face
-        known = {}
-        if asked.held:
-            at = np.array([tag in interface for tag in tags])
-            known = {groups.CLAMP: at[drawn.face]}
-        roles = assign(surface, asked, known, _centre(solids))
+        at = np.array([tag in interface for tag in tags])
+
+        def known(drawn: Faces) -> dict[str, np.ndarray]:
+            return {groups.CLAMP: at[drawn.face]} if asked.held else {}
+
+        roles = assign(surface, asked, known(drawn), _centre(solids))
         found = measured(roles, wanted)
         if len(solids) == 1 and not all(opening.flat for opening in roles.caps):
-            closed = capped(roles, found.cap_mm)
+            # facets are the elements' sides: those that told the walls are several times finer
+            drawn, _ = _faces(solids, found.size_mm)
+            closed = assign(united(drawn), asked, known(drawn), _centre(solids))
+            closed = capped(closed, found.cap_mm)
             closed.said["cap"] += "; in a curved face, so plane facets are meshed"
             return meshed_triangles(closed, found, wanted)
         _place(solids, roles)
@@ -199,15 +203,20 @@ def _name(given: str, number: int, taken: dict[int, str]) -> str:
     return f"part_{number}" if surface or plain in {groups.SOLID, *taken.values(), ""} else plain
 
 
-def _faces(solids: dict[int, str]) -> tuple[Faces, list[int]]:
-    """The solids' outside in triangles, each face with its place among the tags of faces."""
+def _faces(solids: dict[int, str], size_mm: float = 0.0) -> tuple[Faces, list[int]]:
+    """The solids' outside in triangles, each face with its place among the tags of faces.
+
+    Args:
+        solids: tags of the solids.
+        size_mm: of the triangles where faces do not curve; by the part's length where that is more.
+    """
     volumes = [(3, tag) for tag in solids]
     tags = [tag for _, tag in gmsh.model.getBoundary(volumes, combined=True, oriented=False)]
     box = np.array([gmsh.model.getBoundingBox(3, tag) for tag in solids])
     extent = float((box[:, 3:].max(axis=0) - box[:, :3].min(axis=0)).max())
     for fineness in FINENESS:
         gmsh.model.mesh.clear()
-        gmsh.option.setNumber("Mesh.MeshSizeMax", extent / (40 * fineness))
+        gmsh.option.setNumber("Mesh.MeshSizeMax", max(extent / 40, size_mm) / fineness)
         gmsh.option.setNumber("Mesh.MeshSizeMin", extent / (2000 * fineness))
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 24 * fineness)
         gmsh.model.mesh.generate(2)
