@@ -260,7 +260,7 @@ class DiagnosisFile(ResultFile):
         if len(self.fits) > 1:
             fits = sorted(self.fits, key=lambda each: -each.log_evidence)
             rows = [
-                [" with ".join(each.effects) or "none", f"{each.log_evidence:.1f}",
+                [" with ".join(each.effects) or "none", f"{each.log_evidence:z.1f}",
                  "; ".join(number.words() for number in each.parameters)]
                 for each in fits
             ]  # fmt: skip
