@@ -15,7 +15,7 @@ import numpy as np
 from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
 from dolfingrip.sections.errors import ConfigError
 
-ON_PLANE: Final = 1e-6
+ON_PLANE: Final = 1e-5
 """Distance from a plane, relative to a mesh's extent, up to which a point lies in it."""
 
 MOST_ELEMENTS: Final = 10_000_000

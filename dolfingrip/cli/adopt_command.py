@@ -110,6 +110,8 @@ def adopt(asked: AdoptSettings) -> None:
         **once,
     )
     check_writable(asked.out)
+    if (asked.out / f"{NAME}.msh").resolve() == asked.part.resolve():
+        raise ConfigError(f"--out {asked.out}: {asked.part} would be lost; allowed: another folder")
 
     screen = console()
 

@@ -63,6 +63,10 @@ def export(asked: ExportSettings) -> None:
         if file.suffix.lower() not in allowed:
             raise ConfigError(f"FILE {file}: allowed: names that end in {', '.join(allowed)}")
         check_writable(file.parent)
+        own = file.suffix.lower() == CONFIGURATION and file.is_file()
+        if own and file.read_bytes() != configuration.dumps(resolved).encode():
+            words = f"a new name, or --config {file} to read it"
+            raise ConfigError(f"FILE {file}: holds another configuration; allowed: {words}")
     if asked.mould is not None:
         check_writable(asked.mould)
     if asked.plate and DECK not in {file.suffix.lower() for file in asked.files}:

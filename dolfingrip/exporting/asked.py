@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Final
+
 import numpy as np
 
 from dolfingrip.channels import PRESSURE, supply_of
@@ -14,6 +17,9 @@ from dolfingrip.meshes.groups import SYMMETRY
 from dolfingrip.meshes.solid import SolidMesh, assemble, second_order
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.material import Material
+
+KG_MM3: Final = 1e-9
+"""kg/mm³ per kg/m³."""
 
 
 def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
@@ -39,6 +45,26 @@ def plain(config: Config, suffix: str, *, one_material: bool = True) -> Config:
         name = config.material.own[0]
         raise ConfigError(f"{suffix}: no material.{name}; allowed: one material")
     return config.adapted()
+
+
+def beside(config: Config, file: Path, suffix: str) -> Path:
+    """The file of the same name with another suffix, or itself, that a program gets.
+
+    Args:
+        config: of the finger.
+        file: that was asked for.
+        suffix: of the file that is written.
+
+    Raises:
+        ConfigError: one line, where the finger's own mesh would be lost.
+    """
+    found = file.with_suffix(suffix)
+    if config.mesh.file is not None and found.resolve() == Path(config.mesh.file).resolve():
+        raise ConfigError(
+            f"FILE {file}: {found.name} beside it is mesh.file, which would be lost; allowed: "
+            "another name or folder"
+        )
+    return found
 
 
 def supplies_kPa(config: Config, suffix: str) -> tuple[list[float], dict[str, list[float]]]:

@@ -13,15 +13,13 @@ import meshio
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.exporting.asked import plain, tetrahedra
+from dolfingrip.exporting.asked import KG_MM3, beside, plain, tetrahedra
 from dolfingrip.files import whole
 from dolfingrip.files.xml import add, text
 from dolfingrip.meshes.groups import CLAMP
 from dolfingrip.meshes.measures import jacobians
 
 PA_PER_MPA: Final = 1e6
-KG_MM3: Final = 1e-9
-"""kg/mm³ per kg/m³."""
 
 NOTE: Final = (
     " MuJoCo's elasticity of flexes is Saint Venant and Kirchhoff's, with this material's moduli "
@@ -44,7 +42,8 @@ def write(config: Config, file: Path) -> str:
         WriteError: one line.
     """
     config = plain(config, file.suffix)
-    mesh, solid = tetrahedra(config, file.suffix), file.with_suffix(".msh")
+    solid = beside(config, file, ".msh")
+    mesh = tetrahedra(config, file.suffix)
     with whole.replacing(solid, check=lambda it: _read(it) == mesh.cells.shape) as (partial,):
         # MuJoCo refuses nodes in several blocks, as Gmsh itself writes them
         tags = [np.ones(len(mesh.cells), dtype=np.int32)]

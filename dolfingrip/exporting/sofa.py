@@ -11,7 +11,15 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.exporting.asked import no_law, plain, supplied, supplies_kPa, tetrahedra
+from dolfingrip.exporting.asked import (
+    KG_MM3,
+    beside,
+    no_law,
+    plain,
+    supplied,
+    supplies_kPa,
+    tetrahedra,
+)
 from dolfingrip.files import whole
 from dolfingrip.meshes.groups import CLAMP, cavities
 from dolfingrip.meshes.solid import SolidMesh
@@ -22,8 +30,6 @@ from dolfingrip.sections.laws.polynomial import InvariantPolynomial
 from dolfingrip.sections.material import Material
 
 KPA_PER_MPA: Final = 1e3
-KG_MM3: Final = 1e-9
-"""kg/mm³ per kg/m³."""
 
 SCENE: Final = '''"""{title}
 
@@ -137,8 +143,8 @@ def write(config: Config, file: Path) -> str:
     config = plain(config, file.suffix)
     times_s, supplies = supplies_kPa(config, file.suffix)
     name, parameters = law(config.material)
+    solid = beside(config, file, ".vtk")
     mesh = tetrahedra(config, file.suffix)
-    solid = file.with_suffix(".vtk")
     inlets = []
     for group in cavities(mesh.facets):
         inside = file.with_name(f"{file.stem}_{group}.stl")

@@ -172,8 +172,8 @@ class Robot:
             Pressure in kPa.
 
         Raises:
-            ConfigError: one line, where not one of the three is given, or no pressure that the
-                chain was fitted to reaches it.
+            ConfigError: one line, where not one of the three is given, the plate cuts the straight
+                finger, or no pressure that the chain was fitted to reaches what is asked for.
         """
         asked = {"angle_deg": angle_deg, "tip_force_N": tip_force_N, "squeeze_N": squeeze_N}
         given = {key: value for key, value in asked.items() if value is not None}
@@ -181,18 +181,21 @@ class Robot:
             raise ConfigError(f"pressure_for: allowed: one of {', '.join(asked)}")
         ((key, wanted),) = given.items()
         gap = gap_mm or 0.0
+        if not gap >= 0:
+            raise ConfigError(f"gap_mm = {gap:g}: allowed: 0 mm or more")
         found: dict[str, Callable[[np.ndarray | float], np.ndarray]] = {
             "angle_deg": lambda p: self.angle_deg(p, gap_mm),
             "tip_force_N": lambda p: self.force_N(p, gap),
             "squeeze_N": lambda p: self.force_N(p, gap, whole=True),
         }
         at, p = found[key], self._pressures_kPa
-        over = at(p) - wanted
+        reached = at(p)
+        over = reached - wanted
         above = np.flatnonzero(over >= 0)
         if not len(above) or over[0] > 0:
             raise ConfigError(
-                f"{key} = {wanted:g}: allowed: {over.min() + wanted:.4g} to "
-                f"{over.max() + wanted:.4g}, from {p[0]:g} to {p[-1]:g} kPa"
+                f"{key} = {wanted:g}: allowed: {reached.min():.4g} to {reached.max():.4g} "
+                f"{key.rsplit('_', 1)[1]}, from {p[0]:g} to {p[-1]:g} kPa"
             )
         first = int(above[0])
         if over[first] == 0:

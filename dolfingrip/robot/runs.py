@@ -164,7 +164,7 @@ def prepared(config: Config) -> Config:
     return config.changed(
         experiment={
             "control": "pressure", "step_kPa": largest / READINGS, "min_pressure_kPa": 0.0,
-            "unload": False, "cycles": 1,
+            "unload": False, "cycles": 1, "dynamic": False,
         },
         gravity={"acceleration_m_s2": 0.0},  # the simulator's own acts on the links
         plate={"tilt_deg": 0.0, "normal": (1.0, 0.0, 0.0)},

@@ -12,8 +12,9 @@ from dolfingrip.files.robot import Link, RobotFile
 from dolfingrip.files.xml import add, text
 from dolfingrip.robot.mjcf import M_PER_MM
 
-BETWEEN_KG: Final = 1e-6
-"""Mass of the links between the joints of one place, as most readers refuse links without."""
+BETWEEN: Final = 1e-3
+"""Part of a link's mass and inertia that each link between the joints of its place has, as most
+readers refuse links without."""
 
 KINDS: Final = {"slide": "prismatic", "hinge": "revolute"}
 
@@ -21,21 +22,20 @@ REACH: Final = {"slide": 0.05, "hinge": 1.5}
 """Limits of joints, in m and rad, which URDF must have."""
 
 
-def _between(root: Element, name: str) -> None:
-    """Add a link that is only there as URDF's joints have one coordinate each."""
-    inertial = add(add(root, "link", name=name), "inertial")
-    add(inertial, "mass", value=BETWEEN_KG)
-    add(inertial, "inertia", ixx=1e-9, iyy=1e-9, izz=1e-9, ixy=0, ixz=0, iyz=0)
-
-
-def _link(root: Element, name: str, link: Link, origin: np.ndarray) -> None:
+def _massive(root: Element, name: str, link: Link, origin: np.ndarray, part: float) -> Element:
+    """Add a link with a part of a link's mass and inertia."""
     made = add(root, "link", name=name)
     inertial = add(made, "inertial")
     add(inertial, "origin", xyz=(np.array(link.centre_mm) - origin) * M_PER_MM)
-    add(inertial, "mass", value=link.mass_kg)
+    add(inertial, "mass", value=part * link.mass_kg)
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    values = [each * M_PER_MM**2 for each in link.inertia_kg_mm2]
+    values = [part * each * M_PER_MM**2 for each in link.inertia_kg_mm2]
     add(inertial, "inertia", **dict(zip(names, values, strict=True)))
+    return made
+
+
+def _link(root: Element, name: str, link: Link, origin: np.ndarray, between: int = 0) -> None:
+    made = _massive(root, name, link, origin, 1 - between * BETWEEN)
     outline = np.array(link.section_mm)
     low = np.array([*outline.min(axis=0), link.from_mm])
     high = np.array([*outline.max(axis=0), link.to_mm])
@@ -71,8 +71,8 @@ def finger(robot: RobotFile) -> str:
             reach = REACH[each.kind]
             add(made, "limit", lower=-reach, upper=reach, effort=1000, velocity=1000)
             origin = place
-        for name in between:
-            _between(root, name)
+        for name in between:  # only there as URDF's joints have one coordinate each
+            _massive(root, name, link, place, BETWEEN)
         above = f"link_{number}"
-        _link(root, above, link, place)
+        _link(root, above, link, place, len(between))
     return '<?xml version="1.0"?>\n' + text(root)

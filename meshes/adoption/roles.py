@@ -376,12 +376,14 @@ def _front(
     around = across @ np.cov((surface.middles - centre).T, aweights=surface.areas) @ across
     own = np.linalg.eigh(around)[1].T[::-1][:2]
     axes = [a / np.linalg.norm(a) for a in np.eye(3) @ across if np.linalg.norm(a) > 0.5]
-    of_file, axes = axes, [*axes, *own]
+    sides = _plane_sides(surface, z)
+    of_file = [snapped(a, sides) for a in axes]
+    axes = [*of_file, *sides, *own]
     if asked.back is not None:
         given = across @ -np.asarray(asked.back, dtype=float)
         if np.linalg.norm(given) < 1e-3 * np.linalg.norm(asked.back):
             raise MeshError(f"--back {asked.back}: along the finger; allowed: a direction across")
-        x = given / np.linalg.norm(given)
+        x = snapped(given / np.linalg.norm(given), sides, surface.policy.flat_deg)
         said["back"] = f"faces {direction_said(-x)}, as asked"
         return np.asarray(x)
     rows = np.concatenate([hollow.triangles for hollow in cavities])
@@ -409,29 +411,50 @@ def _front(
             "(--back: another direction)"
         )
         return np.asarray(x)
-    x = away / np.linalg.norm(away)
-    for some in (of_file, own):
-        nearest = max((sign * a for a in some for sign in (1, -1)), key=lambda a: float(a @ x))
-        if nearest @ x > np.cos(np.radians(surface.policy.snap_deg)):
-            x = across @ nearest
+    x = away = away / np.linalg.norm(away)
+    for some in (sides, of_file, own):
+        x = snapped(away, some)
+        if x is not away:
             break
     said["back"] = f"faces {direction_said(-x)}: {told} (--back: another direction)"
-    return np.asarray(x / np.linalg.norm(x))
+    return np.asarray(x)
 
 
-def snapped(vector: Floats) -> Floats:
-    """The file's axis that is nearest to a unit vector, if it is near enough, else the vector.
+def _plane_sides(surface: Faces, z: Floats) -> list[Floats]:
+    """Unit normals of plane faces along z that the whole part lies behind, the largest first."""
+    found, points = [], surface.points[np.unique(surface.triangles)]
+    steepest = np.radians(surface.policy.flat_deg)
+    for face in np.argsort(-surface.face_areas, kind="stable"):
+        vector = surface.face_vectors[face]
+        along = abs(float(vector @ z)) < steepest * surface.face_areas[face]
+        if along and surface.plane[face]:
+            normal = vector - (vector @ z) * z
+            normal /= np.linalg.norm(normal)
+            own = surface.points[surface.triangles[surface.face == face]] @ normal
+            if (points @ normal).max() - own.min() <= surface.near_mm:
+                found.append(normal)
+    return found
+
+
+def snapped(
+    vector: Floats,
+    directions: Sequence[Floats] | Floats | None = None,
+    deg: float = FacePolicy().snap_deg,
+) -> Floats:
+    """Return the nearest of some directions and their opposites, if it is near enough.
 
     Args:
-        vector: (3,) in the file's coordinates.
+        vector: (3,) unit vector in the file's coordinates.
+        directions: (k, 3) unit vectors; None: the file's axes.
+        deg: angle up to which one of them is near enough.
 
     Returns:
-        (3,) unit vector.
+        (3,) unit vector; the vector itself, where none is.
     """
-    axis = int(np.abs(vector).argmax())
-    if abs(vector[axis]) < np.cos(np.radians(FacePolicy().snap_deg)):
-        return vector
-    return np.asarray(np.sign(vector[axis]) * np.eye(3)[axis])
+    known = np.eye(3) if directions is None else directions
+    both = [sign * each for each in known for sign in (1, -1)]
+    nearest = max(both, key=lambda each: float(each @ vector), default=vector)
+    return nearest if nearest @ vector > np.cos(np.radians(deg)) else vector
 
 
 def direction_said(vector: Floats) -> str:

@@ -82,6 +82,14 @@ def test_parts_that_do_not_bend_by_themselves(
         assert found.roles.origin_mm[2] == pytest.approx(0, abs=1e-6)
 
 
+def test_the_part_itself_is_kept(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    part = tmp_path / "adopted.msh"
+    part.write_bytes(b"of another program")
+    assert run_command("adopt", part, "--out", tmp_path) == 2
+    assert "adopted.msh would be lost; allowed: another folder" in capfd.readouterr().err
+    assert part.read_bytes() == b"of another program"
+
+
 def test_a_wrong_guess_is_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
     """By centroids alone the slit side is taken for the back."""
     monkeypatch.setattr(roles, "bearing_centre", lambda *given: None)

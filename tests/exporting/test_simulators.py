@@ -18,8 +18,8 @@ from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.finger_rig import go_to_rest
 from dolfingrip.experiments.rigs.undeformed import solid
+from dolfingrip.exporting import deck, sofa
 from dolfingrip.exporting import mujoco as exported
-from dolfingrip.exporting import sofa
 from dolfingrip.exporting.asked import mirrored
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes import files
@@ -213,6 +213,20 @@ def test_sofa_refuses(change: tuple[str, ...], said: str, tmp_path: Path) -> Non
     with pytest.raises(ConfigError, match=said):
         sofa.write(config.load(None, assignments(change)), tmp_path / "a.py")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("write", "name"), [(exported.write, "own.xml"), (deck.write, "own.inp")])
+def test_the_own_mesh_is_not_lost(write: Any, name: str, tmp_path: Path) -> None:
+    """A model for MuJoCo has its mesh beside it, under the name of that of `adopt`."""
+    asked = adopted(tmp_path)
+    if name.endswith(".inp"):
+        files.write(tmp_path / name, solid(asked))
+        asked = config.load(None, {"mesh.file": str(tmp_path / name)})
+    before = Path(str(asked.mesh.file)).read_bytes()
+    with pytest.raises(ConfigError, match=r"is mesh.file, which would be lost; allowed: another"):
+        write(asked, tmp_path / name)
+    assert Path(str(asked.mesh.file)).read_bytes() == before
+    write(asked, tmp_path / f"other_{name}")
 
 
 def test_hexahedra_of_a_file_are_refused(tmp_path: Path) -> None:

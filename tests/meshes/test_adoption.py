@@ -13,7 +13,7 @@ from dolfingrip.meshes.adoption.adopt import adopt
 from dolfingrip.meshes.adoption.roles import Asked
 from dolfingrip.meshes.adoption.sizes import MeshRequest
 from dolfingrip.meshes.gmsh_model import session
-from dolfingrip.meshes.solid import MeshError
+from dolfingrip.meshes.solid import MeshError, faces, on_plane
 
 
 def tube(file: Path, *, closed: bool = False) -> Path:
@@ -196,3 +196,68 @@ def test_the_side_of_the_cavity_is_told_by_its_lever_wherever_the_part_lies(
     lever = 14 * 14 / (14 * 14 - 8 * 8)
     assert f"about the walls that run through is {lever:.2g} mm" in found.roles.said["back"]
     assert found.roles.origin_mm[1] == pytest.approx(-150 + 14 / 2)  # the plane of symmetry
+
+
+TURNS = {
+    "along x": (90.0, 0.0, 1.0, 0.0),
+    "along −z": (180.0, 1.0, 0.0, 0.0),
+    "5° about its axis": (5.0, 0.0, 0.0, 1.0),
+    "45° in space": (45.0, 1.0, 1.0, 1.0),
+    "45° in space, in m": (45.0, 1.0, 1.0, 1.0),
+}
+
+
+def test_a_mesh_is_the_same_finger_wherever_it_lies(tmp_path: Path) -> None:
+    """Nodes in the finger's frame, and the faces that a film on the back covers.
+
+    The elements are not symmetric, so that sums over their faces do not tell a side.
+    """
+    from scipy.spatial.transform import Rotation
+
+    occ, files = gmsh.model.occ, {}
+    with session("bar"):
+        body = occ.addBox(0, -8, 0, 14, 16, 60)
+        hollow = occ.addBox(4, -5, 0, 7.5, 10, 55)
+        occ.cut([(3, body)], [(3, hollow)])
+        occ.synchronize()
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 6)
+        gmsh.model.mesh.generate(3)
+        gmsh.option.setNumber("Mesh.SaveAll", 1)
+        gmsh.write(str(tmp_path / "as_drawn.msh"))
+        nodes, places, _ = gmsh.model.mesh.getNodes()
+        for number, (name, (angle, *axis)) in enumerate(TURNS.items()):
+            turn = Rotation.from_rotvec(angle * np.array(axis) / np.linalg.norm(axis), degrees=True)
+            moved = turn.apply(places.reshape(-1, 3)) + np.array([100.0, -250.0, 33.0])
+            for node, place in zip(nodes, moved / (1000 if "in m" in name else 1), strict=True):
+                gmsh.model.mesh.setNode(node, place, [])
+            files[name] = tmp_path / f"{number}.msh"
+            gmsh.write(str(files[name]))
+    drawn = adopt(tmp_path / "as_drawn.msh", Asked(), MeshRequest()).mesh
+    back = on_plane(drawn, np.arange(len(drawn.cells)), highest=False)
+    corners = drawn.points[faces(drawn.cells)[back]]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert np.linalg.norm(across, axis=1).sum() / 2 == pytest.approx(16 * 60)
+    for name, file in files.items():
+        found = adopt(file, Asked(), MeshRequest(), 1000.0 if "in m" in name else 1.0).mesh
+        assert np.abs(found.points - drawn.points).max() < 2e-6, name
+        assert (found.cells == drawn.cells).all()
+        for group, facets in drawn.facets.items():
+            assert (found.facets[group] == facets).all(), (name, group)
+        assert (on_plane(found, np.arange(len(found.cells)), highest=False) == back).all(), name
+
+
+def test_a_back_by_rounded_numbers_is_the_plane_that_they_mean(tmp_path: Path) -> None:
+    """The line `back` tells three decimals."""
+    file = tmp_path / "bar.step"
+    with session("bar"):
+        occ = gmsh.model.occ
+        bar = occ.addBox(0, -8, 0, 14, 16, 50)
+        occ.cut([(3, bar)], [(3, occ.addBox(4, -5, 0, 7, 10, 45))])
+        occ.rotate(occ.getEntities(3), 0, 0, 0, 0, 0, 1, math.radians(37))
+        occ.synchronize()
+        gmsh.write(str(file))
+    exact = [-math.cos(math.radians(37)), -math.sin(math.radians(37)), 0.0]
+    for back in (None, tuple(round(each, 3) for each in exact)):
+        found = adopt(file, Asked(back=back), MeshRequest(size_mm=6.0))
+        assert -found.roles.rotation[0] == pytest.approx(exact, abs=1e-9)
+        assert found.roles.half

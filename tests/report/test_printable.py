@@ -104,3 +104,9 @@ def test_the_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert [line.split(": ")[0] for line in said.out.splitlines()] == [f"wrote {f}" for f in files]
     assert "of half a finger, whose forces are half" in said.out
     assert config.load(files[2]).finger.length_mm == 38
+    # `robot` and others take it as it stands here: the default finger would replace it
+    before = files[2].read_bytes()
+    assert run_command("export", str(files[4]), str(files[2])) == 2
+    assert "holds another configuration; allowed: a new name, or --config" in capfd.readouterr().err
+    assert files[2].read_bytes() == before
+    assert run_command("export", str(files[2]), "--config", str(files[2])) == 0

@@ -24,7 +24,7 @@ from dolfingrip.experiments.simulate import compute
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.robot import Accuracy, RobotFile
 from dolfingrip.meshes.measures import moments
-from dolfingrip.robot import build, runs, urdf
+from dolfingrip.robot import build, runs
 from dolfingrip.robot.chain import COORDINATES
 from dolfingrip.robot.fit import MOST_JOINTS
 from dolfingrip.robot.links import whole_solid
@@ -220,9 +220,24 @@ def test_urdf_and_control(robot: Robot, made: Path) -> None:
     angles = robot.angle_deg(50.0)
     turned = data.body(f"link_{len(robot.file.joints)}").xmat.reshape(3, 3)
     assert np.degrees(np.arctan2(-turned[0, 2], turned[2, 2])) == pytest.approx(angles[0])
-    between = (len(COORDINATES) - 1) * len(robot.file.joints) * urdf.BETWEEN_KG
     mass = sum(link.mass_kg for link in robot.file.links[1:])
-    assert model.body_mass.sum() == pytest.approx(mass + between)
+    assert model.body_mass.sum() == pytest.approx(mass)  # the clamped link is the world's
+    # at rest, all links of a place together turn as the one link of robot.json
+    mujoco.mj_resetData(model, data)
+    mujoco.mj_forward(model, data)
+    number = len(robot.file.joints)
+    last = [i for i in range(model.nbody) if model.body(i).name.startswith(f"link_{number}")]
+    assert len(last) == len(COORDINATES)
+    turns = [data.ximat[i].reshape(3, 3) for i in last]
+    inertia = sum(
+        turn * model.body_inertia[i] @ turn.T for i, turn in zip(last, turns, strict=True)
+    )
+    xx, yy, zz, xy, xz, yz = robot.file.links[-1].inertia_kg_mm2
+    whole = 1e-6 * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    assert inertia == pytest.approx(whole, rel=1e-5, abs=1e-13)
+    assert data.xipos[last] == pytest.approx(
+        np.tile(1e-3 * np.array(robot.file.links[-1].centre_mm), (len(last), 1)), abs=1e-9
+    )
 
 
 def test_pressure_for(robot: Robot) -> None:
@@ -234,9 +249,14 @@ def test_pressure_for(robot: Robot) -> None:
     squeeze = robot.pressure_for(squeeze_N=force, gap_mm=gap)
     assert robot.force_N(squeeze, gap, whole=True) == pytest.approx(force, rel=1e-3)
     with pytest.raises(
-        ConfigError, match=r"angle_deg = 500: allowed: -.* to .*, from -20 to 50 kPa"
+        ConfigError, match=r"angle_deg = 500: allowed: -.* to .* deg, from -20 to 50 kPa"
     ):
         robot.pressure_for(angle_deg=500.0)
+    with pytest.raises(ConfigError, match=r"tip_force_N = nan: allowed: [\d.-]+ to [\d.]+ N, from"):
+        robot.pressure_for(tip_force_N=np.nan)
+    for wrong in (-1.0, np.nan):
+        with pytest.raises(ConfigError, match=f"gap_mm = {wrong:g}: allowed: 0 mm or more"):
+            robot.pressure_for(squeeze_N=0.1, gap_mm=wrong)
     with pytest.raises(ConfigError, match="allowed: one of angle_deg, tip_force_N, squeeze_N"):
         robot.pressure_for(angle_deg=1.0, tip_force_N=1.0)
 
@@ -244,6 +264,7 @@ def test_pressure_for(robot: Robot) -> None:
 def test_refusals(robot: Robot) -> None:
     with pytest.raises(ConfigError, match=r"experiment.max_pressure_kPa = -20: allowed: above 0"):
         runs.prepared(short("experiment.max_pressure_kPa=-20"))
+    assert not runs.prepared(short("experiment.dynamic=true")).experiment.dynamic
     still = np.zeros(3)
     run = runs.FingerRun(
         None, np.arange(3.0), still, still, still, still, np.array([0.0, 50.0]), np.zeros(2),
