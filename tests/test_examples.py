@@ -115,7 +115,9 @@ def test_diagnose_actuator(tmp_path: Path) -> None:
     assert modulus.low < 0.0204 < modulus.high  # the coupon's
     sigma = told.nuisances["cast.chamber_width_mm"]
     assert -1 < sigma < 0
-    assert "cast.chamber_width_mm is off by" in told.brief.assumed  # the noise hides its change
+    width = fitted["cast.chamber_width_mm"]
+    assert width.low < 8 + 2 * sigma < width.high
+    assert f"cast.chamber_width_mm {8 + 2 * sigma:.3g} mm (" in told.brief.assumed
     # the extended model has the width, and follows the readings within their noise of 0.3°
     extended = config.load(tmp_path / "extended.toml")
     assert extended.cast.chamber_width_mm == pytest.approx(8 + 2 * sigma)

@@ -22,9 +22,7 @@ from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulated import Simulator, scaled_moduli
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.jobs.run import Say
-from dolfingrip.parameter import every
 from dolfingrip.parameter.nuisances import WALL, wall
-from dolfingrip.sections.section import Role
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +114,7 @@ class Analysis[S: Simulator](ABC):
         c = self.factor(fit)
         found = dict(scaled_moduli(self.applied, c)) if c != 1.0 else {}
         for number, zeta in zip(self.problem.always[1:], fit.zeta[1:], strict=False):
-            found[number.key] = float(number.at(zeta))
+            found[number.key] = float(number.at(zeta)) * (c if number.modulus else 1.0)
         for name, places in self.problem.places(fit.subset).items():
             if name in NAMES and (rig or name not in self.problem.rig):
                 found |= self.causes[name].overrides(fit.zeta[places], c)
@@ -144,72 +142,18 @@ class Analysis[S: Simulator](ABC):
                 found[name] += POLICY.implausible_width * float(fit.zeta[places[0]])
         return found
 
+    @property
+    def fitted_names(self) -> tuple[str, ...]:
+        """The model's own numbers by what a laboratory tells them as."""
+        others = (WALL if each.names else each.key for each in self.problem.always[1:])
+        return MODULUS, *others
+
     def configured_number(self, each: Nuisance) -> tuple[str, float]:
         """Key of a nuisance, of the configuration where it is one, and its deviation there."""
         if each.name != WALL:
             return each.name, each.std
         key, wall_mm = wall(self.applied)
         return key, each.std * wall_mm
-
-    def nuisance_parameters(self) -> dict[str, tuple[Nuisance, float]]:
-        """The body's own numbers that are linear nuisances, with their unit of change, by key.
-
-        They are what the laboratory told a deviation of by its key, such as a chamber's width.
-        """
-        config = self.simulation.config
-        tests = self.measurement.applied(config)
-        values = [
-            {(p.key, p.value(own)) for p in every(own) if p.section.role is Role.BODY}
-            for own in tests
-        ]
-        known = {key for key, _ in set.intersection(*values)}  # alike in all tests
-        found = {}
-        for each in self.errors.shared:
-            key, std = self.configured_number(each)
-            if key in known:
-                found[key] = each, std
-        return found
-
-    def nuisance_overrides(self, fit: MapFit) -> Change:
-        """Return the change of these numbers to a fit."""
-        fitted, applied = self.nuisances(fit), self.applied
-        known = {each.key: each.value(applied) for each in every(applied)}
-        moved = {**known, **self.overrides(fit)}
-        return {
-            key: float(moved[key]) + std * fitted[each.name]
-            for key, (each, std) in self.nuisance_parameters().items()
-        }
-
-    def nuisance_change(self, fit: MapFit) -> np.ndarray:
-        """(n,) what these change of the readings at a fit, linear in them."""
-        fitted = self.nuisances(fit)
-        found = np.zeros(len(self.problem.value))
-        for each, _ in self.nuisance_parameters().values():
-            found += fitted[each.name] * each.change
-        return found
-
-    def relinearised(self, fit: MapFit, missed: np.ndarray) -> Self:
-        """With the body's own numbers linear between their middle and a fit.
-
-        Args:
-            fit: where they are so far out that derivatives at their middle mislead.
-            missed: (n,) exact readings there less linear ones. The number that changes most takes
-                it over.
-        """
-        fitted = self.nuisances(fit)
-        most = max(
-            (each for each, _ in self.nuisance_parameters().values()),
-            key=lambda each: float(np.linalg.norm(fitted[each.name] * each.change)),
-        )
-        change = most.change + missed / fitted[most.name]
-        more = np.outer(change, change) - np.outer(most.change, most.change)
-        shared = tuple(replace(e, change=change) if e is most else e for e in self.errors.shared)
-        off = replace(
-            self.errors, shared=shared, fitted=self.errors.fitted + more,
-            covariance=self.errors.covariance + more,
-        )  # fmt: skip
-        problem = replace(self.problem, covariance=self.problem.covariance + more)
-        return replace(self, errors=off, problem=problem)
 
     # -- exact simulations ------------------------------------------------------------------------
 

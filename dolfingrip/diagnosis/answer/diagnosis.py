@@ -103,7 +103,7 @@ class Diagnosis:
         model = self.analysis.applied
         found = {each.key: each.value(model) * c for each in find(model, modulus_keys(model))}
         for place, number in enumerate(self.analysis.problem.always[1:], 1):
-            found[number.key] = number.at(zeta[:, place])
+            found[number.key] = number.at(zeta[:, place]) * (c if number.modulus else 1.0)
         return found
 
     def configured(self) -> dict[str, float]:
@@ -184,7 +184,7 @@ class Diagnosis:
         if sigma > POLICY.implausible_sigma:
             std = 100 * self.analysis.problem.factor.log_std
             told += f" (prior ±{std:.2g} %: {sigma:.1f} standard deviations)"
-        if len(self.analysis.problem.always) == 1:
+        if WALL not in self.analysis.fitted_names:
             return f"{told} is fitted."
         walls = self.analysis.problem.always[1].prior
         thicker = 100 * (walls.at(float(fit.zeta[1])) / walls.at(0.0) - 1)
@@ -193,23 +193,31 @@ class Diagnosis:
 
     def nuisances(self, fit: MapFit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
-        own = map(float, fit.zeta[: self.analysis.problem.nuisance_count])
-        return dict(zip(("modulus", WALL), own, strict=False)) | self.analysis.nuisances(fit)
+        own = dict(zip(self.analysis.fitted_names, map(float, fit.zeta), strict=False))
+        return own | self.analysis.nuisances(fit)
 
     def setup_estimates(self, fit: MapFit) -> list[SetupEstimate]:
-        """Numbers of the rig at a fit, but those known exactly."""
-        deviations, found = self.analysis.nuisances(fit), []
-        for each in self.analysis.errors.shared:
-            if not each.std or each.name.startswith("specimen_scale"):
-                continue
+        """Numbers of rig and body that the laboratory told, at a fit, but those known exactly."""
+        deviations, problem = self.nuisances(fit), self.analysis.problem
+        changes = [
+            (each.unknown, deviations[each.name] * each.change)
+            for each in self.analysis.errors.shared
+            if each.std and not each.name.startswith("specimen_scale")
+        ]
+        here = problem.predicted(fit.subset, fit.zeta)
+        for place, number in enumerate(problem.always):
+            if place and not number.names:
+                as_told = np.where(np.arange(len(fit.zeta)) == place, 0.0, fit.zeta)
+                changes.append((number, here - problem.predicted(fit.subset, as_told)))
+        found = []
+        for number, change in changes:
             # a number of the configuration is absolute, all others without a unit are relative
-            relative = not each.unknown.unit and "." not in each.name
-            size, unit = (100.0, "%") if relative else (1.0, each.unknown.unit)
-            sigma, std = deviations[each.name], size * each.std
-            change = sigma * each.change
+            relative = not number.unit and "." not in number.key
+            size, unit = (100.0, "%") if relative else (1.0, number.unit)
+            std = size * number.prior.spread
             seen = np.linalg.norm(change / self.analysis.errors.noise) >= POLICY.visible_sigma
             share = self.share(change) if seen else 0.0
-            found.append(SetupEstimate(each.name, unit, std, sigma * std, share))
+            found.append(SetupEstimate(number.key, unit, std, deviations[number.key] * std, share))
         return found
 
     def with_best_modulus(self) -> np.ndarray:
@@ -320,7 +328,7 @@ class Diagnosis:
 
     def overrides(self, fit: MapFit) -> Change:
         """Return the change that makes the configuration the fitted one."""
-        return {**self.analysis.overrides(fit), **self.analysis.nuisance_overrides(fit)}
+        return self.analysis.overrides(fit)
 
     def share(self, change: np.ndarray) -> float:
         """A change of the readings, (n,), by what the model as configured misses, both rms."""

@@ -343,7 +343,8 @@ def _assumed(found: Diagnosis) -> str:
         f"{configured[e.key]:.3g} {named(e.key).unit})"
         for e in numbers if e.key in configured
     ]  # fmt: skip
-    rig = _off(found.setup_estimates(found.decision.best), every=True)
+    estimates = found.setup_estimates(found.decision.best)
+    rig = _off([each for each in estimates if each.name not in configured], every=True)
     parts += [f"{text[0].lower()}{text[1:]}" for text in rig]
     off = [f"{x:.2g} {CHANNELS[name].unit}" for name, x in found.analysis.mesh_errors.items()]
     parts += [f"the mesh may be off by {' and '.join(off)} (root mean square)"] if off else []

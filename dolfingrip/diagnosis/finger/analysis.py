@@ -20,9 +20,8 @@ from dolfingrip.diagnosis.finger.unknowns import unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, simulate
+from dolfingrip.diagnosis.simulation.simulated import simulate
 from dolfingrip.jobs.run import silent
-from dolfingrip.parameter.nuisances import WALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +39,11 @@ class FingerAnalysis(Analysis[FingerSimulation]):
         other = self.simulation.of(measurement, known_mesh=mesh)
         wanted = base_variant(measurement, other.config)
         (base,) = simulate(measurement, other.config, [wanted], other.workers)
-        fitted = {"modulus", WALL} if len(self.problem.always) > 1 else {"modulus"}
         old = {each.name: each.change for each in self.errors.shared}
         n, m = len(self.problem.value), len(base.readings)
         shared, cross = np.zeros((m, m)), np.zeros((n, m))
         for each in nuisances(measurement, base):
-            if each.name in fitted:
+            if each.name in self.fitted_names:
                 continue
             change = np.nan_to_num(each.change)
             shared += np.outer(change, change)
@@ -80,42 +78,7 @@ class FingerAnalysis(Analysis[FingerSimulation]):
             known.add(causes)
             finger = replace(finger, problem=finger.problem.corrected(fit.subset, fit.zeta, exact))
             posterior = search(finger.problem, np.random.default_rng(0))
-        finger, posterior, own = _verify_nuisances(finger, posterior, say)
-        return finger, posterior, float(np.maximum(worst, own))
-
-
-def _verify_nuisances(
-    finger: FingerAnalysis, posterior: ModelPosterior, say: Callable[[str], None]
-) -> tuple[FingerAnalysis, ModelPosterior, float]:
-    """The finger's own numbers simulated where they are fitted, if any reading feels it."""
-    worst = 0.0
-    for _ in range(POLICY.rounds):
-        fit = sensitivity(posterior)[0].best
-        change = finger.nuisance_change(fit)
-        if np.abs(change / finger.errors.noise).max() < 1.0:
-            return finger, posterior, 0.0
-        overrides = {**finger.overrides(fit), **finger.nuisance_overrides(fit)}
-        simulation = finger.simulation
-        variant, measurement = ModelVariant(overrides), simulation.measurement
-        try:
-            (run,) = simulate(measurement, simulation.config, [variant], simulation.workers)
-        except ConfigError as error:
-            say(f"the finger's own numbers, as fitted, could not be simulated: {error}")
-            return finger, posterior, float("nan")
-        if not np.isfinite(run.readings).all():
-            say("the finger's own numbers, as fitted, could not be simulated")
-            return finger, posterior, float("nan")
-        worst = finger.emulator_error(fit, run.readings - change)
-        say(
-            f"a simulation at the finger's own fitted numbers differs by {worst:.2g} standard "
-            "deviations of the noise at most"
-        )
-        if worst <= 1.0:
-            break
-        missed = run.readings - change - finger.problem.predicted(fit.subset, fit.zeta)
-        finger = finger.relinearised(fit, missed)
-        posterior = search(finger.problem, np.random.default_rng(0))
-    return finger, posterior, worst
+        return finger, posterior, worst
 
 
 def _leading(posterior: ModelPosterior, known: set[Subset]) -> MapFit:

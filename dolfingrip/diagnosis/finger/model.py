@@ -41,7 +41,13 @@ from scipy.interpolate import PchipInterpolator
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, ConfigError, changed
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
-from dolfingrip.diagnosis.core.emulator import Coordinate, SimulatedChanges, trained_on
+from dolfingrip.diagnosis.core.emulator import (
+    Coordinate,
+    Emulator,
+    SimulatedChanges,
+    Stacked,
+    trained_on,
+)
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
     CovarianceModel,
@@ -68,8 +74,9 @@ from dolfingrip.diagnosis.simulation.stops import spline_weights
 from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.jobs.run import silent
-from dolfingrip.parameter import moduli
+from dolfingrip.parameter import every, moduli
 from dolfingrip.parameter.nuisances import WALL, modulus_keys, neutral_stages, wall, wall_key
+from dolfingrip.sections.section import Role
 
 MAPPED: Final = frozenset(each.name for each in CHANNELS.values() if each.grows)
 """Readings that grow with the load."""
@@ -302,6 +309,31 @@ class FingerSimulation:
         return {**reached, 1.0: self.base} if set(usual) <= set(reached) else {}
 
     @cached_property
+    def own(self) -> Sequence[Unknown]:
+        """The body's numbers that the laboratory told a deviation of by their keys.
+
+        Every hypothesis fits them, as far as there is such a body.
+        """
+        tests = self.measurement.applied(self.config)
+        every_test = [
+            {(p.key, p.value(own)) for p in every(own) if p.section.role is Role.BODY}
+            for own in tests
+        ]
+        alike = dict(set.intersection(*every_test))
+        known = {each.name: each for each in self.nuisances if each.name in alike}
+        stiffnesses = modulus_keys(self.applied)
+        return [
+            _feasible(
+                self.applied,
+                replace(
+                    each.unknown, prior=Prior(alike[key], each.std, "as reported"),
+                    modulus=key in stiffnesses,
+                ),
+            )
+            for key, each in known.items()
+        ]  # fmt: skip
+
+    @cached_property
     def nuisances(self) -> Sequence[Nuisance]:
         """Numbers of rig and body by which the readings change, too."""
         return [] if self.rough else nuisances(self.measurement, self.base)
@@ -309,7 +341,8 @@ class FingerSimulation:
     @property
     def rig(self) -> Sequence[Nuisance]:
         """Nuisances that no hypothesis fits."""
-        fitted = {MODULUS, WALL} if self.walls else {MODULUS}
+        fitted = {MODULUS, *(each.key for each in self.own)}
+        fitted |= {WALL} if self.walls else set()
         own = [each for each in self.nuisances if each.name not in fitted]
         return [replace(each, change=np.nan_to_num(each.change)) for each in own]
 
@@ -369,7 +402,8 @@ class FingerSimulation:
         Raises:
             ConfigError: one line, where the simulation does not reach all readings.
         """
-        keys = (*(number.gradient for number, _ in steps), *modulus_keys(self.applied))
+        own = modulus_keys(self.applied)
+        keys = (*(number.gradient for number, _ in steps), *own)
         variant = ModelVariant(values, keys)
         (run,) = simulate(self.measurement, self.config, [variant], self.workers)
         if not np.isfinite(run.readings).all():
@@ -377,7 +411,7 @@ class FingerSimulation:
             why = "; ".join(each.why for each in run.failures) or "no reading"
             raise ConfigError(f"{' with '.join(dict.fromkeys(names)) or 'the model'}: {why}")
         by_log = run.by_log_modulus(self.measurement)
-        for number, _ in steps:
+        for number in (each for each, _ in steps if each.gradient not in own):
             if number.modulus and number.gradient in run.slopes:
                 value = float(np.ravel(values[number.key])[0])
                 by_log = by_log + run.slopes[number.gradient] * value
@@ -526,16 +560,65 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
         slopes[:] = np.nan
     own = [Coordinate.within(-1.0, 1.0)] if spread else []
     every = SimulatedChanges(zeta, told_values, slopes, nodes)
-    baseline = trained_on(every, own, off.noise, share=1.0, left_out=())
+    baseline: Emulator = trained_on(every, own, off.noise, share=1.0, left_out=())
     always = [factor]
     if spread:
         key, wall_mm = wall(simulation.applied)
         prior, reach = Prior(wall_mm, wall_mm * spread, "as reported"), POLICY.walls_reach
         always.append(Unknown(key, prior, -reach, reach, role="always", names=(WALLS,)))
+    if simulation.own:
+        baseline = Stacked.of(baseline, _linear(simulation, off, nodes, factor, len(always) - 1))
+        always += simulation.own
     return InferenceProblem(
         listed["value"].to_numpy(), simulation.base.readings, tuple(always), {},
         off.covariance, kernel(off.along), {}, baseline,
     )  # fmt: skip
+
+
+def _linear(
+    simulation: FingerSimulation, off: Errors, nodes: np.ndarray, factor: Unknown, first: int
+) -> Emulator:
+    """Emulate what the body's own numbers change, by their slopes at the base simulation.
+
+    Args:
+        simulation: of the model.
+        off: its errors.
+        nodes: ζ of the moduli.
+        factor: c by it.
+        first: how many of the model's numbers stand between these and the moduli.
+    """
+    own, base, centre = simulation.own, simulation.base, simulation.centre
+    factors = factor.at(nodes) / centre if simulation.scales else np.ones(len(nodes))
+    rates = [each.prior.spread * (centre if each.modulus else 1.0) for each in own]
+    slopes = np.array([
+        [simulation.read(base, by, each.key) * rate for each, rate in zip(own, rates, strict=True)]
+        for by in factors
+    ])  # fmt: skip
+    d = len(own)
+    steps = np.eye(d, first + d, first)
+    known = np.full((len(nodes), d, first + d, slopes.shape[2]), np.nan)
+    known[:, :, first:] = slopes[:, None]
+    straight = [
+        Coordinate(lambda zeta: zeta, amplitude=True, of=first + i, rate=1.0) for i in range(d)
+    ]
+    told = SimulatedChanges(steps, slopes, known, nodes)
+    return trained_on(told, straight, off.noise, degree=1, share=1.0, left_out=())
+
+
+def _feasible(config: Config, number: Unknown) -> Unknown:
+    """Return a number within those that a body can be built of."""
+    ends = []
+    for sign in (-1.0, 1.0):
+        end = 0.0
+        while end < POLICY.walls_reach:
+            try:
+                changed(config, number.change(float(number.at(sign * (end + POLICY.read_beyond)))))
+            except ConfigError:
+                break
+            end += POLICY.read_beyond
+        ends.append(sign * end)
+    low, high = ends
+    return replace(number, low=low, high=high, role="always")
 
 
 def spread(even: np.ndarray) -> np.ndarray:

@@ -14,10 +14,16 @@ from support.measured_files import written
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Change, Config, ConfigError
+from dolfingrip.diagnosis.answer.errors import errors_of
+from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger.model import FingerSimulation, not_reached
-from dolfingrip.diagnosis.policy import ROUTES
+from dolfingrip.diagnosis.finger.model import (
+    FingerSimulation,
+    baseline_problem,
+    not_reached,
+)
+from dolfingrip.diagnosis.policy import POLICY, ROUTES
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import (
     ModelVariant,
@@ -37,7 +43,7 @@ chambers = 1
 chambers = 1
 wall_mm = 6.0
 [nuisance]
-film.silk.Et_N_per_mm = 0.5
+film.silk.Et_N_per_mm = 1.0
 """
 FILM = "film.silk.Et_N_per_mm"
 
@@ -98,7 +104,7 @@ def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store
     exactly = -0.2 * pressure * base.by_control
     np.testing.assert_allclose(columns["modulus"], exactly, atol=0.02 * np.abs(exactly).max())
     ends = [with_all(measurement, store, {FILM: 3 + way}).readings for way in (0.05, -0.05)]
-    np.testing.assert_allclose(columns[FILM], 5 * (ends[0] - ends[1]), rtol=1e-3)
+    np.testing.assert_allclose(columns[FILM], 10 * (ends[0] - ends[1]), rtol=1e-3)
     walls = 0.05 * np.where(measurement.listed()["specimen"] == "A", 7.0, 6.0)
     np.testing.assert_allclose(columns["wall"], walls * base.slopes["cast.wall_mm"])
     assert (columns["wall"] < 0).all()
@@ -113,6 +119,30 @@ def test_moduli_scale_exactly(
     assert changes[FILM] == 3.75
     there = with_all(measurement, store, changes).readings
     np.testing.assert_allclose(simulation.read(simulation.base, 1.25), there, rtol=2e-3)
+
+
+def test_the_bodys_own_numbers_are_fitted_as_moduli_are(
+    simulation: FingerSimulation, measurement: Measurement, store: Path
+) -> None:
+    """Against a simulation with a stiffer film and all moduli changed, to what is far below the
+    noise; no film has no stiffness."""
+    (film,) = simulation.own
+    assert (film.key, film.prior.at(1.0), film.modulus) == (FILM, 4.0, True)
+    off = errors_of(simulation)
+    assert FILM not in {each.name for each in off.shared}
+    problem = baseline_problem(simulation, off)
+    assert [each.key for each in problem.always] == [MODULUS, FILM]
+    zeta = np.array([np.log(1.25) / problem.factor.log_std, 0.2])
+    there = scaled_moduli(simulation.base.runs[0].config, 1.25)
+    plain, stiffer = (
+        with_all(measurement, store, {**there, FILM: 1.25 * et}).readings for et in (3.0, 3.2)
+    )
+    found = problem.predicted((), zeta) - problem.predicted((), zeta * [1, 0])
+    np.testing.assert_allclose(found, stiffer - plain, rtol=0.25)
+    assert np.abs(found).max() < 0.01 * off.noise.min()
+    low, high = problem.baseline_box[1]
+    assert film.prior.at(low) > 0 >= film.prior.at(low - POLICY.read_beyond) - 1e-9
+    assert high == pytest.approx(POLICY.walls_reach)
 
 
 def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
