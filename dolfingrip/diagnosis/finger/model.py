@@ -402,19 +402,19 @@ class FingerSimulation:
         Raises:
             ConfigError: one line, where the simulation does not reach all readings.
         """
-        own = modulus_keys(self.applied)
-        keys = (*(number.gradient for number, _ in steps), *own)
-        variant = ModelVariant(values, keys)
+        stiffnesses = modulus_keys(self.applied)
+        variant = ModelVariant(values, (*(number.gradient for number, _ in steps), *stiffnesses))
         (run,) = simulate(self.measurement, self.config, [variant], self.workers)
         if not np.isfinite(run.readings).all():
             names = [key.split(".")[1] for key in values if key.startswith("extensions.")]
             why = "; ".join(each.why for each in run.failures) or "no reading"
             raise ConfigError(f"{' with '.join(dict.fromkeys(names)) or 'the model'}: {why}")
         by_log = run.by_log_modulus(self.measurement)
-        for number in (each for each, _ in steps if each.gradient not in own):
-            if number.modulus and number.gradient in run.slopes:
-                value = float(np.ravel(values[number.key])[0])
-                by_log = by_log + run.slopes[number.gradient] * value
+        for number, _ in steps:
+            key = number.gradient
+            # the body's own stiffnesses are in the derivative already, those of effects are not
+            if number.modulus and key in run.slopes and key not in stiffnesses:
+                by_log = by_log + run.slopes[key] * float(np.ravel(values[number.key])[0])
         return replace(run, slopes={**run.slopes, MODULUS: by_log})
 
     def of(self, measurement: Measurement, *, known_mesh: bool = True) -> FingerSimulation:
