@@ -170,6 +170,7 @@ def test_the_doctor_says_what_is_there(capfd: pytest.CaptureFixture[str]) -> Non
     said = dict(line.split(maxsplit=1) for line in capfd.readouterr().out.splitlines())
     assert said["DOLFINx"].startswith(f"{__version__}, PETSc ")
     assert said["factors"].startswith(("CHOLMOD, ", "MUMPS; "))
+    assert said["contact"].endswith(", works on this processor")
     assert Path(said["Python.h"]).is_file()
     assert said["threads"].startswith("1 ")
     assert said.get("scripts/run", "--forget would free 0 MB") == "--forget would free 0 MB"
@@ -186,6 +187,23 @@ def test_a_missing_compiler_is_told(
     with pytest.raises(typer.Exit):
         doctor(DoctorSettings())
     assert "\ncompiler    missing (no-such-compiler): " in capfd.readouterr().out
+
+
+@pytest.mark.usefixtures("empty_cache")
+def test_a_library_that_crashes_on_this_processor_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """As the wheel of ipctk 1.6.1 does without AVX-512."""
+    from dolfingrip.cli.doctor_command import doctor
+
+    crash = "import os, signal\nos.kill(os.getpid(), signal.SIGILL)\n"
+    (tmp_path / "ipctk.py").write_text(crash, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(typer.Exit):
+        doctor(DoctorSettings())
+    said = dict(line.split(maxsplit=1) for line in capfd.readouterr().out.splitlines())
+    assert said["contact"].startswith("missing: ipctk ")
+    assert "crashes on this processor (SIGILL)" in said["contact"]
 
 
 def test_a_script_beside_a_clone_imports_the_installed_package(tmp_path: Path) -> None:

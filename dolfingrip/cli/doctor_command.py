@@ -8,6 +8,7 @@ import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -36,6 +37,7 @@ def doctor(_settings: DoctorSettings) -> None:
         ("Python.h", _header()),
         ("OpenGL", _opengl()),
         ("factors", _factors()),
+        ("contact", _contact()),
         ("caches", _cache()),
         *(("", line) for line in _environments()),
         ("threads", _threads()),
@@ -96,6 +98,33 @@ def _factors() -> str:
     if cholmod.available():
         return f"CHOLMOD, {cholmod.header()}"
     return "MUMPS; faster with CHOLMOD: install libsuitesparse-dev (Debian) or suitesparse (conda)"
+
+
+TOUCH = """
+import ipctk, numpy
+faces = numpy.array([[0, 1, 2], [3, 4, 5]], dtype=numpy.int32)
+at = numpy.asfortranarray(numpy.eye(6, 3))
+ipctk.has_intersections(ipctk.CollisionMesh(at, ipctk.edges(faces), faces), at)
+"""
+"""The least that uses compiled code of contact."""
+
+
+def _contact() -> str:
+    """A wheel that was compiled for another processor crashes once it is used."""
+    if not find_spec("ipctk"):
+        return "missing (ipctk)"
+    ended = subprocess.run([sys.executable, "-c", TOUCH], capture_output=True, check=False)
+    version = _version("ipctk")
+    if ended.returncode == 0:
+        return f"ipctk {version}, works on this processor"
+    why = (
+        f"crashes on this processor ({signal.Signals(-ended.returncode).name})"
+        if ended.returncode < 0
+        else f"does not work: {ended.stderr.decode(errors='replace').splitlines()[-1]}"
+    )
+    return (
+        f"missing: ipctk {version} {why}; install another version: pip install 'ipctk!={version}'"
+    )
 
 
 def _cache() -> str:
