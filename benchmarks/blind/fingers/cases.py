@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import scipy.linalg
@@ -27,12 +27,16 @@ from benchmarks.blind.fingers import finger
 from benchmarks.blind.fingers.finger import MODULUS, PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
+from dolfingrip.diagnosis.core.evidence import NONE
 from dolfingrip.diagnosis.core.unknown import causes
-from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
-from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.data import measurement
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, analyse, diagnose
+from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.run import silent
 
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
     "development": {"one": 3, "with_outsider": 3, "outsider": 3, "nuisance": 5, "two": 2,
@@ -52,6 +56,9 @@ REACH: Final = 2.5
 STRENGTHS: Final = (0.3, 3.0)
 """Of outsiders, by the ordinary ones."""
 TRIES: Final = 300
+HOPELESS: Final = 0.5
+"""Share of the least strength: a draw that has less by the analyser's emulators is not simulated.
+They miss 0.1 to 3 standard deviations of the noise, so that none is left out that would be kept."""
 
 
 class Bench:
@@ -62,6 +69,7 @@ class Bench:
         scratch: folder of measurements and simulations.
         workers: processes.
         effects: that are hidden and tried; the whole catalogue where None.
+        screened: whether draws are simulated only where the analyser's emulators leave hope.
     """
 
     def __init__(
@@ -70,11 +78,14 @@ class Bench:
         scratch: Path,
         workers: int = 2,
         effects: Sequence[str] | None = None,
+        *,
+        screened: bool = False,
     ) -> None:
         self.protocol = PROTOCOLS[protocol]
         self.coarse = replace(self.protocol, mesh=self.protocol.strength_mesh)
         self.scratch = scratch
         self.effects = effects
+        self.screened = screened
         where = Where(workers=workers)
         # a case is drawn up to TRIES times: its processes start once, and end with Python's
         self.workers = Workers(scratch / "generator", where, kept=Pool(where))
@@ -102,6 +113,10 @@ class Bench:
             change = self.readings(truth) - self.plain
         except (ValueError, ConfigError):
             return 0.0
+        return self.strength(change, own)
+
+    def strength(self, change: np.ndarray, own: str = "") -> float:
+        """Length of a change of the readings, (n,), by their noise, as for :meth:`sigma`."""
         others = self.told[:, [name != own for name in NUISANCES[:-1]]]
         covariance = np.eye(len(change)) + others @ others.T
         lower = scipy.linalg.cholesky(covariance, lower=True)
@@ -110,6 +125,32 @@ class Bench:
             for each in (change, self.by_modulus)
         )
         return after_modulus(white, along)
+
+    def hopeless(self, name: str, zeta: np.ndarray) -> bool:
+        """Tell if a cause's numbers are far too weak to be seen, without their simulation."""
+        if not self.screened:
+            return False
+        problem = self.unhidden.problem
+        if name not in problem.emulators:
+            return name in self.unhidden.unseen
+        plain = np.zeros(problem.nuisance_count)
+        change = problem.predicted((name,), np.r_[plain, zeta]) - problem.predicted(NONE, plain)
+        listed = self.unhidden.simulation.measurement.listed()
+        white = np.concatenate([
+            change[(listed["experiment"] == experiment) & (listed["column"] == column)]
+            / self.protocol.std(column)
+            for experiment, columns in self.protocol.columns.items() for column in columns
+        ])  # fmt: skip
+        return self.strength(white) < HOPELESS * SEEN
+
+    @cached_property
+    def unhidden(self) -> Analysis[Any]:
+        """The analyser's emulators about the finger in which nothing is hidden."""
+        tables = finger.measured(self.coarse, Truth(), self.workers)
+        file, config = finger.write(self.protocol, tables, self.scratch), self.protocol.analysed()
+        read, _ = measurement.selected(measurement.read([file], config), config)
+        with staying(self.scratch / "analyser", self.workers.where.workers, silent) as workers:
+            return analyse(read, config, workers, self.effects)
 
 
 def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
@@ -126,7 +167,8 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
             cause = bench.causes[name]
             own = ordinary(rng, cause, 2.0 if wide else 1.0, REACH)
             overrides = cause.overrides(own)
-            sigma.append(bench.sigma(Truth(overrides)))
+            weak = bench.hopeless(name, own)
+            sigma.append(0.0 if weak else bench.sigma(Truth(overrides)))
             truth = replace(truth, causes={**truth.causes, **overrides})
             zeta += own.tolist()
             if sigma[-1] < SEEN:
@@ -188,5 +230,5 @@ def bench(
     protocol: str, scratch: Path, workers: int = 2, effects: Sequence[str] | None = None
 ) -> said.Bench[Case[Truth]]:
     """A protocol's cases; measurements and simulations are kept in ``scratch``."""
-    own = Bench(protocol, scratch, workers, effects)
+    own = Bench(protocol, scratch, workers, effects, screened=True)
     return said.Bench(partial(drawn, own), partial(diagnosed, own))
