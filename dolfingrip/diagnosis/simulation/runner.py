@@ -349,7 +349,8 @@ class Workers:
         if self.known is not None:
             self._enter(self.known, self._missing(requests))
         if not self.computes and (missing := self._missing(requests)):
-            raise NotAtHand(f"{len(missing)} simulations are not at hand")
+            one = len(missing) == 1
+            raise NotAtHand(f"{len(missing)} simulation{' is' if one else 's are'} not at hand")
         return self._computed(requests)
 
     def at_hand(self) -> Workers:

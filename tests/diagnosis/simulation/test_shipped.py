@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,11 @@ from support.here import Here, simulated
 from benchmarks import shipped_file
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config, changed
+from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.model import coarser
+from dolfingrip.diagnosis.plan import analyse_plan
 from dolfingrip.diagnosis.simulation import runner
 from dolfingrip.diagnosis.simulation.runner import Shipped, Workers, request, staying
 from dolfingrip.diagnosis.simulation.simulated import groups
@@ -162,6 +165,31 @@ def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
     free = (measurement.listed()["column"] == "angle_deg").to_numpy()
     assert thinner[free].max() > 5.0  # degrees
     assert thicker[free].min() < -5.0
+
+
+class Asked(Exception):
+    """All simulations of the causes were asked for and found."""
+
+
+@dataclass(frozen=True, slots=True)
+class UpToTheCauses(Workers):
+    def results(self, requests: Sequence[Request]) -> list[Answer]:
+        found = Workers.results(self, requests)
+        acting = {e.name() for each in requests for e in each.config.extensions.active()}
+        if acting - {"pressure_gain", "pressure_offset"}:  # by which the model itself is derived
+            raise Asked
+        return found
+
+
+def test_simulations_of_all_causes_are_at_hand_too(tmp_path: Path) -> None:
+    """What a plan of the paper's protocol asks for; places of causes may have changed since."""
+    paper, _ = rig.read(None, Config())
+    for number, measurement in enumerate((reference_measurement(), paper)):
+        found = opened(runner.FILE)
+        found.agrees = True
+        workers = UpToTheCauses(tmp_path / f"{number}", known=found, computes=False)
+        with pytest.raises(Asked):
+            analyse_plan(measurement, Config(), workers, None)
 
 
 def test_anew_believes_nothing(tmp_path: Path) -> None:
