@@ -56,6 +56,8 @@ _PLAIN: Final = {
 }
 _DATE: Final = r"\d{1,4}(?P<sign>[-./])\d{1,2}(?P=sign)\d{1,4}"
 _NUMBER: Final = re.compile(rf"[+\-−]?[\d{_GROUPS}.,]*\d[.,]?(?:[eE][+\-−]?\d+)?")
+_SPREAD: Final = re.compile(rf"(?<=\d) ?(?:±|\+/[-−]) ?{_NUMBER.pattern}")
+"""What a number is uncertain by, behind it."""
 _WITH_UNIT: Final = re.compile(rf"({_NUMBER.pattern}) ?([^\W\d][^\s;]*(?: [^\W\d][^\s;]*)?|[%°‰])")
 _CLOCK: Final = re.compile(
     rf"(?P<date>{_DATE}(?:[ T]|, ?))?"
@@ -356,7 +358,7 @@ def _text(cell: Any, decimal: str) -> str:
     if isinstance(value, (int, float)):
         shown = f"{100 * value:.15g} %" if "%" in cell.number_format else str(value)
         return shown.replace(".", decimal)
-    return "" if value is None else str(value)
+    return "" if value is None else _alone(str(value))
 
 
 def _texts(data: bytes, encoding: str | None) -> Iterator[tuple[str, str]]:
@@ -442,10 +444,13 @@ def _split(text: str, separator: str) -> list[str]:
     text = COMMENT.sub("#", text, count=1) if COMMENT.match(text) else text
     if separator == " ":
         return re.split(r"\s+", text.strip())
-    return [
-        cell.strip()
-        for cell in next(csv.reader([text], delimiter=separator, skipinitialspace=True))
-    ]
+    cells = next(csv.reader([text], delimiter=separator, skipinitialspace=True))
+    return [_alone(cell.strip()) for cell in cells]
+
+
+def _alone(cell: str) -> str:
+    """A cell without what its number is uncertain by."""
+    return _SPREAD.sub("", cell) if "±" in cell or "+/" in cell else cell
 
 
 def _is_data(cells: list[str]) -> bool:

@@ -27,7 +27,7 @@ UNNAMED: Final = "its name is not known"
 """Why a column is not certain of which the unit alone is known."""
 
 DOUBTFUL: Final = "its name may be that of another number"
-"""Why a column is not certain that may be a scatter, a function or a multiple of a quantity."""
+"""Why a column is not certain that may be a scatter, a multiple or a prediction of a quantity."""
 
 AIR_KPA: Final = 101.325
 """The standard atmosphere."""
@@ -121,19 +121,22 @@ def _normal(text: str) -> str:
 
 
 @cache
+def _pattern(word: str) -> re.Pattern[str]:
+    """Finds a word in a plain name: alone, or as a part of another where the language does so."""
+    text = re.escape(plain(word))
+    if word[0] >= "\u0370" and len(word) == 1 and word < "\u0400":  # a Greek letter
+        text = rf"(?<![^\W\d_]){text}(?![^\W\d_])"
+    elif word[0] < "\u0370":
+        alone = rf"(?<![a-z]){text}(?![a-z])"
+        compound = len(word) >= 5 and " " not in word  # Biegewinkel, Druckluft
+        text = rf"{alone}|(?<![a-z]){text}|{text}(?![a-z])" if compound else alone
+    return re.compile(text)
+
+
+@cache
 def _patterns() -> list[tuple[str, re.Pattern[str]]]:
-    found = []
-    for quantity, words in _known()["quantities"].items():
-        for word in _words(words):
-            text = re.escape(plain(word))
-            if word[0] >= "\u0370" and len(word) == 1 and word < "\u0400":  # a Greek letter
-                text = rf"(?<![^\W\d_]){text}(?![^\W\d_])"
-            elif word[0] < "\u0370":
-                alone = rf"(?<![a-z]){text}(?![a-z])"
-                compound = len(word) >= 5 and " " not in word  # Biegewinkel, Druckluft
-                text = rf"{alone}|(?<![a-z]){text}|{text}(?![a-z])" if compound else alone
-            found.append((quantity, re.compile(text)))
-    return found
+    told = _known()["quantities"].items()
+    return [(quantity, _pattern(word)) for quantity, words in told for word in _words(words)]
 
 
 def quantities(name: str) -> list[str]:
@@ -390,12 +393,11 @@ def recognise(header: str) -> Recognised:
 
 
 def _doubtful(name: str) -> bool:
-    """Say if a name may be that of a scatter, a function or a multiple of its quantity."""
-    words = (
-        rf"(?<!\w){re.escape(plain(each))}(?!\w)" for each in _words(_known()["doubt"]["words"])
-    )
+    """Say if a name may be that of a scatter, a multiple or a prediction of its quantity."""
+    told = plain(name)
     return bool(
-        re.search(rf"[*×^²³√]|\b1 ?/|(?<!\w)(-|\d+ ?-|x ?\d)|{'|'.join(words)}", plain(name))
+        re.search(r"[*×^²³√]|\b1 ?/|(?<!\w)(-|\d+ ?-|x ?\d)", told)
+        or any(_pattern(each).search(told) for each in _words(_known()["doubt"]["words"]))
     )
 
 

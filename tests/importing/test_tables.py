@@ -21,6 +21,7 @@ import pytest
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.importing import importing
+from dolfingrip.importing.header import DOUBTFUL, recognise
 from dolfingrip.importing.importing import ImportedTable, understand
 from dolfingrip.importing.told import Question, Told
 
@@ -387,6 +388,10 @@ TABLES = (
          "angle_deg": [0, math.degrees(0.1), 12]},
     ),
     LabTable(
+        "spread.csv", "p [kPa];Winkel [°]\n0 ± 0,5;0,5 ± 0,3\n10+/-0,5;4,5 ± 0,3 °\n".encode(),
+        {"pressure_kPa": [0, 10], "angle_deg": [0.5, 4.5]},
+    ),
+    LabTable(
         "merged.xlsx", sheet(MERGED),
         {"time_s": [0, 1, 2], "pressure_kPa": [0, 20, 40], "angle_deg": [0, 5.5, 11]},
     ),
@@ -421,6 +426,28 @@ def test_a_table_whose_units_are_told_is_imported_right(table: LabTable, tmp_pat
     comments = [text for text in toml.read_text(encoding="utf-8").splitlines() if text[:1] == "#"]
     for name in table.right:
         assert any(text.startswith(f"# {name} ") for text in comments), name
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Half bending angle [deg]", "theta_FEM [deg]", "AngleSim [deg]", "Halbwinkel [°]",
+     "Winkelfehler [°]", "Druckabweichung [kPa]", "Force calc. [N]", "Reibkraft [N]",
+     "Lateral force [N]", "仿真角度 [deg]", "角度误差 [deg]", "각도 오차 [deg]",
+     "Angle théorique [°]"],
+)  # fmt: skip
+def test_the_name_of_another_number_than_a_reading_is_asked_about(name: str) -> None:
+    found = recognise(name)
+    assert (found.readings, found.why) == ((), DOUBTFUL)
+    assert found.offered
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Tip bending angle [deg]", "Angle exp. [deg]", "Standardkraft [N]", "Kraftsensor [N]",
+     "Blocking force [N]", "Contact force [N]", "弯曲角度 [deg]", "Max. force [N]"],
+)  # fmt: skip
+def test_a_reading_may_have_other_words_in_its_name(name: str) -> None:
+    assert len(recognise(name).readings) == 1
 
 
 @pytest.mark.parametrize(
