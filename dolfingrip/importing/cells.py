@@ -255,7 +255,11 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
             yield _chosen(tables, told)
     else:
         for encoding, text in _texts(data, told.encoding):
-            if (cells := _of_text(text, encoding, told)) is not None:
+            try:
+                cells = _of_text(text, encoding, told)
+            except ConfigError as error:
+                raise ConfigError(f"{file}: {error}") from None
+            if cells is not None:
                 found = True
                 yield cells
     if not found:
@@ -672,6 +676,7 @@ def _decimal(cells: list[str], separator: str) -> str:
     """The decimal sign of a table's numbers.
 
     Raises:
+        ConfigError: one line, where the numbers have no sign in common.
         Question: 1,234 may be a thousand or one, and nothing else in the table tells.
     """
     can_be = dict.fromkeys(".,", True)

@@ -477,6 +477,7 @@ def test_a_reading_may_have_other_words_in_its_name(name: str) -> None:
         ("t [s],p [kPa],angle [°],force [N]\n0,0,0,0\n1,50,12,1\n", ["--experiment bending"]),
         ("Weg [mm];Kraft [N]\n0,5;0\n1,5;2\n", ["--gauge-length VALUE", "--area VALUE"]),
         ("t [s],x [kPa],angle [°]\n0,0,0\n1,50,12\n", ['--column "x [kPa]=pressure_kPa"']),
+        ("p [mPa],angle [°]\n0,0\n0.05,12\n", ['--column "p [mPa]*1000=pressure_kPa"']),
         ("p [inWG],angle [°]\n0,0\n0.5,12\n", ['--column "p [inWG]*FACTOR=pressure_kPa"']),
         ("t [s],p [%],angle [°]\n0,0,0\n1,5,12\n", ['--column "p [%]*FACTOR=pressure_kPa"']),
         ("t [s],p [kPa],angle [°]\n0:00,0,0\n0:30,5,12\n", ['--column "t [s]=time_min"']),
@@ -518,6 +519,7 @@ def test_two_readings_of_a_column_are_refused_with_the_line_to_add(
         ("t [s],p [kPa],angle [°]\n0,0,-\n1,2,-\n", "or without numbers: angle [°]"),
         ("t [s],vacuum [kPa],angle [°]\n0,-40,0\n1,50,3\n", "suction and pressure in one table"),
         ("lambda,true stress [MPa]\n1,0\n2,3\n", "allowed: "),
+        ("p [kPa];angle [°]\n0;0,5\n5;2.5\n", "lab.csv: its numbers have points and commas"),
         ("t [s],p [kPa],angle [°]\n0,0,0\nvalve,1,2\n1,2,3\n", "remove a line that is no reading"),
     ],
 )
