@@ -192,6 +192,7 @@ class FingerSimulation:
             ends go on along a straight line, or are 0.
         tried_walls: thicknesses by that configured that are simulated beside the usual ones.
         failures: why the base simulation ended before readings that are left out.
+        softest: least factor of all moduli; 0 where the readings alone bound it.
     """
 
     measurement: Measurement
@@ -203,6 +204,7 @@ class FingerSimulation:
     rough: bool = True
     tried_walls: tuple[float, ...] = ()
     failures: Sequence[SimulatedGroup] = ()
+    softest: float = 0.0
 
     closed_form: ClassVar = False
 
@@ -497,6 +499,10 @@ class FingerSimulation:
         return self.graded(plain, factor)[0]
 
 
+class NothingReached(ConfigError):
+    """A test has no reading to which the base simulation comes."""
+
+
 def not_reached(
     measurement: Measurement,
     known: Measurement,
@@ -512,17 +518,18 @@ def not_reached(
         failures: of the base simulation.
 
     Raises:
-        ConfigError: one line, where a test has none left.
+        NothingReached: one line, where a test has none left.
     """
     every = measurement.listed()["test"].to_numpy()
     reached = known.listed()["test"].to_numpy()[np.isfinite(readings)]
     found = []
     for test in measurement.tests:
         count, left = (int((each == test.number).sum()) for each in (every, reached))
-        why = "; ".join(each.why for each in failures if test.number in each.group.tests)
+        ended = (each.why for each in failures if test.number in each.group.tests)
+        why = "; ".join(filter(None, ended))
         who = f"{test.experiment} of {test.specimen}: the base simulation"
         if not left:
-            raise ConfigError(f"{who} reaches no reading: {why}")
+            raise NothingReached(f"{who} reaches no reading: {why}")
         if lost := count - left:
             found.append(
                 f"{who} does not reach {lost} of {count} readings, which are left out: {why}"
@@ -541,6 +548,8 @@ def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProb
     free = len({str(moduli(each)) for each in applied}) == 1 and std > 0
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
+    if simulation.softest:
+        ends[0] = np.log(simulation.softest)
     ends = ends / std if free else np.array([-1.0, 1.0])
     low, high = map(float, ends)
     factor = factor_of_moduli(std, low, high, (MODULUS,) if free else ())
@@ -775,9 +784,17 @@ def model(
 ) -> tuple[FingerSimulation, Errors, InferenceProblem]:
     """The model without causes, simulated where its moduli and walls follow the readings."""
     rough = first_pass(measurement, config, workers, say)
+    simulation: FingerSimulation | None = None
     for _ in range(POLICY.passes):
         say("simulating the measurement on a graded mesh")
-        simulation = refine_until_consistent(rough)
+        try:
+            simulation = refine_until_consistent(rough)
+        except NothingReached as error:
+            if simulation is None:
+                raise
+            # readings that were measured exclude moduli at which the finger ends before them
+            say(f"{error}; the moduli are stiffer")
+            simulation = replace(simulation, softest=simulation.centre / simulation.headroom)
         off = errors_of(simulation)
         plain = baseline_problem(simulation, off)
         while (walls := _beyond(simulation, plain)) is not None:
@@ -785,11 +802,12 @@ def model(
             simulation = replace(simulation, tried_walls=(*simulation.tried_walls, walls))
             plain = baseline_problem(simulation, off)
         centre = fitted_moduli(plain, simulation)
-        if centre == simulation.centre:
+        if centre == simulation.centre or simulation.softest:
             break
         say(f"the moduli are about {centre:.2g} times those configured; simulating there")
         other = replace(rough, flat=simulation.flat, centre=centre, headroom=ROUTES.headroom)
         rough = truncate_before_failure(other)
+    assert simulation is not None
     return simulation, off, plain
 
 

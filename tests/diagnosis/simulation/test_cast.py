@@ -5,6 +5,7 @@ Nothing was measured: what is simulated matters here.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,10 @@ from dolfingrip.diagnosis.answer.errors import errors_of
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
+from dolfingrip.diagnosis.finger import model
 from dolfingrip.diagnosis.finger.model import (
     FingerSimulation,
+    NothingReached,
     baseline_problem,
     not_reached,
 )
@@ -182,6 +185,31 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     nothing = read([written(tmp_path, lines, told)], ends)
     with pytest.raises(ConfigError, match=r"^bending of B: the base simulation reaches no reading"):
         diagnose_measurement(nothing, ends, Here(store), DiagnosisSettings(quick=True, effects=()))
+
+
+def test_moduli_at_which_the_finger_ends_before_its_readings_are_left(
+    simulation: FingerSimulation, measurement: Measurement, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The readings are of 0.4 times the moduli, where the simulation is made to reach nothing."""
+    soft = measurement.reading(simulation.read(simulation.base, 0.4))
+    stiff = FingerSimulation(soft, block(), simulation.workers, simulation.flat)
+    refined = model.refine_until_consistent
+
+    def refine(rough: FingerSimulation) -> FingerSimulation:
+        if rough.centre < 0.9:
+            raise NothingReached("bending of A reaches no reading: inverted")
+        return refined(rough)
+
+    monkeypatch.setattr(model, "first_pass", lambda *asked: stiff)
+    monkeypatch.setattr(model, "refine_until_consistent", refine)
+    said: list[str] = []
+    found, _, problem = model.model(soft, block(), simulation.workers, said.append)
+    assert "bending of A reaches no reading: inverted; the moduli are stiffer" in said
+    assert found.centre == 1.0
+    assert problem.factor.at(problem.baseline_box[0, 0]) == pytest.approx(1 / ROUTES.headroom)
+    monkeypatch.setattr(model, "first_pass", lambda *asked: replace(stiff, centre=0.4))
+    with pytest.raises(NothingReached):
+        model.model(soft, block(), simulation.workers, said.append)
 
 
 def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:
