@@ -55,7 +55,7 @@ def test_front_of_zdt1_is_found() -> None:
 
 
 def test_front_of_the_stand_in_is_the_analytic_one() -> None:
-    found = _stand_in_front(NSGA2Settings(population=200, generations=100))
+    found = _stand_in_front(NSGA2Settings(population=200, generations=150))
     inside = (found.values[:, 0] > 2.4) & (found.values[:, 0] < 7.5)
     assert inside.sum() > 50
     best = np.array([stand_in.best(cog) for cog in found.values[:, 0][inside]])
