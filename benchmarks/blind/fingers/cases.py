@@ -116,7 +116,15 @@ class Bench:
         return self.strength(change, own)
 
     def strength(self, change: np.ndarray, own: str = "") -> float:
-        """Length of a change of the readings, (n,), by their noise, as for :meth:`sigma`."""
+        """Length of a change after the modulus and what nuisances may change.
+
+        Args:
+            change: of the readings by their noise, in the order of :func:`finger.flat`, shape (n,).
+            own: a nuisance that it is of.
+
+        Returns:
+            Standard deviations.
+        """
         others = self.told[:, [name != own for name in NUISANCES[:-1]]]
         covariance = np.eye(len(change)) + others @ others.T
         lower = scipy.linalg.cholesky(covariance, lower=True)
@@ -127,7 +135,12 @@ class Bench:
         return after_modulus(white, along)
 
     def hopeless(self, name: str, zeta: np.ndarray) -> bool:
-        """Tell if a cause's numbers are far too weak to be seen, without their simulation."""
+        """Tell if a cause's numbers are far too weak to be seen, without their simulation.
+
+        Args:
+            name: of the cause.
+            zeta: its numbers, shape (d,).
+        """
         if not self.screened:
             return False
         problem = self.unhidden.problem
