@@ -117,7 +117,8 @@ class Explorer {
           this.#change(slider, short(input.value), input);
           this.#restSoon();
         });
-        input.addEventListener('change', () => this.#rest());
+        // a box that is left with the value it was entered with has no change of its own
+        for (const end of ['change', 'blur']) input.addEventListener(end, () => this.#rest());
       }
     }
     for (const button of document.querySelectorAll('.each')) {

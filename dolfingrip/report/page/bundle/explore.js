@@ -1940,7 +1940,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
             this.#change(slider, short(input.value), input);
             this.#restSoon();
           });
-          input.addEventListener("change", () => this.#rest());
+          for (const end of ["change", "blur"]) input.addEventListener(end, () => this.#rest());
         }
       }
       for (const button of document.querySelectorAll(".each")) {
