@@ -239,6 +239,11 @@ COPLANAR = 1e-3
 """Sine of the angle up to which two triangles of a curved face are one facet."""
 
 
+ROUNDED = 1e-5
+"""Distance by the extent up to which a point is off a plane by rounding: of single precision, as in
+a binary STL, that far from the origin."""
+
+
 def insert(surface: Faces) -> None:
     """Add the solid to the current, empty model.
 
@@ -246,6 +251,7 @@ def insert(surface: Faces) -> None:
         MeshError: if a face's outline is no closed line.
     """
     face = _numbered(surface)
+    surface = replace(surface, points=_flattened(surface, face))
     at, ends = surface.pairs
     border = face[at[:, 0]] != face[at[:, 1]]
     corner = _corners(surface, ends[border])
@@ -298,6 +304,40 @@ def _numbered(surface: Faces) -> Ints:
     flat = plane[at[:, 0]] | (turn < COPLANAR)
     same = (surface.face[at[:, 0]] == surface.face[at[:, 1]]) & flat
     return parts_of(at[same], len(surface.triangles))
+
+
+def _flattened(surface: Faces, face: Ints) -> Floats:
+    """(n, 3) points, each in all planes of its faces that it is off by rounding.
+
+    A part that is turned has no coordinate in common along a plane, so that rounding bends plane
+    faces and their straight edges, which would end at each point.
+
+    Args:
+        surface: of which a face is plane.
+        face: (m,) number of a plane face for each triangle.
+    """
+    pairs = np.column_stack([surface.triangles.ravel(), np.repeat(face, 3)])
+    point, of = np.unique(pairs, axis=0).T
+    count = np.bincount(of)
+    normal = replace(surface, face=face).face_vectors
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    level = np.einsum("ij,ij->i", surface.points[point], normal[of])
+    level = np.bincount(of, level) / count
+    planes: dict[int, list[int]] = defaultdict(list)
+    for one, plane in zip(point.tolist(), of.tolist(), strict=True):
+        if count[plane] > 3:  # a triangle is plane
+            planes[one].append(plane)
+    alike: dict[tuple[int, ...], list[int]] = defaultdict(list)
+    for one, found in planes.items():
+        alike[tuple(found)].append(one)
+    points = surface.points.copy()
+    for found, every in alike.items():
+        normals = normal[[*found]]
+        off = level[[*found]] - points[every] @ normals.T
+        step = off @ np.linalg.pinv(normals, rcond=0.05).T
+        rounded = np.linalg.norm(step, axis=1) < ROUNDED * surface.extent
+        points[every] += np.where(rounded[:, None], step, 0.0)
+    return points
 
 
 def _corners(surface: Faces, edges: Ints) -> np.ndarray:

@@ -246,6 +246,24 @@ def test_a_mesh_is_the_same_finger_wherever_it_lies(tmp_path: Path) -> None:
         assert (on_plane(found, np.arange(len(found.cells)), highest=False) == back).all(), name
 
 
+def test_triangles_of_single_precision_that_are_turned_have_the_same_elements(
+    tmp_path: Path,
+) -> None:
+    """Points every 0.5 mm along straight edges that rounding bends are no corners of the mesh."""
+    import pyvista as pv
+
+    drawn, least = pv.Box((0, 14, -8, 8, 0, 50), level=31, quads=False), []
+    hollow = pv.Box((4, 11, -5, 5, 4, 46), level=15, quads=False)
+    part = pv.merge([drawn, hollow]).extract_surface(algorithm="dataset_surface")
+    for angle, move in ((0.0, 0.0), (45.0, 300.0)):
+        part.rotate_z(angle).translate((move, -move, move)).save(tmp_path / "part.stl")
+        found = adopt(tmp_path / "part.stl", Asked(), MeshRequest())
+        assert found.quality.cavity_mm3 == pytest.approx(7 * 10 * 42 / 2, rel=1e-4)
+        least.append(found.quality.edge_min_mm)
+    assert least[1] == pytest.approx(least[0], rel=0.2)
+    assert least[1] > 1.0
+
+
 def test_a_back_by_rounded_numbers_is_the_plane_that_they_mean(tmp_path: Path) -> None:
     """The line `back` tells three decimals."""
     file = tmp_path / "bar.step"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import comb
 
@@ -37,6 +37,7 @@ class ModelPosterior:
         probability: of each, in the same order.
         log_density: ln p(y), averaged over all.
         as_reported: χ² of the model without causes, its own numbers as told.
+        modes: fits by causes and level before draws told more of them.
     """
 
     problem: InferenceProblem
@@ -44,6 +45,7 @@ class ModelPosterior:
     probability: np.ndarray
     log_density: float
     as_reported: float
+    modes: Mapping[Key, Sequence[MapFit]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -99,20 +101,34 @@ class ModelPosterior:
 
 
 def search(
-    problem: InferenceProblem, rng: np.random.Generator, *, sample: bool = True
+    problem: InferenceProblem,
+    rng: np.random.Generator,
+    *,
+    sample: bool = True,
+    before: ModelPosterior | None = None,
+    changed: Subset = NONE,
 ) -> ModelPosterior:
     """The posterior over all hypotheses of a problem.
 
     A pair of causes is left out where even its largest likelihood is far below the best evidence.
+
+    Args:
+        problem: the readings.
+        rng: of samples.
+        sample: whether likely hypotheses are sampled.
+        before: the posterior of the same readings and emulators, with other corrections.
+        changed: causes whose corrections are other; fits without these are those of before.
     """
     every, names, own = problem.levels, tuple(problem.emulators), problem.nuisance_count
-    fits: list[MapFit] = []
+    modes: dict[Key, Sequence[MapFit]] = {}
     zeta: dict[Key, np.ndarray] = {}
+    known = {} if before is None else before.modes
 
     def fit(subset: Subset, level: float, starts: Sequence[np.ndarray]) -> list[np.ndarray]:
-        found = _fits(every[level], subset, starts, POLICY.settled)
-        zeta[subset, level] = max(found, key=lambda each: each.log_evidence).zeta
-        fits.extend(found)
+        key = subset, level
+        found = () if {*subset} >= {*changed} else known.get(key, ())
+        found = modes[key] = found or _fits(every[level], subset, starts, POLICY.settled)
+        zeta[key] = max(found, key=lambda each: each.log_evidence).zeta
         return [each.zeta for each in found]
 
     start = np.zeros(own)
@@ -125,7 +141,8 @@ def search(
             first = [np.r_[zeta[NONE, level], z] for z in _starts(problem, name)]
             warm = fit((name,), level, [*warm, *(first[:1] if warm else first)])
     for pair in _pairs(every, names):
-        least = max(each.log_evidence for each in fits) - POLICY.hopeless
+        least = max(each.log_evidence for fits in modes.values() for each in fits)
+        least -= POLICY.hopeless
         hopeful = [level for level, columns in every.items() if columns.largest(pair) >= least]
         one, other = (zeta[(name,), 0.0] for name in pair)
         weak = [_starts(problem, name)[0] for name in pair]
@@ -135,7 +152,8 @@ def search(
         # the share that stays is counted without a discrepancy
         for level in sorted({0.0, *hopeful}) if hopeful else ():
             warm = fit(pair, level, warm)
-    return _weighed(fits, every, rng if sample else None)
+    fits = [each for found in modes.values() for each in found]
+    return replace(_weighed(fits, every, rng if sample else None), modes=modes)
 
 
 def _fits(

@@ -77,7 +77,9 @@ class FingerAnalysis(Analysis[FingerSimulation]):
                 break
             known.add(causes)
             finger = replace(finger, problem=finger.problem.corrected(fit.subset, fit.zeta, exact))
-            posterior = search(finger.problem, np.random.default_rng(0))
+            posterior = search(
+                finger.problem, np.random.default_rng(0), before=posterior, changed=causes
+            )
         return finger, posterior, worst
 
 

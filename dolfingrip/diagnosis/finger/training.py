@@ -387,7 +387,7 @@ def _by_moduli(
     middle: float,
 ) -> Emulator:
     """The emulator of a cause whose simulations the moduli do not scale."""
-    by_moduli = Coordinate(lambda zeta: zeta - middle, amplitude=False)
+    by_moduli = Coordinate(lambda zeta: zeta - middle, amplitude=False, rate=1.0)
     own = (by_moduli, *coordinates_of(cause, box, 1))
     moduli = spread(even(middle) + 1.5 * MODEL.beside * np.array([-1.0, 1.0]))
     every = np.vstack([moduli, box])
@@ -607,14 +607,14 @@ def _sides(own: Coordinate) -> list[Coordinate]:
     """An amplitude that changes the readings in different ways to either side."""
     inner = own.value
     return [
-        replace(own, value=lambda zeta: np.maximum(inner(zeta), 0.0)),
-        replace(own, value=lambda zeta: np.minimum(inner(zeta), 0.0)),
+        replace(own, value=lambda zeta: np.maximum(inner(zeta), 0.0), rate=None),
+        replace(own, value=lambda zeta: np.minimum(inner(zeta), 0.0), rate=None),
     ]
 
 
 def _coordinate(cause: Cause, number: Unknown, box: np.ndarray) -> Coordinate:
     if not number.amplitude:
-        return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
+        return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False, rate=0.5)
     start, step = cause.start_and_step(number)
     reach = POLICY.finger_reach
     if not number.prior.positive:  # of ordinary size, however far that is
@@ -624,4 +624,6 @@ def _coordinate(cause: Cause, number: Unknown, box: np.ndarray) -> Coordinate:
         return (number.at(zeta) - start) / step
 
     ends = np.asarray(value(np.array([-reach, reach])))
-    return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9))
+    straight = not number.prior.positive and not number.prior.least
+    rate = number.slope(0.0) / step if straight else None
+    return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9), rate=rate)

@@ -228,6 +228,27 @@ def test_what_was_likely_is_found_again_without_some_readings() -> None:
     assert decide(again).first == decide(anew).first
 
 
+@pytest.mark.parametrize("changed", [(), ("bent",)])
+def test_after_a_correction_the_fits_that_it_does_not_concern_stay(
+    changed: tuple[str, ...],
+) -> None:
+    """The same as a whole search, to the last digit."""
+    own = case(drawn(1.5 * WAVES["bent"]), WAVES)
+    before = search(own, np.random.default_rng(SEED))
+    zeta = before.best(changed).zeta
+    missed = 0.5 * NOISE * np.cos(9 * X)
+    exact = np.column_stack([own.predicted(changed, zeta) + missed, own.slopes(changed, zeta)])
+    other = own.corrected(changed, zeta, exact)
+    anew = search(other, np.random.default_rng(SEED))
+    again = search(other, np.random.default_rng(SEED), before=before, changed=changed)
+    assert [each.subset for each in again.fits] == [each.subset for each in anew.fits]
+    np.testing.assert_array_equal(again.probability, anew.probability)
+    assert abs(again.log_density - before.log_density) > 1e-3
+    kept = sum(each is fit for key, fits in again.modes.items() for each in fits
+               for fit in before.modes.get(key, ()))  # fmt: skip
+    assert (kept > len(again.fits) / 3) == bool(changed)
+
+
 def test_a_pair_cannot_be_more_likely_than_its_columns_allow() -> None:
     own = case(drawn(1.5 * WAVES["bent"]), WAVES)
     level = CovarianceModel(own, 0.0)
