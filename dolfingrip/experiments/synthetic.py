@@ -124,7 +124,7 @@ def draw(prior: Prior, rng: np.random.Generator) -> float:
         prior: of a parameter.
         rng: source of random numbers.
     """
-    return float(prior.at(float(rng.standard_normal())))
+    return prior.at(float(rng.standard_normal()))
 
 
 def measure(

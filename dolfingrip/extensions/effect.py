@@ -56,12 +56,12 @@ class Prior:
         """Standard deviation of the logarithm of a positive value."""
         return math.sqrt(math.log1p((self.spread / self.mean) ** 2))
 
-    def at[Z: (float, np.ndarray)](self, zeta: Z) -> Z:
-        """Values at standard normal numbers ζ, of their shape."""
-        if self.positive:
-            return self.mean * np.exp(self._sigma * zeta - self._sigma**2 / 2)
-        value = self.mean + self.spread * zeta
-        return np.copysign(np.maximum(np.abs(value), self.least), value) if self.least else value
+    def at(self, zeta: float) -> float:
+        """Value at a standard normal number ζ."""
+        if not self.positive:
+            value = self.mean + self.spread * zeta
+            return value if abs(value) >= self.least else math.copysign(self.least, value)
+        return self.mean * math.exp(self._sigma * zeta - self._sigma**2 / 2)
 
     def zeta(self, value: float) -> float:
         """Standard normal number of a value.

@@ -331,9 +331,9 @@ def _flattened(surface: Faces, face: Ints) -> Floats:
     for one, found in planes.items():
         alike[tuple(found)].append(one)
     points = surface.points.copy()
-    for found, every in alike.items():
-        normals = normal[[*found]]
-        off = level[[*found]] - points[every] @ normals.T
+    for own, every in alike.items():
+        normals = normal[[*own]]
+        off = level[[*own]] - points[every] @ normals.T
         step = off @ np.linalg.pinv(normals, rcond=0.05).T
         rounded = np.linalg.norm(step, axis=1) < ROUNDED * surface.extent
         points[every] += np.where(rounded[:, None], step, 0.0)
