@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 
 import gmsh
@@ -240,8 +242,8 @@ COPLANAR = 1e-3
 
 
 ROUNDED = 1e-5
-"""Distance by the extent up to which a point is off a plane by rounding: of single precision, as in
-a binary STL, that far from the origin."""
+"""Distance by the extent up to which a point is off a plane by rounding: single precision, as of a
+binary STL, rounds by 6e-8 of the distance from the origin."""
 
 
 def insert(surface: Faces) -> None:
@@ -323,17 +325,16 @@ def _flattened(surface: Faces, face: Ints) -> Floats:
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     level = np.einsum("ij,ij->i", surface.points[point], normal[of])
     level = np.bincount(of, level) / count
-    planes: dict[int, list[int]] = defaultdict(list)
-    for one, plane in zip(point.tolist(), of.tolist(), strict=True):
-        if count[plane] > 3:  # a triangle is plane
-            planes[one].append(plane)
+    more = count[of] > 3  # a triangle is plane
+    told = zip(point[more].tolist(), of[more].tolist(), strict=True)
     alike: dict[tuple[int, ...], list[int]] = defaultdict(list)
-    for one, found in planes.items():
-        alike[tuple(found)].append(one)
+    for one, own in groupby(told, key=itemgetter(0)):
+        alike[tuple(plane for _, plane in own)].append(one)
     points = surface.points.copy()
-    for own, every in alike.items():
-        normals = normal[[*own]]
-        off = level[[*own]] - points[every] @ normals.T
+    for planes, every in alike.items():
+        normals = normal[[*planes]]
+        off = level[[*planes]] - points[every] @ normals.T
+        # planes within some 6° of one another do not tell where they meet
         step = off @ np.linalg.pinv(normals, rcond=0.05).T
         rounded = np.linalg.norm(step, axis=1) < ROUNDED * surface.extent
         points[every] += np.where(rounded[:, None], step, 0.0)
