@@ -195,7 +195,7 @@ class Analysis[S: Simulator](ABC):
         c, box = self.factor(fit), np.vstack([problem.baseline_box, problem.box(fit.subset)])
         step = np.where(fit.zeta + POLICY.step > box[:, 1], -POLICY.step, POLICY.step)
         rates = [
-            number.slope(float(fit.zeta[place])) * (c if number.modulus else 1.0)
+            float(number.slope(fit.zeta[place])) * (c if number.modulus else 1.0)
             for number, place in own
         ]
         steps = [(n, rate * float(step[at])) for (n, at), rate in zip(own, rates, strict=True)]
@@ -207,7 +207,7 @@ class Analysis[S: Simulator](ABC):
         for name, places in problem.places(fit.subset).items():
             if rig and name not in NAMES:  # no simulation has it
                 emulator, at = problem.emulators[name], np.r_[0, places]
-                g, by_zeta = emulator.with_slopes(fit.zeta[at])
+                (g,), (by_zeta,) = emulator.with_slopes(fit.zeta[None, at])
                 value = value + emulator.columns @ g
                 slopes[:, at] += emulator.columns @ by_zeta
         return value, slopes

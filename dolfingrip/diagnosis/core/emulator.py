@@ -52,11 +52,15 @@ class Emulator(ABC):
         Args:
             zeta: shape (places, d).
         """
-        return np.array([self.with_slopes(each)[0] for each in zeta])
+        return self.with_slopes(zeta)[0]
 
     @abstractmethod
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """g, shape (k,), and its derivatives, shape (k, d), at one place, shape (d,)."""
+        """g at many places, shape (places, k), and its derivatives, shape (places, k, d).
+
+        Args:
+            zeta: shape (places, d).
+        """
 
     def rows(self, kept: np.ndarray) -> Self:
         """Restrict the emulator to some of the readings."""
@@ -87,8 +91,9 @@ class Local(Emulator):
     ) -> Local:
         """Through what is exact at all places, by what other emulators tell there."""
         told = exact - emulated
-        every = [_related(place, places, length) for place in places]
-        inner = np.vstack([np.vstack([value, slopes.T]) for value, slopes in every])
+        value, slopes = _related(places, places, length)
+        both = np.concatenate([value[:, None], slopes.transpose(0, 2, 1)], axis=1)
+        inner = both.reshape(-1, value.shape[1])
         scale = np.sqrt(np.diag(inner))
         # places that are close tell nearly the same
         inner = inner / np.outer(scale, scale) + 1e-10 * np.eye(len(inner))
@@ -104,16 +109,24 @@ class Local(Emulator):
 
 
 def _related(zeta: np.ndarray, places: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
-    """Covariances with the value and the slopes at each place, (m (1 + d),), and their slopes."""
-    away = (zeta - places) / length
-    near = np.exp(-0.5 * (away**2).sum(axis=1))[:, None]
-    value = np.hstack([near, near * away / length])
+    """Covariances of values with the value and the slopes at each place, and their slopes.
+
+    Args:
+        zeta: shape (p, d).
+        places: shape (m, d).
+        length: ℓ.
+
+    Returns:
+        Shapes (p, m (1 + d)) and (p, m (1 + d), d).
+    """
+    away = (zeta[:, None] - places) / length
+    near = np.exp(-0.5 * (away**2).sum(axis=2))[..., None]
+    value = np.concatenate([near, near * away / length], axis=2)
     first = -near * away / length
-    second = (
-        near[:, :, None] * (np.eye(len(zeta)) - away[:, :, None] * away[:, None, :]) / length**2
-    )
-    slopes = np.concatenate([first[:, None], second], axis=1)
-    return value.ravel(), slopes.reshape(-1, len(zeta))
+    outer = away[..., :, None] * away[..., None, :]
+    second = near[..., None] * (np.eye(zeta.shape[1]) - outer) / length**2
+    slopes = np.concatenate([first[:, :, None], second], axis=2)
+    return value.reshape(len(zeta), -1), slopes.reshape(len(zeta), -1, zeta.shape[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +149,7 @@ class Straight(Emulator):
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         inside = np.clip(zeta, *self.box.T)
         value, slopes = self.inner.with_slopes(inside)
-        return value + slopes @ (zeta - inside), slopes
+        return value + (slopes @ (zeta - inside)[..., None])[..., 0], slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +173,7 @@ class Stacked(Emulator):
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, slopes = zip(*(each.with_slopes(zeta) for each in self.parts), strict=True)
-        return np.concatenate(values), np.vstack(slopes)
+        return np.hstack(values), np.concatenate(slopes, axis=1)
 
     def rows(self, kept: np.ndarray) -> Self:
         return replace(super().rows(kept), parts=tuple(each.rows(kept) for each in self.parts))
@@ -198,15 +211,13 @@ class Scaled(Emulator):
         return np.hstack([c * g, g])
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        c, rate = self.factor.prior.at(zeta[0]), self.factor.slope(zeta[0])
+        c, rate = self.factor.at(zeta[:, :1]), self.factor.slope(zeta[:, :1])
         if self.inner is None:
-            return np.array([c - 1]), np.array([[rate]])
-        g, slopes = self.inner.with_slopes(zeta[1:])
-        k, d = slopes.shape
-        value, every = np.empty(2 * k), np.zeros((2 * k, 1 + d))  # a fit asks for these many times
-        value[:k], value[k:] = c * g, g
-        every[:k, 0], every[:k, 1:], every[k:, 1:] = rate * g, c * slopes, slopes
-        return value, every
+            return c - 1, rate[..., None]
+        g, slopes = self.inner.with_slopes(zeta[:, 1:])
+        scaled = np.concatenate([(rate * g)[..., None], c[..., None] * slopes], axis=2)
+        told = np.concatenate([np.zeros((*g.shape, 1)), slopes], axis=2)
+        return np.hstack([c * g, g]), np.concatenate([scaled, told], axis=1)
 
 
 @dataclass(frozen=True)
@@ -325,14 +336,15 @@ class PolynomialEmulator(Emulator):
         return np.asarray(np.einsum("im,imk->ik", self.polynomial(zeta[:, 1:]), self.table(inside)))
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        own, weights = zeta[None] if self.table is None else zeta[None, 1:], self.weights
-        (basis,), (slopes,) = self.polynomial.with_slopes(own)
         if self.table is None:
-            return basis @ weights, weights.T @ slopes
-        inside = float(np.clip(zeta[0], self.table.x[0], self.table.x[-1]))
+            basis, slopes = self.polynomial.with_slopes(zeta)
+            return basis @ self.weights, self.weights.T @ slopes
+        basis, slopes = self.polynomial.with_slopes(zeta[:, 1:])
+        inside = np.clip(zeta[:, 0], self.table.x[0], self.table.x[-1])
         weights = self.table(inside)
-        first = basis @ self.table(inside, 1)
-        return basis @ weights, np.column_stack([first, weights.T @ slopes])
+        first = np.einsum("pm,pmk->pk", basis, self.table(inside, 1))
+        every = np.concatenate([first[..., None], weights.transpose(0, 2, 1) @ slopes], axis=2)
+        return np.einsum("pm,pmk->pk", basis, weights), every
 
 
 @dataclass(frozen=True, eq=False)

@@ -220,7 +220,7 @@ class InferenceProblem:
         """Their derivatives by ζ, shape (n, d)."""
         found = np.zeros((len(self.base), len(zeta)))
         for _, emulator, own in self.parts(subset):
-            found[:, own] += emulator.columns @ emulator.with_slopes(zeta[own])[1]
+            found[:, own] += emulator.columns @ emulator.with_slopes(zeta[None, own])[1][0]
         return found
 
     def corrected(self, subset: Subset, zeta: np.ndarray, exact: np.ndarray) -> InferenceProblem:
@@ -463,20 +463,36 @@ LEVELS: Final[Mapping[float, float]] = {
 """Prior probability of each level of the discrepancy."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Place:
-    """−ln of a density at ζ, its derivatives there, and bᵀGb."""
+@dataclass(eq=False)
+class _Places:
+    """−ln of a density at several ζ.
+
+    Attributes:
+        zeta: shape (places, d).
+        value: −ln of the density, but for what all ζ share, shape (places,).
+        gradient, hessian: its derivatives, shapes (places, d) and (places, d, d).
+        misfit: bᵀGb, shape (places,).
+    """
 
     zeta: np.ndarray
-    value: float
+    value: np.ndarray
     gradient: np.ndarray
     hessian: np.ndarray
-    misfit: float
+    misfit: np.ndarray
+
+    def of(self, rows: np.ndarray | slice) -> _Places:
+        """Return some of the places."""
+        return _Places(**{name: each[rows] for name, each in vars(self).items()})
+
+    def move(self, rows: np.ndarray, there: _Places) -> None:
+        """Take others in the place of some."""
+        for name, each in vars(self).items():
+            each[rows] = getattr(there, name)
 
 
 @dataclass(eq=False)
 class Hypothesis:
-    """Causes under one covariance."""
+    """Causes under one covariance, at numbers of the model that are as told or implausible."""
 
     problem: InferenceProblem
     subset: Subset
@@ -488,22 +504,37 @@ class Hypothesis:
         self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
         self._parts = self.problem.parts(self.subset)
         self._rows = _side_by_side([np.ones((1, 1)), *(e.columns for _, e, _ in self._parts)])[1:]
-        own, tails = self.problem.widths(self.subset), self.problem.tail(self.subset)
-        self._width = np.r_[own, np.ones(len(tails))]
-        self._tail = np.r_[np.ones(len(own)), tails]
+        tails = self.problem.tail(self.subset)
+        self._tail = np.r_[np.ones(self.problem.nuisance_count), tails]
 
-    def _prior(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _width(self, subset: Subset) -> np.ndarray:
+        """Standard deviations of the priors of ζ where some numbers are implausible, (d,)."""
+        own = self.problem.widths(subset)
+        return np.r_[own, np.ones(len(self._tail) - len(own))]
+
+    def _prior(self, zeta: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """−ln of the prior's density, but for ½ ln 2π a number, and each one's precision there."""
-        value, precision = mixture(zeta / self._width, self._tail)
-        return (value + np.log(self._width)).sum(axis=-1), precision / self._width**2
+        value, precision = mixture(zeta / width, self._tail)
+        return (value + np.log(width)).sum(axis=-1), precision / width**2
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """b, shape (k,), and J = db/dζ, shape (k, d)."""
-        value, columns = np.ones(len(self.gram)), np.zeros((len(self.gram), len(zeta)))
+        """b, shape (places, k), and J = db/dζ, shape (places, k, d)."""
+        value = np.ones((len(zeta), len(self.gram)))
+        slopes = np.zeros((*value.shape, zeta.shape[1]))
         for (_, emulator, own), rows in zip(self._parts, self._rows, strict=True):
-            g, dg = emulator.with_slopes(zeta[own])
-            value[rows], columns[rows, own] = -g, -dg
-        return value, columns
+            g, dg = emulator.with_slopes(zeta[:, own])
+            value[:, rows], slopes[:, rows, own] = -g, -dg
+        return value, slopes
+
+    def misfit(self, zeta: np.ndarray) -> np.ndarray:
+        """bᵀGb at many places, shape (places,).
+
+        Args:
+            zeta: shape (places, d).
+        """
+        changes = [-emulator.at(zeta[:, own]) for _, emulator, own in self._parts]
+        b = np.hstack([np.ones((len(zeta), 1)), *changes])
+        return np.asarray(((b @ self.gram) * b).sum(axis=1))
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add.
@@ -512,89 +543,117 @@ class Hypothesis:
             starts: values of ζ.
             settled: ln of probability that the last step gains at most.
         """
-        modes: list[_Place] = []
-        for each in sorted(
-            (self._descend(start, settled) for start in starts), key=lambda each: each.value
-        ):
-            off = [each.zeta - other.zeta for other in modes]
-            apart = all(d @ other.hessian @ d > 9 for d, other in zip(off, modes, strict=True))
-            if not modes or (apart and each.value < modes[0].value + 50):
-                modes.append(each)
-        logs = [-each.value - 0.5 * float(np.linalg.slogdet(each.hessian)[1]) for each in modes]
-        best = modes[int(np.argmax(logs))]
-        log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det
-        return MapFit(
-            self.subset, self.level, log, best.zeta, best.hessian, best.misfit,
-            self._strengths(best.zeta),
-        )  # fmt: skip
+        return self.fits({self.subset: starts}, settled)[0]
 
-    def at(self, zeta: np.ndarray) -> _Place:
-        """−ln of the density of readings and ζ, shape (d,), but for what all ζ share."""
+    def fits(
+        self, starts: Mapping[Subset, Sequence[np.ndarray]], settled: float = POLICY.settled
+    ) -> list[MapFit]:
+        """Fits with several choices of which numbers of the model are implausible, all at once.
+
+        Args:
+            starts: values of ζ by the causes with the numbers that are implausible beside them.
+            settled: ln of probability that the last step gains at most.
+        """
+        counts = [len(each) for each in starts.values()]
+        widths = np.array([self._width(subset) for subset in starts])
+        first = np.vstack([each for own in starts.values() for each in own])
+        every = self._descended(first, np.repeat(widths, counts, axis=0), settled)
+        best, logs = [], []
+        for end, count in zip(np.cumsum(counts), counts, strict=True):
+            modes: list[int] = []
+            for place in end - count + np.argsort(every.value[end - count : end], kind="stable"):
+                off = every.zeta[place] - every.zeta[modes]
+                apart = (np.einsum("mi,mij,mj->m", off, every.hessian[modes], off) > 9).all()
+                if not modes or (apart and every.value[place] < every.value[modes[0]] + 50):
+                    modes.append(int(place))
+            own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
+            best.append(modes[int(np.argmax(own))])
+            logs.append(float(np.logaddexp.reduce(own)) - 0.5 * self.log_det)
+        told = zip(
+            starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
+            self._strengths(tuple(starts), every.zeta[best], widths), strict=True,
+        )  # fmt: skip
+        return [
+            MapFit(subset, self.level, log, zeta, hessian, misfit, strengths)
+            for subset, log, zeta, hessian, misfit, strengths in told
+        ]
+
+    def _at(self, zeta: np.ndarray, width: np.ndarray) -> _Places:
+        """−ln of the density of readings and ζ, by the widths of the priors, (places, d) each."""
         b, slopes = self._factors(zeta)
-        pull, (prior, precision) = self.gram @ b, self._prior(zeta)
-        return _Place(
-            zeta, 0.5 * float(b @ pull) + float(prior), slopes.T @ pull + precision * zeta,
-            slopes.T @ self.gram @ slopes + np.diag(precision), float(b @ pull),
-        )  # fmt: skip
+        pull, (prior, precision) = b @ self.gram, self._prior(zeta, width)
+        misfit, along = (b * pull).sum(axis=1), slopes.transpose(0, 2, 1)
+        hessian = along @ (self.gram @ slopes) + precision[..., None] * np.eye(zeta.shape[1])
+        gradient = (along @ pull[..., None])[..., 0] + precision * zeta
+        return _Places(zeta, 0.5 * misfit + prior, gradient, hessian, misfit)
 
-    def _descend(self, start: np.ndarray, settled: float) -> _Place:
-        """The minimum by damped Newton's steps within the box (Levenberg–Marquardt)."""
+    def _descended(self, starts: np.ndarray, width: np.ndarray, settled: float) -> _Places:
+        """Minima by damped Newton's steps within the box (Levenberg–Marquardt).
+
+        Args:
+            starts: shape (places, d).
+            width: of the priors, likewise.
+            settled: ln of probability that the last step gains at most.
+        """
         low, high = self._box.T
-        here, damping = self.at(np.clip(start, low, high)), 1e-3
-        for _ in range(60):
-            zeta, gradient, there = here.zeta, here.gradient, here
+        here = self._at(np.clip(starts, low, high), width)
+        damping, failed = np.full(len(starts), 1e-3), np.zeros(len(starts), dtype=int)
+        at, diagonal = np.arange(len(starts)), np.arange(starts.shape[1])
+        for _ in range(200):
+            zeta, gradient, matrix = here.zeta[at], here.gradient[at], here.hessian[at]
             held = ((zeta <= low) & (gradient > 0)) | ((zeta >= high) & (gradient < 0))
-            for _ in range(12):
-                matrix = here.hessian + damping * np.diag(np.diag(here.hessian))
-                matrix[held], matrix[:, held] = 0.0, 0.0
-                matrix[held, held] = 1.0
-                step = -np.linalg.solve(matrix, np.where(held, 0.0, gradient))
-                step = np.clip(step, -1.5, 1.5)
-                if -float(gradient @ step) < settled:  # more than it can gain
-                    return here
-                there = self.at(np.clip(zeta + step, low, high))
-                if there.value < here.value:
-                    break
-                damping *= 5
-            gain = here.value - there.value
-            if not gain > 0:
-                return here
-            here, damping = there, max(damping / 10, 1e-9)
-            if gain < settled:
+            matrix[:, diagonal, diagonal] *= 1 + damping[at, None]
+            matrix = np.where(held[:, None] | held[:, :, None], 0.0, matrix)
+            matrix[:, diagonal, diagonal] += held
+            gradient = np.where(held, 0.0, gradient)
+            step = np.clip(-np.linalg.solve(matrix, gradient[..., None])[..., 0], -1.5, 1.5)
+            worth = -(gradient * step).sum(axis=1) >= settled  # less than it can gain
+            at, there = at[worth], np.clip((zeta + step)[worth], low, high)
+            if not len(at):
                 break
+            tried = self._at(there, width[at])
+            gain = here.value[at] - tried.value
+            better = gain > 0
+            here.move(at[better], tried.of(better))
+            damping[at] = np.where(better, np.maximum(damping[at] / 10, 1e-9), damping[at] * 5)
+            failed[at] = np.where(better, 0, failed[at] + 1)
+            at = at[np.where(better, gain >= settled, failed[at] < 12)]
         return here
 
-    def _strengths(self, zeta: np.ndarray) -> tuple[float, ...]:
-        """Return the strength of each name of the subset in standard deviations.
+    def _strengths(
+        self, subsets: Sequence[Subset], zeta: np.ndarray, width: np.ndarray
+    ) -> list[tuple[float, ...]]:
+        """Strengths of the names of each subset at its ζ, standard deviations.
 
         The model's own numbers follow a cause's change as far as their priors let them.
         """
         b, slopes = self._factors(zeta)
         own = slice(0, self.problem.nuisance_count)
-        free = slopes[:, own]
-        inner = free.T @ self.gram @ free + np.diag(self._width[own] ** -2)
-        found: dict[str, float] = {
-            name: abs(float(zeta[place])) for name, place in self.problem.implausible.items()
-        }
+        free = slopes[..., own]
+        along = free.transpose(0, 2, 1)
+        inner = along @ self.gram @ free + width[:, own, None] ** -2 * np.eye(own.stop)
+        found = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
         for (name, *_), rows in zip(self._parts, self._rows, strict=True):
             if name in self.subset:
-                pull = self.gram[:, rows] @ b[rows]
-                cross = free.T @ pull
-                square = float(b[rows] @ pull[rows] - cross @ np.linalg.solve(inner, cross))
-                found[name] = float(np.sqrt(max(square, 0.0)))
-        return tuple(found[name] for name in self.subset)
+                pull = b[:, rows] @ self.gram[rows]
+                cross = along @ pull[..., None]
+                left = (pull[:, rows] * b[:, rows]).sum(axis=1)
+                left -= (cross * np.linalg.solve(inner, cross)).sum(axis=(1, 2))
+                found[name] = np.sqrt(np.maximum(left, 0.0))
+        return [
+            tuple(float(found[name][row]) for name in subset) for row, subset in enumerate(subsets)
+        ]
 
     def sampled(self, fit: MapFit, rng: np.random.Generator) -> MapFit:
         """The evidence by importance sampling, with draws.
 
         The fit itself where too few of the draws count.
         """
-        low, high = self._box.T
+        (low, high), width = self._box.T, self._width(fit.subset)
 
         def log_density(zeta: np.ndarray) -> np.ndarray:
             inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
-            b = self._many(np.clip(zeta, low, high))
-            value = 0.5 * ((b @ self.gram) * b).sum(axis=1) + self._prior(zeta)[0]
+            value = 0.5 * self.misfit(np.clip(zeta, low, high)) + self._prior(zeta, width)[0]
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
@@ -603,11 +662,6 @@ class Hypothesis:
             return fit
         log = found.log_integral - 0.5 * self.log_det
         return replace(fit, log_evidence=log, draws=(found.places, found.weights))
-
-    def _many(self, zeta: np.ndarray) -> np.ndarray:
-        """b at many places, shape (places, k)."""
-        changes = [-emulator.at(zeta[:, own]) for _, emulator, own in self._parts]
-        return np.hstack([np.ones((len(zeta), 1)), *changes])
 
 
 @dataclass(frozen=True, eq=False)

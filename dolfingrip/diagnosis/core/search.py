@@ -163,17 +163,18 @@ def _fits(
 
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
-    found = [columns.of(subset).fit(starts, settled)]
-    tried = {frozenset[str]()}
-    for fit in found:
-        implausible = frozenset(fit.subset) - {*subset}
-        for name, place in columns.problem.implausible.items():
-            more = implausible | {name}
-            if more in tried or _log_odds_of_implausible(fit, place) < np.log(POLICY.rival):
-                continue
-            tried.add(more)
-            own = tuple(each for each in columns.problem.implausible if each in more)
-            found.append(columns.of((*subset, *own)).fit([fit.zeta, *starts], settled))
+    hypothesis, places = columns.of(subset), columns.problem.implausible
+    found, fresh = [], {subset: starts}
+    while fresh:
+        new = hypothesis.fits(fresh, settled)
+        found += new
+        fresh = {}
+        for fit in new:
+            for name, place in places.items():
+                more = (*subset, *(each for each in places if each in {name, *fit.subset}))
+                known = name in fit.subset or more in fresh
+                if not known and _log_odds_of_implausible(fit, place) >= np.log(POLICY.rival):
+                    fresh[more] = [fit.zeta, *starts]
     return found
 
 
@@ -240,10 +241,14 @@ def searched_again(
     """
     every = problem.levels
     likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
+    known: dict[Key, dict[Subset, Sequence[np.ndarray]]] = defaultdict(dict)
+    for fit in whole.fits:
+        if any(set(fit.subset) <= each for each in likely):
+            known[problem.causes(fit.subset), fit.level][fit.subset] = [fit.zeta]
     fits = [
-        every[fit.level].of(fit.subset).fit([fit.zeta])
-        for fit in whole.fits
-        if any(set(fit.subset) <= each for each in likely)
+        fit
+        for (causes, level), starts in known.items()
+        for fit in every[level].of(causes).fits(starts)
     ]
     return _weighed(fits, every, rng)
 
@@ -277,8 +282,8 @@ def _weighed(
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    as_reported = every[0.0].of(NONE).at(np.zeros(problem.nuisance_count)).misfit
-    return ModelPosterior(problem, fits, probability, total, as_reported)
+    (as_reported,) = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)))
+    return ModelPosterior(problem, fits, probability, total, float(as_reported))
 
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:

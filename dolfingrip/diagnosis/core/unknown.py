@@ -7,7 +7,7 @@ be named. One that is integrated out is a cause, too, where it is implausible by
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
@@ -86,14 +86,11 @@ class Unknown:
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
         """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
-        low, high = self.bounds  # np.clip takes five times as long, and a fit asks many times
-        # NumPy's exponential differs by processor, and what is simulated is found by its numbers
-        found = np.array([self.prior.at(each) for each in np.ravel(zeta).tolist()])
-        return np.minimum(np.maximum(found, low), high).reshape(np.shape(zeta))[()]
+        return np.clip(_at_each(self.prior.at, zeta), *self.bounds)[()]
 
-    def slope(self, zeta: float) -> float:
-        """Derivative of the value by ζ."""
-        return self.prior.slope(zeta)
+    def slope(self, zeta: float | np.ndarray) -> np.ndarray:
+        """Derivatives of the values by ζ, of its shape."""
+        return _at_each(self.prior.slope, zeta)[()]
 
     def zeta(self, value: float) -> float:
         """Standard normal number of a value.
@@ -115,7 +112,7 @@ class Unknown:
     @property
     def log_std(self) -> float:
         """Standard deviation of the logarithm of a positive number."""
-        return self.slope(0.0) / self.prior.at(0.0)
+        return self.prior.slope(0.0) / self.prior.at(0.0)
 
     @property
     def gradient(self) -> str:
@@ -125,6 +122,14 @@ class Unknown:
     def change(self, value: float) -> Change:
         """Return the change of the configuration that gives it a value."""
         return {self.key: [value] if self.listed else value}
+
+
+def _at_each(function: Callable[[float], float], zeta: float | np.ndarray) -> np.ndarray:
+    """Values of a function of one number, of the shape of ``zeta``.
+
+    NumPy's exponential differs by processor, and what is simulated is found by its numbers.
+    """
+    return np.array([function(each) for each in np.ravel(zeta).tolist()]).reshape(np.shape(zeta))
 
 
 def factor_of_moduli(

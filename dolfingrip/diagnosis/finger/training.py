@@ -550,12 +550,12 @@ def _tangent(neutral: np.ndarray, slopes: np.ndarray, nodes: np.ndarray | None) 
 
 def _without(simulated: SimulatedChanges, approximation: Emulator) -> SimulatedChanges:
     """Return what simulations change beyond an approximate law."""
-    values, slopes = simulated.values.copy(), simulated.slopes.copy()
-    for place, z in enumerate(simulated.zeta):
-        g, dg = approximation.with_slopes(z)
-        values[0, place] -= approximation.columns @ g
-        slopes[0, place] -= (approximation.columns @ dg).T
-    return replace(simulated, values=values, slopes=slopes)
+    g, dg = approximation.with_slopes(simulated.zeta)
+    by_zeta = (approximation.columns @ dg).transpose(0, 2, 1)
+    return replace(
+        simulated, values=simulated.values - g @ approximation.columns.T,
+        slopes=simulated.slopes - by_zeta,
+    )  # fmt: skip
 
 
 def box_of(cause: Cause) -> np.ndarray:
@@ -625,5 +625,5 @@ def _coordinate(cause: Cause, number: Unknown, box: np.ndarray) -> Coordinate:
 
     ends = np.asarray(value(np.array([-reach, reach])))
     straight = not number.prior.positive and not number.prior.least
-    rate = number.slope(0.0) / step if straight else None
+    rate = float(number.slope(0.0)) / step if straight else None
     return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9), rate=rate)

@@ -65,6 +65,36 @@ def test_the_evidence_is_the_integral() -> None:
     assert sampled.log_evidence == pytest.approx(found, abs=0.1)
 
 
+def test_fits_from_many_places_at_once_are_those_from_each() -> None:
+    """Against fits one by one: with the modulus as told and with another, each from three starts.
+
+    The emulators are curved, and the change is so strong that the range ends some descents.
+    """
+    reach = np.array([[-3.3, 3.3]])
+    at = places(reach, 9)
+    curved = trained(at, np.sinh(at) * BENT["bent"], np.full(len(X), NOISE), reach)
+    plain = case(drawn(8 * BENT["bent"], 0.5 * BASE), BENT)
+    (factor,) = plain.always
+    own = replace(
+        plain, emulators={"bent": Scaled.of(curved, np.ones(len(X), dtype=bool), factor)},
+        always=(replace(factor, names=("far",)),),
+    )  # fmt: skip
+    starts = [np.array(each) for each in ([0.0, 0.0], [2.0, -3.0], [-2.0, 9.0])]
+    hypothesis = CovarianceModel(own, 0.01).of(("bent",))
+    both = hypothesis.fits({("bent",): starts, ("bent", "far"): starts})
+    alone = [
+        max((hypothesis.fits({fit.subset: [each]})[0] for each in starts),
+            key=lambda fit: fit.log_evidence)
+        for fit in both
+    ]  # fmt: skip
+    for fit, other in zip(both, alone, strict=True):
+        print(fit.subset, fit.zeta, fit.log_evidence)
+        np.testing.assert_allclose(fit.zeta, other.zeta, atol=1e-9)
+        assert fit.log_evidence == pytest.approx(other.log_evidence, abs=1e-9)
+        assert fit.strengths == pytest.approx(other.strengths)
+    assert both[1].zeta[0] != pytest.approx(both[0].zeta[0], abs=0.1)
+
+
 def test_a_cause_is_named_with_its_twin() -> None:
     """What readings cannot tell apart is named together; what is not there is not."""
     posterior = search(case(drawn(1.5 * WAVES["bent"]), WAVES), np.random.default_rng(SEED))
@@ -281,7 +311,7 @@ def test_an_emulator_tells_its_error() -> None:
     inside = low[:, 0] + (low[:, 1] - low[:, 0]) * np.random.default_rng(SEED).random((50, 2))
     off = (near.at(inside) @ near.columns.T - changed(inside)) / 0.01
     assert np.sqrt((off**2).mean()) < 0.03  # about a fit it is better still, by fewer simulations
-    value, slopes = found.with_slopes(fresh[0])
+    (value,), (slopes,) = found.with_slopes(fresh[:1])
     step = 1e-5 * np.eye(2)
     by_difference = (found.at(fresh[0] + step) - found.at(fresh[0] - step)).T / 2e-5
     assert value == pytest.approx(found.at(fresh[:1])[0])

@@ -66,7 +66,7 @@ def test_three_places_with_slopes_serve_a_whole_prior() -> None:
     zeta = rng.standard_normal((50, 2)).clip(-2.3, 2.3)
     off = [found.columns @ found.at(z[None])[0] - changed(z[1], factor(z[0])) for z in zeta]
     assert np.abs(np.array(off) / SCALE).max() < 1.0
-    value, slopes = found.with_slopes(zeta[0])
+    (value,), (slopes,) = found.with_slopes(zeta[:1])
     step = 1e-5 * np.eye(2)
     by_difference = (found.at(zeta[0] + step) - found.at(zeta[0] - step)).T / 2e-5
     np.testing.assert_allclose(value, found.at(zeta[:1])[0])
@@ -98,7 +98,7 @@ def test_coefficients_of_either_sign_that_soften_far_are_followed() -> None:
     print("left out", found.left, "error", rms)
     assert found.left < 1.5
     assert rms < 0.5
-    value, slopes = found.with_slopes(zeta[0])
+    (value,), (slopes,) = found.with_slopes(zeta[:1])
     by_difference = [
         found.at(zeta[:1] + h)[0] - found.at(zeta[:1] - h)[0] for h in 1e-5 * np.eye(2)
     ]
