@@ -68,7 +68,7 @@ def test_the_evidence_is_the_integral() -> None:
 def test_fits_from_many_places_at_once_are_those_from_each() -> None:
     """Against fits one by one: with the modulus as told and with another, each from three starts.
 
-    The emulators are curved, and the change is so strong that the range ends some descents.
+    The emulator is curved, and one start lies beyond its range.
     """
     reach = np.array([[-3.3, 3.3]])
     at = places(reach, 9)
@@ -81,18 +81,18 @@ def test_fits_from_many_places_at_once_are_those_from_each() -> None:
     )  # fmt: skip
     starts = [np.array(each) for each in ([0.0, 0.0], [2.0, -3.0], [-2.0, 9.0])]
     hypothesis = CovarianceModel(own, 0.01).of(("bent",))
-    both = hypothesis.fits({("bent",): starts, ("bent", "far"): starts})
+    both = hypothesis.fits({("bent",): starts, ("bent", "far"): starts}, 1e-14)
     alone = [
-        max((hypothesis.fits({fit.subset: [each]})[0] for each in starts),
+        max((hypothesis.fits({fit.subset: [each]}, 1e-14)[0] for each in starts),
             key=lambda fit: fit.log_evidence)
         for fit in both
     ]  # fmt: skip
     for fit, other in zip(both, alone, strict=True):
         print(fit.subset, fit.zeta, fit.log_evidence)
-        np.testing.assert_allclose(fit.zeta, other.zeta, atol=1e-9)
+        np.testing.assert_allclose(fit.zeta, other.zeta, atol=1e-6)
         assert fit.log_evidence == pytest.approx(other.log_evidence, abs=1e-9)
         assert fit.strengths == pytest.approx(other.strengths)
-    assert both[1].zeta[0] != pytest.approx(both[0].zeta[0], abs=0.1)
+    assert both[1].log_evidence > both[0].log_evidence + 3
 
 
 def test_a_cause_is_named_with_its_twin() -> None:
