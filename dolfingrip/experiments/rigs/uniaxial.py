@@ -36,7 +36,7 @@ ACCEPTED: Final = 1e-8
 """Largest last change of λ_t of a bar that counts as solved."""
 
 LARGEST_CHANGE: Final = 0.05
-"""Largest change of λ_t in one iteration."""
+"""Largest change of λ_t in one iteration, and in one load step beyond the change of λ."""
 
 NUDGE: Final = 1e-6
 """Change of λ_t that the first slope is taken by, at rest."""
@@ -125,13 +125,15 @@ class UniaxialTension:
                 across, slope, steepness = self._equilibrium(
                     symbols, along, last + ahead * move, steepness
                 )
+                # beyond a limit point the next root is of another branch, which rounding chooses
+                stays = np.isfinite(slope) & (np.abs(across - last) <= abs(move) + LARGEST_CHANGE)
+                # a bar without equilibrium is lost, and holds the others up no more
+                slope, across = np.where(stays, slope, np.nan), np.where(stays, across, np.nan)
                 ahead = (across - last) / move if move else ahead
                 self._accept(symbols, along, across)
             before, clock = float(here), float(now)
             stress.append(np.broadcast_to(slope, (bars,)))
             width.append(across)
-            # a bar without equilibrium is lost from here on, and holds the others up no more
-            across = np.where(np.isfinite(slope), across, np.nan)
         return Stretched(np.column_stack(stress), np.column_stack(width))
 
     def _equilibrium(

@@ -67,6 +67,31 @@ def test_bars_have_parameters_of_their_own() -> None:
     assert (np.diff(together[:, -1]) != 0).all()
 
 
+@pytest.mark.parametrize("step", [0.05, 0.01])
+def test_a_bar_beyond_its_limit_point_is_lost_whatever_the_rounding(step: float) -> None:
+    """A compressible Mooney–Rivlin bar that is pulled far thins until ∂²ψ/∂λ_t² vanishes.
+
+    The next root of ∂ψ/∂λ_t is of another branch, with J near 0.1. Steps of a tenth tell the same
+    stress before, and the same stop at which the bar is lost.
+    """
+    config = configured(["mooney_rivlin.C01_MPa=1.0"])
+    stops = list(np.arange(0.5, 9.1, 0.5))
+    values = np.array([0.6, 0.9, 1.2, 1.36, 1.46, 1.6, 2.0])
+
+    def stress(values: np.ndarray, step: float) -> np.ndarray:
+        bars = {"extensions.mooney_rivlin.C01_MPa": values}
+        return UniaxialTension(config).pull(bars, stops, stops, step).stress_MPa
+
+    found = stress(values, step)
+    lost = np.isnan(found)
+    assert lost[:, -1].all()
+    assert not lost[:, 0].any()
+    assert (np.diff(lost.astype(int), axis=1) >= 0).all()
+    for other in (stress(values * (1 + 1e-13), step), stress(values, step / 10)):
+        np.testing.assert_array_equal(np.isnan(other), lost)
+        np.testing.assert_allclose(other[~lost], found[~lost], rtol=1e-6, atol=1e-6)
+
+
 def test_a_raster_that_is_turned_is_refused() -> None:
     """Such a bar shears, so two stretches do not describe it."""
     with pytest.raises(ValueError, match="raster_deg"):
