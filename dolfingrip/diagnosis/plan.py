@@ -26,9 +26,10 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide, held
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
+    Key,
     Visibility,
 )
-from dolfingrip.diagnosis.core.search import Key, one_at_a_time
+from dolfingrip.diagnosis.core.search import one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig

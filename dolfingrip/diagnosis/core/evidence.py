@@ -45,6 +45,8 @@ from dolfingrip.diagnosis.policy import POLICY
 Subset = tuple[str, ...]
 """Names of causes, in the order of the problem; then of the nuisances that are implausible."""
 
+Key = tuple[Subset, float]
+"""Causes, and the level of a discrepancy beside them."""
 
 NONE: Subset = ()
 
@@ -396,7 +398,7 @@ class CovarianceModel:
         self._place = dict(zip(blocks, _side_by_side([*blocks.values()]), strict=True))
         self._white = self.whitened(np.hstack([*blocks.values()]))
         self.gram = self._white.T @ self._white
-        log_2_pi = len(problem.value) * np.log(2 * np.pi)
+        log_2_pi = len(problem.value) * float(np.log(2 * np.pi))
         self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
@@ -427,7 +429,11 @@ class CovarianceModel:
         return -0.5 * float(self.gram[0, 0] - found + self.log_det)
 
     def of(self, subset: Subset) -> Hypothesis:
-        """A hypothesis under this covariance."""
+        """A hypothesis under this covariance alone."""
+        return Hypothesis(self.problem, subset, {self.level: self.columns(subset)})
+
+    def columns(self, subset: Subset) -> tuple[np.ndarray, float]:
+        """G of a hypothesis, (k, k), and ln|C| + n ln 2π, the errors of its emulators in C."""
         names = [name for name, _, _ in self.problem.parts(subset)]
         at = np.r_[0, *(self._place[name] for name in names)]
         causes = {*self.problem.causes(subset)}
@@ -445,7 +451,7 @@ class CovarianceModel:
             factor = scipy.linalg.cho_factor(inner, lower=True)
             gram = gram - cross @ scipy.linalg.cho_solve(factor, cross.T)
             log_det += 2 * float(np.log(np.diag(factor[0])).sum())
-        return Hypothesis(self.problem, subset, self.level, gram, log_det)
+        return gram, log_det
 
 
 def _side_by_side(blocks: Sequence[np.ndarray]) -> list[slice]:
@@ -461,6 +467,13 @@ LEVELS: Final[Mapping[float, float]] = {
     ),
 }
 """Prior probability of each level of the discrepancy."""
+
+
+STEPS: Final = 100
+"""Newton's steps of a descent, at most."""
+
+UNLIKE: Final = 50.0
+"""ln of how much less probable a mode is that does not count."""
 
 
 @dataclass(eq=False)
@@ -492,13 +505,17 @@ class _Places:
 
 @dataclass(eq=False)
 class Hypothesis:
-    """Causes under one covariance, at numbers of the model that are as told or implausible."""
+    """Causes under covariances, at numbers of the model that are as told or implausible.
+
+    Attributes:
+        problem: the readings.
+        subset: the causes.
+        columns: G, (k, k), and ln|C| + n ln 2π, by the level of a discrepancy.
+    """
 
     problem: InferenceProblem
     subset: Subset
-    level: float
-    gram: np.ndarray
-    log_det: float
+    columns: Mapping[float, tuple[np.ndarray, float]]
 
     def __post_init__(self) -> None:
         self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
@@ -519,87 +536,111 @@ class Hypothesis:
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (places, k), and J = db/dζ, shape (places, k, d)."""
-        value = np.ones((len(zeta), len(self.gram)))
+        value = np.ones((len(zeta), self._rows[-1].stop))
         slopes = np.zeros((*value.shape, zeta.shape[1]))
         for (_, emulator, own), rows in zip(self._parts, self._rows, strict=True):
             g, dg = emulator.with_slopes(zeta[:, own])
             value[:, rows], slopes[:, rows, own] = -g, -dg
         return value, slopes
 
-    def misfit(self, zeta: np.ndarray) -> np.ndarray:
+    def misfit(self, zeta: np.ndarray, level: float) -> np.ndarray:
         """bᵀGb at many places, shape (places,).
 
         Args:
             zeta: shape (places, d).
+            level: of the discrepancy.
         """
         changes = [-emulator.at(zeta[:, own]) for _, emulator, own in self._parts]
         b = np.hstack([np.ones((len(zeta), 1)), *changes])
-        return np.asarray(((b @ self.gram) * b).sum(axis=1))
+        return np.asarray(((b @ self.columns[level][0]) * b).sum(axis=1))
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
-        """The most probable ζ from several starts, whose separate modes add.
+        """The most probable ζ from several starts, whose separate modes add, at the first level.
 
         Args:
             starts: values of ζ.
             settled: ln of probability that the last step gains at most.
         """
-        return self.fits({self.subset: starts}, settled)[0]
+        return self.fits({(self.subset, next(iter(self.columns))): starts}, settled)[0]
 
     def fits(
-        self, starts: Mapping[Subset, Sequence[np.ndarray]], settled: float = POLICY.settled
+        self, starts: Mapping[Key, Sequence[np.ndarray]], settled: float = POLICY.settled
     ) -> list[MapFit]:
-        """Fits with several choices of which numbers of the model are implausible, all at once.
+        """Fits at several levels, and with several numbers of the model implausible, all at once.
 
         Args:
-            starts: values of ζ by the causes with the numbers that are implausible beside them.
+            starts: values of ζ by the level and by the causes with what is implausible beside them.
             settled: ln of probability that the last step gains at most.
         """
         counts = [len(each) for each in starts.values()]
-        widths = np.array([self._width(subset) for subset in starts])
+        widths = np.array([self._width(subset) for subset, _ in starts])
+        grams = np.array([self.columns[level][0] for _, level in starts])
         first = np.vstack([each for own in starts.values() for each in own])
-        every = self._descended(first, np.repeat(widths, counts, axis=0), settled)
+        which = np.repeat(np.arange(len(counts)), counts)
+        every = self._descended(first, which, grams, widths, settled)
         best, logs = [], []
         for end, count in zip(np.cumsum(counts), counts, strict=True):
             modes: list[int] = []
             for place in end - count + np.argsort(every.value[end - count : end], kind="stable"):
                 off = every.zeta[place] - every.zeta[modes]
                 apart = (np.einsum("mi,mij,mj->m", off, every.hessian[modes], off) > 9).all()
-                if not modes or (apart and every.value[place] < every.value[modes[0]] + 50):
+                if not modes or (apart and every.value[place] < every.value[modes[0]] + UNLIKE):
                     modes.append(int(place))
             own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
             best.append(modes[int(np.argmax(own))])
-            logs.append(float(np.logaddexp.reduce(own)) - 0.5 * self.log_det)
+            logs.append(float(np.logaddexp.reduce(own)))
         told = zip(
             starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
-            self._strengths(tuple(starts), every.zeta[best], widths), strict=True,
+            self._strengths([subset for subset, _ in starts], every.zeta[best], grams, widths),
+            strict=True,
         )  # fmt: skip
         return [
-            MapFit(subset, self.level, log, zeta, hessian, misfit, strengths)
-            for subset, log, zeta, hessian, misfit, strengths in told
+            MapFit(
+                subset, level, log - 0.5 * self.columns[level][1], zeta, hessian, misfit, strengths
+            )
+            for (subset, level), log, zeta, hessian, misfit, strengths in told
         ]
 
-    def _at(self, zeta: np.ndarray, width: np.ndarray) -> _Places:
-        """−ln of the density of readings and ζ, by the widths of the priors, (places, d) each."""
+    def _at(self, zeta: np.ndarray, gram: np.ndarray, width: np.ndarray) -> _Places:
+        """−ln of the density of readings and ζ.
+
+        Args:
+            zeta: shape (places, d).
+            gram: G at each, shape (places, k, k).
+            width: of the priors there, shape (places, d).
+        """
         b, slopes = self._factors(zeta)
-        pull, (prior, precision) = b @ self.gram, self._prior(zeta, width)
+        pull, (prior, precision) = (gram @ b[..., None])[..., 0], self._prior(zeta, width)
         misfit, along = (b * pull).sum(axis=1), slopes.transpose(0, 2, 1)
-        hessian = along @ (self.gram @ slopes) + precision[..., None] * np.eye(zeta.shape[1])
+        hessian = along @ (gram @ slopes) + precision[..., None] * np.eye(zeta.shape[1])
         gradient = (along @ pull[..., None])[..., 0] + precision * zeta
         return _Places(zeta, 0.5 * misfit + prior, gradient, hessian, misfit)
 
-    def _descended(self, starts: np.ndarray, width: np.ndarray, settled: float) -> _Places:
+    def _descended(
+        self,
+        starts: np.ndarray,
+        which: np.ndarray,
+        gram: np.ndarray,
+        width: np.ndarray,
+        settled: float,
+    ) -> _Places:
         """Minima by damped Newton's steps within the box (Levenberg–Marquardt).
+
+        Damping follows how much of what a step should gain it gains (Madsen, Nielsen & Tingleff,
+        Methods for Non-Linear Least Squares Problems, 2004, section 3.2). A descent that is far
+        above another of the same hypothesis, and comes no nearer, ends early.
 
         Args:
             starts: shape (places, d).
-            width: of the priors, likewise.
+            which: hypothesis of each, shape (places,).
+            gram, width: G and widths of the priors of these, shapes (k, k) and (d,) each.
             settled: ln of probability that the last step gains at most.
         """
         low, high = self._box.T
-        here = self._at(np.clip(starts, low, high), width)
-        damping, failed = np.full(len(starts), 1e-3), np.zeros(len(starts), dtype=int)
+        here = self._at(np.clip(starts, low, high), gram[which], width[which])
+        damping, harder = np.full(len(starts), 1e-3), np.full(len(starts), 2.0)
         at, diagonal = np.arange(len(starts)), np.arange(starts.shape[1])
-        for _ in range(200):
+        for _ in range(STEPS):
             zeta, gradient, matrix = here.zeta[at], here.gradient[at], here.hessian[at]
             held = ((zeta <= low) & (gradient > 0)) | ((zeta >= high) & (gradient < 0))
             matrix[:, diagonal, diagonal] *= 1 + damping[at, None]
@@ -607,21 +648,29 @@ class Hypothesis:
             matrix[:, diagonal, diagonal] += held
             gradient = np.where(held, 0.0, gradient)
             step = np.clip(-np.linalg.solve(matrix, gradient[..., None])[..., 0], -1.5, 1.5)
-            worth = -(gradient * step).sum(axis=1) >= settled  # less than it can gain
+            best = np.full(len(gram), np.inf)
+            np.minimum.at(best, which, here.value)
+            least = np.maximum(settled, (here.value - best[which] - UNLIKE) / STEPS)
+            worth = -(gradient * step).sum(axis=1) >= least[at]  # less than it can gain
             at, there = at[worth], np.clip((zeta + step)[worth], low, high)
             if not len(at):
                 break
-            tried = self._at(there, width[at])
+            tried = self._at(there, gram[which[at]], width[which[at]])
             gain = here.value[at] - tried.value
-            better = gain > 0
+            better, moved = gain > 0, there - here.zeta[at]
+            told = -(here.gradient[at] * moved).sum(axis=1)
+            told -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
+            part = np.clip(gain / np.maximum(told, 1e-12), 0.0, 1.0)
+            easier = np.maximum(1 / 3, 1 - (2 * part - 1) ** 3)
+            damping[at] *= np.where(better, easier, harder[at])
+            harder[at] = np.where(better, 2.0, 2 * harder[at])
+            going = np.where(better, gain >= least[at], harder[at] < 2**8)
             here.move(at[better], tried.of(better))
-            damping[at] = np.where(better, np.maximum(damping[at] / 10, 1e-9), damping[at] * 5)
-            failed[at] = np.where(better, 0, failed[at] + 1)
-            at = at[np.where(better, gain >= settled, failed[at] < 12)]
+            at = at[going]
         return here
 
     def _strengths(
-        self, subsets: Sequence[Subset], zeta: np.ndarray, width: np.ndarray
+        self, subsets: Sequence[Subset], zeta: np.ndarray, gram: np.ndarray, width: np.ndarray
     ) -> list[tuple[float, ...]]:
         """Strengths of the names of each subset at its ζ, standard deviations.
 
@@ -631,13 +680,13 @@ class Hypothesis:
         own = slice(0, self.problem.nuisance_count)
         free = slopes[..., own]
         along = free.transpose(0, 2, 1)
-        inner = along @ self.gram @ free + width[:, own, None] ** -2 * np.eye(own.stop)
+        inner = along @ gram @ free + width[:, own, None] ** -2 * np.eye(own.stop)
         found = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
         for (name, *_), rows in zip(self._parts, self._rows, strict=True):
             if name in self.subset:
-                pull = b[:, rows] @ self.gram[rows]
-                cross = along @ pull[..., None]
-                left = (pull[:, rows] * b[:, rows]).sum(axis=1)
+                pull = gram[..., rows] @ b[:, rows, None]
+                cross = along @ pull
+                left = (pull[:, rows, 0] * b[:, rows]).sum(axis=1)
                 left -= (cross * np.linalg.solve(inner, cross)).sum(axis=(1, 2))
                 found[name] = np.sqrt(np.maximum(left, 0.0))
         return [
@@ -653,14 +702,16 @@ class Hypothesis:
 
         def log_density(zeta: np.ndarray) -> np.ndarray:
             inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
-            value = 0.5 * self.misfit(np.clip(zeta, low, high)) + self._prior(zeta, width)[0]
+            value = (
+                0.5 * self.misfit(np.clip(zeta, low, high), fit.level) + self._prior(zeta, width)[0]
+            )
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
         found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
         if found is None:
             return fit
-        log = found.log_integral - 0.5 * self.log_det
+        log = found.log_integral - 0.5 * self.columns[fit.level][1]
         return replace(fit, log_evidence=log, draws=(found.places, found.weights))
 
 

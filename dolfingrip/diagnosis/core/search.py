@@ -17,14 +17,13 @@ from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
     NONE,
     CovarianceModel,
+    Hypothesis,
     InferenceProblem,
+    Key,
     MapFit,
     Subset,
 )
 from dolfingrip.diagnosis.policy import POLICY
-
-Key = tuple[Subset, float]
-"""Causes, and the level of a discrepancy beside them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,58 +123,68 @@ def search(
     zeta: dict[Key, np.ndarray] = {}
     known = {} if before is None else before.modes
 
-    def fit(subset: Subset, level: float, starts: Sequence[np.ndarray]) -> list[np.ndarray]:
-        key = subset, level
-        found = () if {*subset} >= {*changed} else known.get(key, ())
-        found = modes[key] = found or _fits(every[level], subset, starts, POLICY.settled)
-        zeta[key] = max(found, key=lambda each: each.log_evidence).zeta
-        return [each.zeta for each in found]
+    def fit(subset: Subset, starts: Mapping[float, Sequence[np.ndarray]]) -> None:
+        found = {} if {*subset} >= {*changed} else {
+            (subset, level): known[subset, level] for level in starts if (subset, level) in known
+        }  # fmt: skip
+        missing = {level: each for level, each in starts.items() if (subset, level) not in found}
+        found |= _fits(every, subset, missing, POLICY.settled) if missing else {}
+        modes.update(found)
+        for key, own in found.items():
+            zeta[key] = max(own, key=lambda each: each.log_evidence).zeta
 
-    start = np.zeros(own)
-    for level in every:
-        fit(NONE, level, [start])
-        start = zeta[NONE, level]
+    start = [np.zeros(own)]
+    fit(NONE, dict.fromkeys(every, start))
     for name in names:
-        warm: list[np.ndarray] = []
-        for level in every:
-            first = [np.r_[zeta[NONE, level], z] for z in _starts(problem, name)]
-            warm = fit((name,), level, [*warm, *(first[:1] if warm else first)])
+        first = _starts(problem, name)
+        fit((name,), {level: [np.r_[zeta[NONE, level], z] for z in first] for level in every})
     for pair in _pairs(every, names):
         least = max(each.log_evidence for fits in modes.values() for each in fits)
         least -= POLICY.hopeless
         hopeful = [level for level, columns in every.items() if columns.largest(pair) >= least]
         one, other = (zeta[(name,), 0.0] for name in pair)
         weak = [_starts(problem, name)[0] for name in pair]
-        warm = [
+        starts = [
             np.r_[one, weak[1]], np.r_[other[:own], weak[0], other[own:]], np.r_[one, other[own:]],
         ]  # fmt: skip
         # the share that stays is counted without a discrepancy
-        for level in sorted({0.0, *hopeful}) if hopeful else ():
-            warm = fit(pair, level, warm)
+        if hopeful:
+            fit(pair, dict.fromkeys([0.0, *hopeful], starts))
     fits = [each for found in modes.values() for each in found]
     return replace(_weighed(fits, every, rng if sample else None), modes=modes)
 
 
 def _fits(
-    columns: CovarianceModel, subset: Subset, starts: Sequence[np.ndarray], settled: float
-) -> list[MapFit]:
+    every: Mapping[float, CovarianceModel],
+    subset: Subset,
+    starts: Mapping[float, Sequence[np.ndarray]],
+    settled: float,
+) -> dict[Key, list[MapFit]]:
     """Fits of causes with the model's own numbers as told, and with those far that may be so.
 
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
-    hypothesis, places = columns.of(subset), columns.problem.implausible
-    found, fresh = [], {subset: starts}
+    problem, found = every[0.0].problem, {(subset, level): list[MapFit]() for level in starts}
+    hypothesis = _hypothesis(every, subset)
+    fresh = {(subset, level): each for level, each in starts.items()}
     while fresh:
         new = hypothesis.fits(fresh, settled)
-        found += new
         fresh = {}
         for fit in new:
-            for name, place in places.items():
-                more = (*subset, *(each for each in places if each in {name, *fit.subset}))
-                known = name in fit.subset or more in fresh
+            found[subset, fit.level].append(fit)
+            for name, place in problem.implausible.items():
+                far = [each for each in problem.implausible if each in {name, *fit.subset}]
+                key = (*subset, *far), fit.level
+                known = name in fit.subset or key in fresh
                 if not known and _log_odds_of_implausible(fit, place) >= np.log(POLICY.rival):
-                    fresh[more] = [fit.zeta, *starts]
+                    fresh[key] = [fit.zeta, *starts[fit.level]]
     return found
+
+
+def _hypothesis(every: Mapping[float, CovarianceModel], subset: Subset) -> Hypothesis:
+    """Causes under all covariances."""
+    columns = {level: each.columns(subset) for level, each in every.items()}
+    return Hypothesis(every[0.0].problem, subset, columns)
 
 
 def _log_odds_of_implausible(fit: MapFit, place: int) -> float:
@@ -204,28 +213,27 @@ def one_at_a_time(
     fits: list[MapFit] = []
     best = -np.inf
 
-    def fitted(subset: Subset, level: float, start: np.ndarray) -> np.ndarray:
+    def fitted(subset: Subset, starts: Mapping[float, np.ndarray]) -> None:
         nonlocal best
-        starts = [before.get((subset, level), start)]
-        told = _fits(every[level], subset, starts, POLICY.coarsely_settled)
-        fits.extend(told)
-        before[subset, level] = told[0].zeta
-        best = max(best, *(fit.log_evidence + prior[level] for fit in told))
-        return told[0].zeta
+        first = {level: [before.get((subset, level), each)] for level, each in starts.items()}
+        for key, told in _fits(every, subset, first, POLICY.coarsely_settled).items():
+            fits.extend(told)
+            before[key] = told[0].zeta
+            best = max(best, *(fit.log_evidence + prior[key[1]] for fit in told))
 
-    zeta = np.zeros(problem.nuisance_count)
-    own = {level: (zeta := fitted(NONE, level, zeta)) for level in every}
+    fitted(NONE, dict.fromkeys(every, np.zeros(problem.nuisance_count)))
     bounds = {
         (name,): {level: each.largest((name,)) + prior[level] for level, each in every.items()}
         for name in problem.emulators
     }
     for subset in sorted(bounds, key=lambda each: -max(bounds[each].values())):
-        start = np.r_[own[0.0], _starts(problem, subset[0])[0]]
-        for level, bound in bounds[subset].items():
-            # the share that stays is counted without a discrepancy
-            most = bound if level else max(bounds[subset].values())
-            if most > best - far:
-                start = fitted(subset, level, start)
+        own = bounds[subset]
+        # the share that stays is counted without a discrepancy
+        most = {level: bound if level else max(own.values()) for level, bound in own.items()}
+        likely = [level for level, bound in most.items() if bound > best - far]
+        if likely:
+            weak = _starts(problem, subset[0])[0]
+            fitted(subset, {level: np.r_[before[NONE, level], weak] for level in likely})
     return _weighed(fits, every, None)
 
 
@@ -241,15 +249,11 @@ def searched_again(
     """
     every = problem.levels
     likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
-    known: dict[Key, dict[Subset, Sequence[np.ndarray]]] = defaultdict(dict)
+    starts: dict[Subset, dict[Key, Sequence[np.ndarray]]] = defaultdict(dict)
     for fit in whole.fits:
         if any(set(fit.subset) <= each for each in likely):
-            known[problem.causes(fit.subset), fit.level][fit.subset] = [fit.zeta]
-    fits = [
-        fit
-        for (causes, level), starts in known.items()
-        for fit in every[level].of(causes).fits(starts)
-    ]
+            starts[problem.causes(fit.subset)][fit.subset, fit.level] = [fit.zeta]
+    fits = [fit for causes, own in starts.items() for fit in _hypothesis(every, causes).fits(own)]
     return _weighed(fits, every, rng)
 
 
@@ -282,7 +286,7 @@ def _weighed(
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    (as_reported,) = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)))
+    (as_reported,) = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
     return ModelPosterior(problem, fits, probability, total, float(as_reported))
 
 

@@ -32,9 +32,10 @@ from dolfingrip.diagnosis.core.evidence import (
     NONE,
     CovarianceModel,
     InferenceProblem,
+    Key,
     Subset,
 )
-from dolfingrip.diagnosis.core.search import Key, one_at_a_time
+from dolfingrip.diagnosis.core.search import one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.model import (
