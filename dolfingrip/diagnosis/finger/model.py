@@ -451,9 +451,8 @@ class FingerSimulation:
                 key = run.group.tests, len(leg.stops), len(values), by
                 if key not in self._weights:
                     self._weights[key] = leg.weights(len(values), leg.rows_at * by, ROUTES.beyond)
-                told[leg.rows] = self._weights[key] @ np.pad(
-                    values, (0, len(leg.stops) - len(values))
-                )
+                # stops that were not reached have no weight
+                told[leg.rows] = self._weights[key][:, : len(values)] @ values
                 own[name] = told * (factor if CHANNELS[name].in_proportion else 1.0)
             found[run.group.tests] = own
         return found

@@ -207,6 +207,7 @@ class CauseTraining:
         self.boxes = {each.name: box_of(each) for each in self.causes}
         self._designs: dict[str, _Design] = {}
         self._told: dict[str, SimulatedChanges | None] = {}
+        self._trained: dict[str, tuple[SimulatedChanges, np.ndarray, Emulator]] = {}
         for each in self.causes:
             if closed_forms.known(simulation, each):
                 self._told[each.name] = self._closed_form(each)
@@ -290,8 +291,16 @@ class CauseTraining:
                 self.failed[name] = why
 
     def _emulator(self, cause: Cause) -> Emulator:
-        own, name = self._told[cause.name], cause.name
+        """The emulator of a cause, trained anew where its simulations or its ranges are others."""
+        own, box = self._told[cause.name], self.boxes[cause.name]
         assert own is not None
+        known = self._trained.get(cause.name)
+        if known is None or known[0] is not own or not np.array_equal(known[1], box):
+            known = self._trained[cause.name] = own, box, self._trained_on(cause, own)
+        return known[2]
+
+    def _trained_on(self, cause: Cause, own: SimulatedChanges) -> Emulator:
+        name = cause.name
         if name in self._designs and not self._designs[name].scales:
             return _by_moduli(
                 self.simulation, cause, own, self.boxes[name], self.scale, self.plain.factor,

@@ -104,8 +104,8 @@ class StopInterpolant:
             values: (reached,) of one column, at the first stops of the simulation.
             at: (places,) by what the leg is read by.
         """
-        padded = np.pad(values, (0, len(self.stops) - len(values)))
-        return np.asarray(self.weights(len(values), at, ROUTES.anywhere) @ padded)
+        weights = self.weights(len(values), at, ROUTES.anywhere)[:, : len(values)]
+        return np.asarray(weights @ values)
 
 
 def spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
