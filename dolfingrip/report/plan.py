@@ -77,7 +77,7 @@ def charts(plan: PlanFile) -> list[Chart]:
             Chart(
                 "Additions",
                 Axis("Effects that are named (%)", "%", ends=(0.0, 100.0)),
-                Axis("", names=[f"{each.name} ({each.minutes:.0f} min)" for each in rows]),
+                Axis("", names=[f"{each.name} ({each.minutes:.0f}\u00a0min)" for each in rows]),
                 [Series("", shares, range(len(rows)), "bar", colour="orange", said=said)],
                 [Mark(100 * plan.share, "the rig as it is", "x")],
             )
