@@ -430,10 +430,14 @@ class CovarianceModel:
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance alone."""
-        return Hypothesis(self.problem, subset, {self.level: self.columns(subset)})
+        return Hypothesis.under([self], subset)
 
     def columns(self, subset: Subset) -> tuple[np.ndarray, float]:
-        """G of a hypothesis, (k, k), and ln|C| + n ln 2π, the errors of its emulators in C."""
+        """G of a hypothesis, (k, k), and ln|C| + n ln 2π, the errors of its emulators in C.
+
+        Args:
+            subset: its causes.
+        """
         names = [name for name, _, _ in self.problem.parts(subset)]
         at = np.r_[0, *(self._place[name] for name in names)]
         causes = {*self.problem.causes(subset)}
@@ -516,6 +520,16 @@ class Hypothesis:
     problem: InferenceProblem
     subset: Subset
     columns: Mapping[float, tuple[np.ndarray, float]]
+
+    @classmethod
+    def under(cls, every: Sequence[CovarianceModel], subset: Subset) -> Hypothesis:
+        """Causes under the covariances of some levels of a problem, of one or more.
+
+        Args:
+            every: the covariances.
+            subset: the causes.
+        """
+        return cls(every[0].problem, subset, {each.level: each.columns(subset) for each in every})
 
     def __post_init__(self) -> None:
         self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])

@@ -165,7 +165,7 @@ def _fits(
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
     problem, found = every[0.0].problem, {(subset, level): list[MapFit]() for level in starts}
-    hypothesis = _hypothesis(every, subset)
+    hypothesis = Hypothesis.under([every[level] for level in starts], subset)
     fresh = {(subset, level): each for level, each in starts.items()}
     while fresh:
         new = hypothesis.fits(fresh, settled)
@@ -179,12 +179,6 @@ def _fits(
                 if not known and _log_odds_of_implausible(fit, place) >= np.log(POLICY.rival):
                     fresh[key] = [fit.zeta, *starts[fit.level]]
     return found
-
-
-def _hypothesis(every: Mapping[float, CovarianceModel], subset: Subset) -> Hypothesis:
-    """Causes under all covariances."""
-    columns = {level: each.columns(subset) for level, each in every.items()}
-    return Hypothesis(every[0.0].problem, subset, columns)
 
 
 def _log_odds_of_implausible(fit: MapFit, place: int) -> float:
@@ -253,7 +247,10 @@ def searched_again(
     for fit in whole.fits:
         if any(set(fit.subset) <= each for each in likely):
             starts[problem.causes(fit.subset)][fit.subset, fit.level] = [fit.zeta]
-    fits = [fit for causes, own in starts.items() for fit in _hypothesis(every, causes).fits(own)]
+    fits = []
+    for causes, own in starts.items():
+        levels = dict.fromkeys(level for _, level in own)
+        fits += Hypothesis.under([every[level] for level in levels], causes).fits(own)
     return _weighed(fits, every, rng)
 
 

@@ -80,9 +80,9 @@ def test_fits_from_many_places_at_once_are_those_from_each() -> None:
         always=(replace(factor, names=("far",)),),
     )  # fmt: skip
     starts = [np.array(each) for each in ([0.0, 0.0], [2.0, -3.0], [-2.0, 9.0])]
-    columns = {level: CovarianceModel(own, level).columns(("bent",)) for level in (0.0, 0.01)}
-    hypothesis = evidence.Hypothesis(own, ("bent",), columns)
-    keys = [(subset, level) for subset in (("bent",), ("bent", "far")) for level in columns]
+    levels = [CovarianceModel(own, level) for level in (0.0, 0.01)]
+    hypothesis = evidence.Hypothesis.under(levels, ("bent",))
+    keys = [(subset, each.level) for subset in (("bent",), ("bent", "far")) for each in levels]
     both = hypothesis.fits(dict.fromkeys(keys, starts), 1e-14)
     alone = [
         max((hypothesis.fits({key: [each]}, 1e-14)[0] for each in starts),
