@@ -251,6 +251,9 @@ class InferencePolicy:
         implausible_places: simulations of a nuisance that is implausible by its prior.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
             many times √(2/n).
+        finer: times that places are added between those of a cause whose emulator misses more than
+            the noise, at most.
+        at_once: such places at a time.
         farther: simulations of causes whose best numbers lie beyond that, at most.
         farthest: largest |ζ| of these, by the standard deviation of the wide part of the prior.
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
@@ -360,6 +363,8 @@ class InferencePolicy:
     finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
     implausible_places: int = 6
     finger_reach: float = 2.5
+    finer: int = 4
+    at_once: int = 2
     farther: int = 6
     farthest: float = 4.0
     stiffest: float = 4.0

@@ -2,7 +2,8 @@
 
     Δ(ζ) = Φ g(ζ)
 
-They are polynomials of coordinates of ζ, from few or many simulations, with known slopes or not.
+They are polynomials of coordinates of ζ, from few or many simulations, with known slopes or not, or
+cubic pieces between places of one number.
 They may be corrected where exact simulations are known, may be added to one another, and may have
 readings that are proportional to a factor of all moduli.
 
@@ -27,7 +28,7 @@ from itertools import combinations_with_replacement
 from typing import Final, Self
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BPoly, CubicSpline
 from scipy.stats import qmc
 
 from dolfingrip.diagnosis.core.unknown import Unknown
@@ -252,8 +253,71 @@ class Coordinate:
         return (self.value(zeta + step) - self.value(zeta - step)) / (2 * step)
 
 
+class Basis(ABC):
+    """Functions of ζ whose weighted sum is a change.
+
+    Attributes:
+        coordinates: of the entries of ζ.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+
+    def __call__(self, zeta: np.ndarray) -> np.ndarray:
+        """(places, m) at ζ, shape (places, d)."""
+        return self.with_slopes(zeta)[0]
+
+    @abstractmethod
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values at ζ, (places, m), and derivatives by it, (places, m, d)."""
+
+    def _values(self, zeta: np.ndarray) -> np.ndarray:
+        """(places, coordinates)."""
+        found = np.empty((len(zeta), len(self.coordinates)))
+        for place, each in enumerate(self.coordinates):
+            found[:, place] = each.value(zeta[:, each.of])
+        return found
+
+
 @dataclass(frozen=True, eq=False)
-class Polynomial:
+class Pieces(Basis):
+    """Cubic pieces of one amplitude between places where value and slope are known.
+
+    A change may turn at once, where a contact moves to another edge: there a polynomial bends away
+    to either side, and pieces are wrong in one of them. A change vanishes where the amplitude does,
+    and may have another slope on either side of it; the pieces beside that place are parabolas. It
+    goes on straight beyond the outermost places.
+
+    Attributes:
+        coordinates: whose sum is the amplitude.
+        pieces: values of all functions, and derivatives, by the amplitude.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    pieces: BPoly
+
+    @classmethod
+    def of(cls, coordinates: Sequence[Coordinate], zeta: np.ndarray) -> Pieces:
+        """Pieces between places, shape (m, 1); 2 m functions."""
+        u = np.sum([each.value(zeta[:, 0]) for each in coordinates], axis=0)
+        unit = np.eye(2 * len(zeta))
+        known = {float(at): [unit[i], unit[len(zeta) + i]] for i, at in enumerate(u)}
+        known[0.0] = [np.zeros(len(unit))]
+        ordered = sorted(known)
+        return cls(
+            tuple(coordinates), BPoly.from_derivatives(ordered, [known[at] for at in ordered])
+        )
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        u = self._values(zeta).sum(axis=1)
+        rates = np.sum([each.rates(zeta[:, 0]) for each in self.coordinates], axis=0)
+        inside = np.clip(u, self.pieces.x[0], self.pieces.x[-1])
+        by_u = self.pieces(inside, 1)
+        value = self.pieces(inside) + by_u * (u - inside)[:, None]
+        return value, (by_u * rates[:, None])[..., None]
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomial(Basis):
     """Monomials of u / (1 + q · u), u being coordinates of ζ.
 
     What stiffens a body changes its readings the less, the stiffer it is already: a compliance is
@@ -286,7 +350,6 @@ class Polynomial:
         return monomials(values / self._divisors(values), self.exponents)
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Monomials at ζ, and derivatives by it, (places, m, d)."""
         values = self._values(zeta)
         by = self._divisors(values)
         found, by_coordinate = monomials_with_slopes(values / by, self.exponents)
@@ -300,13 +363,6 @@ class Polynomial:
             slopes[..., each.of] += by_coordinate[..., place] * rates
         return found, slopes
 
-    def _values(self, zeta: np.ndarray) -> np.ndarray:
-        """(places, coordinates)."""
-        found = np.empty((len(zeta), len(self.coordinates)))
-        for place, each in enumerate(self.coordinates):
-            found[:, place] = each.value(zeta[:, each.of])
-        return found
-
     def _divisors(self, values: np.ndarray) -> np.ndarray:
         """1 + q · u, (places, 1); no nearer to the pole than a small number."""
         return np.maximum(1 + values @ self.pole, POLICY.nearest_pole)[:, None]
@@ -314,32 +370,32 @@ class Polynomial:
 
 @dataclass(frozen=True, eq=False)
 class PolynomialEmulator(Emulator):
-    """A polynomial of coordinates of ζ.
+    """A polynomial of coordinates of ζ, or pieces of polynomials.
 
     Attributes:
         left: root mean square error of a simulation that was left out, by the noise.
-        polynomial: of the entries of ζ, without the first where there is a ``table``.
+        basis: of the entries of ζ, without the first where there is a ``table``.
         weights: shape (m, k); those of the middle node where there is a ``table``.
         table: weights by the first entry of ζ, (m, k); None where these are constant.
     """
 
     left: float
-    polynomial: Polynomial
+    basis: Basis
     weights: np.ndarray
     table: CubicSpline | None
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         zeta = np.asarray(zeta, dtype=float)
         if self.table is None:
-            return np.asarray(self.polynomial(zeta) @ self.weights)
+            return np.asarray(self.basis(zeta) @ self.weights)
         inside = np.clip(zeta[:, 0], self.table.x[0], self.table.x[-1])
-        return np.asarray(np.einsum("im,imk->ik", self.polynomial(zeta[:, 1:]), self.table(inside)))
+        return np.asarray(np.einsum("im,imk->ik", self.basis(zeta[:, 1:]), self.table(inside)))
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self.table is None:
-            basis, slopes = self.polynomial.with_slopes(zeta)
+            basis, slopes = self.basis.with_slopes(zeta)
             return basis @ self.weights, self.weights.T @ slopes
-        basis, slopes = self.polynomial.with_slopes(zeta[:, 1:])
+        basis, slopes = self.basis.with_slopes(zeta[:, 1:])
         inside = np.clip(zeta[:, 0], self.table.x[0], self.table.x[-1])
         weights = self.table(inside)
         first = np.einsum("pm,pmk->pk", basis, self.table(inside, 1))
@@ -382,7 +438,7 @@ def trained_on(
     share: float = POLICY.curved_share,
     left_out: Sequence[np.ndarray] | None = None,
 ) -> PolynomialEmulator:
-    """An emulator, of that degree and pole that leave least of what was left out.
+    """An emulator, of that degree and pole, or of pieces, that leave least of what was left out.
 
     Where there is no amplitude there is no pole, and the degree is the highest.
 
@@ -399,24 +455,34 @@ def trained_on(
     zeta, white, n = simulations.zeta, simulations.values / scale, len(scale)
     folds = np.eye(len(zeta), dtype=bool) if left_out is None else left_out
     # the moduli at their middle count as much as all others
-    basis = principal(white.reshape(-1, n), POLICY.components * (2 if share == 1.0 else 1))
+    components = principal(white.reshape(-1, n), POLICY.components * (2 if share == 1.0 else 1))
     known = np.isfinite(simulations.slopes).all(axis=(0, 1, 3))
-    slopes = POLICY.slope_weight * (simulations.slopes[:, :, known] / scale @ basis.T)
-    target = np.concatenate([white @ basis.T, *np.moveaxis(slopes, 2, 0)], axis=1)
+    slopes = POLICY.slope_weight * (simulations.slopes[:, :, known] / scale @ components.T)
+    target = np.concatenate([white @ components.T, *np.moveaxis(slopes, 2, 0)], axis=1)
     middle = len(white) // 2
-    truncated = white[middle] - white[middle] @ basis.T @ basis
+    truncated = white[middle] - white[middle] @ components.T @ components
     # what a simulation tells of itself is no longer left out
     off = zeta - np.clip(0.0, zeta.min(axis=0), zeta.max(axis=0))
 
-    def design(polynomial: Polynomial) -> np.ndarray:
-        value, rates = polynomial.with_slopes(zeta)
+    def design(basis: Basis) -> np.ndarray:
+        value, rates = basis.with_slopes(zeta)
         return np.vstack([value, *(POLICY.slope_weight * np.moveaxis(rates[:, :, known], 2, 0))])
 
-    def judged(polynomial: Polynomial) -> tuple[np.ndarray, float]:
+    def beside(out: np.ndarray) -> np.ndarray:
+        """Residuals of some places beside pieces between all others."""
+        own = design(Pieces.of(coordinates, zeta[~out]))
+        rows = np.tile(out, len(own) // len(out))
+        weights = np.linalg.lstsq(own[~rows], target[middle][~rows], rcond=_RCOND)[0]
+        return np.asarray(target[middle][rows] - own[rows] @ weights)[: out.sum()]
+
+    def judged(basis: Basis) -> tuple[np.ndarray, float]:
         """Columns of the error, and its root mean square, by what was left out."""
-        rest = _left_out(design(polynomial), target[middle], folds)
+        if isinstance(basis, Pieces):
+            rest = [beside(out) for out in folds]
+        else:
+            rest = _left_out(design(basis), target[middle], folds)
         every = np.vstack(
-            [each @ basis + truncated[out] for each, out in zip(rest, folds, strict=True)]
+            [each @ components + truncated[out] for each, out in zip(rest, folds, strict=True)]
         )
         return error_of(every, np.vstack([off[out] for out in folds]), scale)
 
@@ -426,14 +492,18 @@ def trained_on(
         *(Polynomial.of(coordinates, i, straight.pole) for i in range(2, degree + 1)),
     ]
     every = [each for each in every if len(each.exponents) <= share * target.shape[1]] or [straight]
-    chosen, (errors, left) = every[-1], (np.zeros((n, 0)), 0.0)
+    chosen: Basis = every[-1]
+    errors, left = np.zeros((n, 0)), 0.0
     if len(folds):
         poles = [straight.pole]
         if any(each.amplitude for each in coordinates):
             poles += _poles(straight, design, target[middle, :, 0], zeta)
         else:
             every = every[-1:]
-        tried = [replace(each, pole=pole) for each in every for pole in poles]
+        tried: list[Basis] = [replace(each, pole=pole) for each in every for pole in poles]
+        amplitudes = all(each.amplitude for each in coordinates)
+        if amplitudes and zeta.shape[1] == 1 < len(zeta) and known.all():
+            tried.append(Pieces.of(coordinates, zeta))
         chosen, (errors, left) = min(
             ((each, judged(each)) for each in tried), key=lambda pair: pair[1][1]
         )
@@ -441,7 +511,7 @@ def trained_on(
     weights = np.einsum("mp,npk->nmk", inverse, target)
     table = None if simulations.nodes is None else CubicSpline(simulations.nodes, weights)
     return PolynomialEmulator(
-        basis.T * scale[:, None], errors, left, chosen, weights[middle], table
+        components.T * scale[:, None], errors, left, chosen, weights[middle], table
     )
 
 
@@ -490,6 +560,35 @@ def _poles(
         if (1 + u @ q).min() > POLICY.nearest_pole:
             found.append(trial.pole)
     return found
+
+
+def turning(simulations: SimulatedChanges, neutral: float, scale: np.ndarray) -> np.ndarray:
+    """Places between those of one number where its change turns most, shape (places, 1).
+
+    Between two places a cubic piece is off their chord by an eighth of their distance and of what
+    the slope changes by, and so is wrong by less. The worst pieces are cut in half.
+
+    Args:
+        simulations: values and derivatives.
+        neutral: ζ at which the cause changes nothing, a place that is known without a simulation.
+        scale: noise of the readings, shape (n,).
+    """
+    middle, order = len(simulations.values) // 2, np.argsort(simulations.zeta[:, 0])
+    zeta = simulations.zeta[order, 0]
+    value, slope = (
+        each[middle, order] / scale for each in (simulations.values, simulations.slopes[:, :, 0])
+    )
+    ends, turned = np.column_stack([zeta[:-1], zeta[1:]]), np.diff(slope, axis=0)
+    over = (ends[:, 0] < neutral) & (neutral < ends[:, 1])
+    if over.any():  # a parabola on either side of it
+        beside = np.flatnonzero(over)[0] + np.array([0, 1])
+        by = zeta[beside] - neutral
+        ends = np.vstack([ends[~over], np.column_stack([np.full(2, neutral), zeta[beside]])])
+        turned = np.vstack([turned[~over], 2 * (slope[beside] - value[beside] / by[:, None])])
+    wrong = np.sqrt(np.square(turned).mean(axis=1)) * np.abs(ends[:, 1] - ends[:, 0]) / 8
+    centre = ends.mean(axis=1)
+    worst = np.argsort(-wrong * np.exp(-0.25 * centre**2))[: POLICY.at_once]
+    return np.asarray(centre[worst][:, None])
 
 
 def trained(

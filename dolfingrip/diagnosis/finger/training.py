@@ -20,12 +20,14 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.emulator import (
     Coordinate,
     Emulator,
+    PolynomialEmulator,
     SimulatedChanges,
     Stacked,
     Straight,
     places,
     principal,
     trained_on,
+    turning,
 )
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
@@ -245,6 +247,7 @@ class CauseTraining:
                 break
             say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
             more = {name: designs[name] for name in wanted}
+        self._refine(further, say)
         if not fully:
             self._reach(say)
 
@@ -313,6 +316,41 @@ class CauseTraining:
             degree = 1
         own_coordinates = coordinates_of(cause, self.boxes[name])
         return trained_on(own, own_coordinates, self.scale, degree=degree)
+
+    # -- between what was simulated ---------------------------------------------------------------
+
+    def _refine(self, some: Set[str], say: Callable[[str], None]) -> None:
+        """Simulate causes of one number between places, where emulators miss more than the noise.
+
+        Args:
+            some: names of causes that could be seen.
+            say: told what is being done.
+        """
+        for _ in range(POLICY.finer):
+            wanted = {
+                each.name: between for each in self.felt
+                if each.name in some and (between := self._between(each)) is not None
+            }  # fmt: skip
+            if not wanted:
+                break
+            say(f"simulating between, where a change turns at once: {', '.join(sorted(wanted))}")
+            before = {name: self._told[name] for name in wanted}
+            self._compute(wanted)
+            for name, known in before.items():
+                more = self._told[name]
+                self._told[name] = known.beside(more) if known and more else known
+
+    def _between(self, cause: Cause) -> _Design | None:
+        """Places where a cause's emulator turns most; None where it misses less than the noise."""
+        own, design = self._told[cause.name], self._designs.get(cause.name)
+        emulator = self._emulator(cause)
+        if own is None or design is None or not isinstance(emulator, PolynomialEmulator):
+            return None
+        if emulator.left <= 1.0 or own.zeta.shape[1] > 1 or effect(cause.name).by_slopes:
+            return None
+        (number,) = cause.numbers
+        zeta = turning(own, float(number.zeta(cause.neutral(number))), self.scale)
+        return _design(self.simulation, cause, self.plain.factor, zeta)
 
     # -- beyond what was simulated ----------------------------------------------------------------
 

@@ -11,9 +11,11 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import (
     Coordinate,
+    Pieces,
     PolynomialEmulator,
     SimulatedChanges,
     trained_on,
+    turning,
 )
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
@@ -104,6 +106,56 @@ def test_coefficients_of_either_sign_that_soften_far_are_followed() -> None:
     ]
     np.testing.assert_allclose(value, found.at(zeta[:1])[0])
     np.testing.assert_allclose(slopes, np.array(by_difference).T / 2e-5, rtol=1e-4, atol=1e-6)
+
+
+def turned(zeta: np.ndarray) -> np.ndarray:
+    """Invented: a contact that one side of an amplitude moves, at each load at another place."""
+    moved = np.clip(-np.asarray(zeta)[:, None] - 0.3 - X, 0.0, None)
+    return np.asarray(0.02 * np.asarray(zeta)[:, None] * X + 2.0 * moved)
+
+
+def turned_in(zeta: np.ndarray) -> SimulatedChanges:
+    """Changes and slopes at places, shape (places,)."""
+    slopes = (turned(zeta + 1e-6) - turned(zeta - 1e-6)) / 2e-6
+    return SimulatedChanges(zeta[:, None], turned(zeta)[None], slopes[None, :, None], None)
+
+
+SIDES = [
+    Coordinate(lambda zeta: np.maximum(zeta, 0.0), amplitude=True),
+    Coordinate(lambda zeta: np.minimum(zeta, 0.0), amplitude=True),
+]
+
+
+def test_a_change_that_turns_at_once_is_followed_by_pieces_between_more_places() -> None:
+    """A change of 120 standard deviations that no polynomial of these places follows."""
+    zeta = np.array([-2.1, -0.7, 0.7, 2.1])
+    everywhere = np.linspace(-2.1, 2.1, 301)
+    errors, told = [], []
+    for _ in range(6):
+        found = trained_on(turned_in(zeta), SIDES, SCALE)
+        off = found.at(everywhere[:, None]) @ found.columns.T - turned(everywhere)
+        errors.append(float(np.sqrt(np.square(off / SCALE).mean())))
+        told.append(found.left)
+        zeta = np.r_[zeta, turning(turned_in(zeta), 0.0, SCALE)[:, 0]]
+    print("left out", told, "error", errors)
+    assert isinstance(found.basis, Pieces)
+    assert told[0] > 5.0
+    assert errors[-1] < 0.6
+    # no error is told that is much smaller than it is, where the prior has its weight
+    assert all(error < 2 * left for error, left in zip(errors, told, strict=True))
+    assert (zeta < 0).sum() > 3 * (zeta > 0).sum()
+
+
+def test_pieces_tell_their_slopes_and_go_on_straight() -> None:
+    zeta = np.array([-2.0, -1.1, -0.4, 0.9])
+    told = turned_in(zeta)
+    basis = Pieces.of(SIDES, told.zeta)
+    value, slope = basis.with_slopes(told.zeta)
+    np.testing.assert_allclose(value, np.eye(8)[:4], atol=1e-12)
+    np.testing.assert_allclose(slope[..., 0], np.eye(8)[4:], atol=1e-9)
+    np.testing.assert_allclose(basis(np.zeros((1, 1))), 0.0, atol=1e-12)
+    beyond = basis(np.array([[-3.0], [1.9]]))
+    np.testing.assert_allclose(beyond, np.eye(8)[[0, 3]] + [[-1.0], [1.0]] * np.eye(8)[[4, 7]])
 
 
 def test_the_error_is_that_of_fits_without_each_place() -> None:
