@@ -42,10 +42,14 @@ class Emulator(ABC):
     Attributes:
         columns: Φ, shape (n, k), in the units of the readings.
         errors: columns of the error, one standard deviation each, shape (n, l).
+        ordinary: length of g beside which the errors are of that size. A change that vanishes with
+            an amplitude is known the better, the smaller it is; 0 where it is as uncertain
+            anywhere.
     """
 
     columns: np.ndarray
     errors: np.ndarray
+    ordinary: float
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         """g at many places, shape (places, k).
@@ -62,6 +66,20 @@ class Emulator(ABC):
         Args:
             zeta: shape (places, d).
         """
+
+    def uncertainty(self, g: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Factor of the errors at many places, and its derivatives, (places,) and (places, d).
+
+        Args:
+            g: shape (places, k).
+            slopes: derivatives of g, shape (places, k, d).
+        """
+        if not self.ordinary:
+            return np.ones(len(g)), np.zeros((len(g), slopes.shape[2]))
+        square = (g**2).sum(axis=1) / self.ordinary**2
+        factor = np.sqrt(2 * square / (1 + square))
+        rate = 2 / (np.maximum(factor, 1e-9) * ((1 + square) * self.ordinary) ** 2)
+        return factor, rate[:, None] * np.einsum("pk,pkd->pd", g, slopes)
 
     def rows(self, kept: np.ndarray) -> Self:
         """Restrict the emulator to some of the readings."""
@@ -100,7 +118,7 @@ class Local(Emulator):
         inner = inner / np.outer(scale, scale) + 1e-10 * np.eye(len(inner))
         data = np.moveaxis(told, 1, 2).reshape(len(inner), -1) / scale[:, None]
         columns = np.linalg.solve(inner, data).T / scale
-        return cls(columns, np.zeros((len(columns), 0)), places, exact, length)
+        return cls(columns, np.zeros((len(columns), 0)), 0.0, places, exact, length)
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return _related(zeta, self.places, self.length)
@@ -145,7 +163,7 @@ class Straight(Emulator):
     @classmethod
     def of(cls, inner: Emulator, box: np.ndarray) -> Straight:
         """Go on with an emulator beyond a box."""
-        return cls(inner.columns, inner.errors, inner, box)
+        return cls(inner.columns, inner.errors, inner.ordinary, inner, box)
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         inside = np.clip(zeta, *self.box.T)
@@ -167,7 +185,8 @@ class Stacked(Emulator):
     def of(cls, *parts: Emulator) -> Stacked:
         """Stack emulators."""
         errors = np.hstack([each.errors for each in parts])
-        return cls(np.hstack([each.columns for each in parts]), errors, parts)
+        ordinary = float(np.linalg.norm([each.ordinary for each in parts]))
+        return cls(np.hstack([each.columns for each in parts]), errors, ordinary, parts)
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         return np.hstack([each.at(zeta) for each in self.parts])
@@ -197,12 +216,12 @@ class Scaled(Emulator):
         """Scale an emulator of a cause, whose readings are ``scaled`` or not, (n,)."""
         on = scaled[:, None]
         columns = np.hstack([inner.columns * on, inner.columns * ~on])
-        return cls(columns, inner.errors, inner, factor)
+        return cls(columns, inner.errors, 2**0.5 * inner.ordinary, inner, factor)
 
     @classmethod
     def alone(cls, base: np.ndarray, scaled: np.ndarray, factor: Unknown) -> Scaled:
         """Make the emulator of what c changes about the model's readings (n,)."""
-        return cls((base * scaled)[:, None], np.zeros((len(base), 0)), None, factor)
+        return cls((base * scaled)[:, None], np.zeros((len(base), 0)), 0.0, None, factor)
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         c = self.factor.at(zeta[:, :1])
@@ -486,6 +505,7 @@ def trained_on(
         )
         return error_of(every, np.vstack([off[out] for out in folds]), scale)
 
+    vanishes = any(each.amplitude for each in coordinates)
     straight = Polynomial.of(coordinates, 1, np.zeros(len(coordinates)))
     every = [
         straight,
@@ -496,7 +516,7 @@ def trained_on(
     errors, left = np.zeros((n, 0)), 0.0
     if len(folds):
         poles = [straight.pole]
-        if any(each.amplitude for each in coordinates):
+        if vanishes:
             poles += _poles(straight, design, target[middle, :, 0], zeta)
         else:
             every = every[-1:]
@@ -507,11 +527,12 @@ def trained_on(
         chosen, (errors, left) = min(
             ((each, judged(each)) for each in tried), key=lambda pair: pair[1][1]
         )
+    ordinary = error_of(white[middle], off, scale)[1] * n**0.5 if vanishes else 0.0
     inverse = np.linalg.pinv(design(chosen), rcond=_RCOND)
     weights = np.einsum("mp,npk->nmk", inverse, target)
     table = None if simulations.nodes is None else CubicSpline(simulations.nodes, weights)
     return PolynomialEmulator(
-        components.T * scale[:, None], errors, left, chosen, weights[middle], table
+        components.T * scale[:, None], errors, ordinary, left, chosen, weights[middle], table
     )
 
 
@@ -617,7 +638,7 @@ def linear(change: np.ndarray) -> Emulator:
     """Make an emulator of one number from its change by one standard deviation, shape (n,)."""
     none, own = np.zeros((len(change), 0)), (Coordinate.within(-1.0, 1.0),)
     first = Polynomial(own, np.array([[1]]), np.zeros(1))
-    return PolynomialEmulator(change[:, None], none, 0.0, first, np.ones((1, 1)), None)
+    return PolynomialEmulator(change[:, None], none, 0.0, 0.0, first, np.ones((1, 1)), None)
 
 
 def places(box: np.ndarray, count: int) -> np.ndarray:

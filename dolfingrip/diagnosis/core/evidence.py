@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Final
@@ -432,8 +432,8 @@ class CovarianceModel:
         """A hypothesis under this covariance alone."""
         return Hypothesis.under([self], subset)
 
-    def columns(self, subset: Subset) -> tuple[np.ndarray, float]:
-        """G of a hypothesis, (k, k), and ln|C| + n ln 2π, the errors of its emulators in C.
+    def columns(self, subset: Subset) -> Products:
+        """Products of a hypothesis' columns.
 
         Args:
             subset: its causes.
@@ -448,14 +448,65 @@ class CovarianceModel:
         own = {name: np.r_[self._place[f"{name} error"]] for name in names}
         errors = np.concatenate([*own.values()])
         size = np.concatenate([np.full(len(each), by.get(n, 1.0)) for n, each in own.items()])
-        gram, log_det = self.gram[np.ix_(at, at)], self.log_det
-        if len(errors):
-            inner = np.outer(size, size) * self.gram[np.ix_(errors, errors)] + np.eye(len(errors))
-            cross = self.gram[np.ix_(at, errors)] * size
-            factor = scipy.linalg.cho_factor(inner, lower=True)
-            gram = gram - cross @ scipy.linalg.cho_solve(factor, cross.T)
-            log_det += 2 * float(np.log(np.diag(factor[0])).sum())
-        return gram, log_det
+        inner = np.outer(size, size) * self.gram[np.ix_(errors, errors)]
+        return Products(
+            self.gram[np.ix_(at, at)], self.gram[np.ix_(at, errors)] * size, inner, self.log_det
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Products of the columns of a hypothesis, without the errors of its emulators in C.
+
+    Attributes:
+        gram: G, shape (k, k).
+        cross: of columns and errors, shape (k, l).
+        inner: of errors, shape (l, l).
+        log_det: ln|C| + n ln 2π.
+    """
+
+    gram: np.ndarray
+    cross: np.ndarray
+    inner: np.ndarray
+    log_det: float | np.ndarray
+
+    @classmethod
+    def stacked(cls, every: Sequence[Products]) -> Products:
+        """Return products of several covariances, each array with one more axis, the first."""
+        return cls(**{
+            each.name: np.array([getattr(own, each.name) for own in every]) for each in fields(cls)
+        })  # fmt: skip
+
+    def of(self, which: np.ndarray) -> Products:
+        """Return some of those that are stacked."""
+        return Products(**{each.name: getattr(self, each.name)[which] for each in fields(self)})
+
+    def with_errors(
+        self, b: np.ndarray, size: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """G at many places, with the errors of the emulators in C (Woodbury's identity).
+
+        Args:
+            b: shape (places, k).
+            size: factors of the errors, shape (places, l).
+
+        Returns:
+            G, (places, k, k), what is added to ln|C|, (places,), and derivatives of bᵀGb + ln|C| by
+            the factors, (places, l).
+        """
+        gram = np.broadcast_to(self.gram, (len(b), *self.gram.shape[-2:]))
+        if not size.shape[1]:
+            return gram, np.zeros(len(b)), size
+        scaled = self.cross * size[:, None]
+        by = self.inner * size[:, None]
+        total = by * size[..., None] + np.eye(size.shape[1])
+        inverse = np.linalg.inv(total)
+        solved = inverse @ scaled.transpose(0, 2, 1)
+        taken = (solved @ b[..., None])[..., 0]
+        left = (self.cross.swapaxes(-1, -2) @ b[..., None])[..., 0]
+        left = left - (by @ taken[..., None])[..., 0]
+        slopes = 2 * (np.einsum("pij,pji->pi", by, inverse) - taken * left)
+        return gram - scaled @ solved, np.linalg.slogdet(total)[1], slopes
 
 
 def _side_by_side(blocks: Sequence[np.ndarray]) -> list[slice]:
@@ -514,12 +565,12 @@ class Hypothesis:
     Attributes:
         problem: the readings.
         subset: the causes.
-        columns: G, (k, k), and ln|C| + n ln 2π, by the level of a discrepancy.
+        columns: their products, by the level of a discrepancy.
     """
 
     problem: InferenceProblem
     subset: Subset
-    columns: Mapping[float, tuple[np.ndarray, float]]
+    columns: Mapping[float, Products]
 
     @classmethod
     def under(cls, every: Sequence[CovarianceModel], subset: Subset) -> Hypothesis:
@@ -535,6 +586,8 @@ class Hypothesis:
         self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
         self._parts = self.problem.parts(self.subset)
         self._rows = _side_by_side([np.ones((1, 1)), *(e.columns for _, e, _ in self._parts)])[1:]
+        counts = [each.errors.shape[1] for _, each, _ in self._parts]
+        self._errors = np.repeat(np.arange(len(counts)), counts)
         tails = self.problem.tail(self.subset)
         self._tail = np.r_[np.ones(self.problem.nuisance_count), tails]
 
@@ -557,8 +610,20 @@ class Hypothesis:
             value[:, rows], slopes[:, rows, own] = -g, -dg
         return value, slopes
 
-    def misfit(self, zeta: np.ndarray, level: float) -> np.ndarray:
-        """bᵀGb at many places, shape (places,).
+    def _sizes(self, b: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Factors of the emulators' errors at several places, and derivatives by ζ.
+
+        Shapes (places, l) and (places, l, d).
+        """
+        told = [
+            emulator.uncertainty(b[:, rows], slopes[:, rows])
+            for (_, emulator, _), rows in zip(self._parts, self._rows, strict=True)
+        ]
+        factors, rates = (np.stack(each, axis=1) for each in zip(*told, strict=True))
+        return factors[:, self._errors], rates[:, self._errors]
+
+    def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """bᵀGb at many places, and what the emulators' errors add to ln|C|, (places,) each.
 
         Args:
             zeta: shape (places, d).
@@ -566,7 +631,9 @@ class Hypothesis:
         """
         changes = [-emulator.at(zeta[:, own]) for _, emulator, own in self._parts]
         b = np.hstack([np.ones((len(zeta), 1)), *changes])
-        return np.asarray(((b @ self.columns[level][0]) * b).sum(axis=1))
+        size, _ = self._sizes(b, np.zeros((*b.shape, 0)))
+        gram, log_det, _ = self.columns[level].with_errors(b, size)
+        return np.einsum("pi,pij,pj->p", b, gram, b, optimize=True), log_det
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add, at the first level.
@@ -588,10 +655,10 @@ class Hypothesis:
         """
         counts = [len(each) for each in starts.values()]
         widths = np.array([self._width(subset) for subset, _ in starts])
-        grams = np.array([self.columns[level][0] for _, level in starts])
+        products = Products.stacked([self.columns[level] for _, level in starts])
         first = np.vstack([each for own in starts.values() for each in own])
         which = np.repeat(np.arange(len(counts)), counts)
-        every = self._descended(first, which, grams, widths, settled)
+        every = self._descended(first, which, products, widths, settled)
         best, logs = [], []
         for end, count in zip(np.cumsum(counts), counts, strict=True):
             modes: list[int] = []
@@ -605,36 +672,45 @@ class Hypothesis:
             logs.append(float(np.logaddexp.reduce(own)))
         told = zip(
             starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
-            self._strengths([subset for subset, _ in starts], every.zeta[best], grams, widths),
+            self._strengths([subset for subset, _ in starts], every.zeta[best], products, widths),
             strict=True,
         )  # fmt: skip
         return [
             MapFit(
-                subset, level, log - 0.5 * self.columns[level][1], zeta, hessian, misfit, strengths
+                subset,
+                level,
+                log - 0.5 * float(self.columns[level].log_det),
+                zeta,
+                hessian,
+                misfit,
+                strengths,
             )
             for (subset, level), log, zeta, hessian, misfit, strengths in told
         ]
 
-    def _at(self, zeta: np.ndarray, gram: np.ndarray, width: np.ndarray) -> _Places:
+    def _at(self, zeta: np.ndarray, products: Products, width: np.ndarray) -> _Places:
         """−ln of the density of readings and ζ.
 
         Args:
             zeta: shape (places, d).
-            gram: G at each, shape (places, k, k).
+            products: of each.
             width: of the priors there, shape (places, d).
         """
         b, slopes = self._factors(zeta)
+        size, rates = self._sizes(b, slopes)
+        gram, log_det, by_size = products.with_errors(b, size)
         pull, (prior, precision) = (gram @ b[..., None])[..., 0], self._prior(zeta, width)
         misfit, along = (b * pull).sum(axis=1), slopes.transpose(0, 2, 1)
         hessian = along @ (gram @ slopes) + precision[..., None] * np.eye(zeta.shape[1])
         gradient = (along @ pull[..., None])[..., 0] + precision * zeta
-        return _Places(zeta, 0.5 * misfit + prior, gradient, hessian, misfit)
+        gradient += 0.5 * np.einsum("pl,pld->pd", by_size, rates)
+        return _Places(zeta, 0.5 * (misfit + log_det) + prior, gradient, hessian, misfit)
 
     def _descended(
         self,
         starts: np.ndarray,
         which: np.ndarray,
-        gram: np.ndarray,
+        products: Products,
         width: np.ndarray,
         settled: float,
     ) -> _Places:
@@ -647,11 +723,12 @@ class Hypothesis:
         Args:
             starts: shape (places, d).
             which: hypothesis of each, shape (places,).
-            gram, width: G and widths of the priors of these, shapes (k, k) and (d,) each.
+            products: of these.
+            width: of their priors, shape (d,) each.
             settled: ln of probability that the last step gains at most.
         """
         low, high = self._box.T
-        here = self._at(np.clip(starts, low, high), gram[which], width[which])
+        here = self._at(np.clip(starts, low, high), products.of(which), width[which])
         damping, harder = np.full(len(starts), 1e-3), np.full(len(starts), 2.0)
         at, diagonal = np.arange(len(starts)), np.arange(starts.shape[1])
         for _ in range(STEPS):
@@ -662,14 +739,14 @@ class Hypothesis:
             matrix[:, diagonal, diagonal] += held
             gradient = np.where(held, 0.0, gradient)
             step = np.clip(-np.linalg.solve(matrix, gradient[..., None])[..., 0], -1.5, 1.5)
-            best = np.full(len(gram), np.inf)
+            best = np.full(len(width), np.inf)
             np.minimum.at(best, which, here.value)
             least = np.maximum(settled, (here.value - best[which] - UNLIKE) / STEPS)
             worth = -(gradient * step).sum(axis=1) >= least[at]  # less than it can gain
             at, there = at[worth], np.clip((zeta + step)[worth], low, high)
             if not len(at):
                 break
-            tried = self._at(there, gram[which[at]], width[which[at]])
+            tried = self._at(there, products.of(which[at]), width[which[at]])
             gain = here.value[at] - tried.value
             better, moved = gain > 0, there - here.zeta[at]
             told = -(here.gradient[at] * moved).sum(axis=1)
@@ -684,13 +761,14 @@ class Hypothesis:
         return here
 
     def _strengths(
-        self, subsets: Sequence[Subset], zeta: np.ndarray, gram: np.ndarray, width: np.ndarray
+        self, subsets: Sequence[Subset], zeta: np.ndarray, products: Products, width: np.ndarray
     ) -> list[tuple[float, ...]]:
         """Strengths of the names of each subset at its ζ, standard deviations.
 
         The model's own numbers follow a cause's change as far as their priors let them.
         """
         b, slopes = self._factors(zeta)
+        gram, *_ = products.with_errors(b, self._sizes(b, slopes)[0])
         own = slice(0, self.problem.nuisance_count)
         free = slopes[..., own]
         along = free.transpose(0, 2, 1)
@@ -716,16 +794,15 @@ class Hypothesis:
 
         def log_density(zeta: np.ndarray) -> np.ndarray:
             inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
-            value = (
-                0.5 * self.misfit(np.clip(zeta, low, high), fit.level) + self._prior(zeta, width)[0]
-            )
+            misfit, log_det = self.misfit(np.clip(zeta, low, high), fit.level)
+            value = 0.5 * (misfit + log_det) + self._prior(zeta, width)[0]
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
         found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
         if found is None:
             return fit
-        log = found.log_integral - 0.5 * self.columns[fit.level][1]
+        log = found.log_integral - 0.5 * float(self.columns[fit.level].log_det)
         return replace(fit, log_evidence=log, draws=(found.places, found.weights))
 
 

@@ -283,7 +283,7 @@ def _weighed(
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    (as_reported,) = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
+    (as_reported,), _ = every[0.0].of(NONE).misfit(np.zeros((1, problem.nuisance_count)), 0.0)
     return ModelPosterior(problem, fits, probability, total, float(as_reported))
 
 

@@ -97,6 +97,75 @@ def test_fits_from_many_places_at_once_are_those_from_each() -> None:
     assert both[2].log_evidence > both[0].log_evidence + 3
 
 
+def doubtful(value: np.ndarray) -> InferenceProblem:
+    """With a cause whose emulator may miss a wave as large as 0.2, beside an ordinary change."""
+    plain = case(value, BENT)
+    emulator = replace(
+        linear(BENT["bent"]), errors=0.2 * np.sin(6 * X)[:, None],
+        ordinary=float(np.sqrt(2.0)),
+    )  # fmt: skip
+    (factor,) = plain.always
+    return replace(
+        plain, emulators={"bent": Scaled.of(emulator, np.ones(len(X), dtype=bool), factor)}
+    )
+
+
+def test_what_an_emulator_may_miss_explains_nothing_where_its_cause_is_absent() -> None:
+    """Readings with the wave alone: 15 standard deviations that the cause's error could follow.
+
+    A cause of no strength has the likelihood of no cause. The evidence is the integral of one whose
+    covariance follows the strength, by quadrature.
+    """
+    own = doubtful(drawn(0.15 * np.sin(6 * X)))
+    level = CovarianceModel(own, 0.0)
+    hypothesis = level.of(("bent",))
+    (absent,), (added,) = hypothesis.misfit(np.zeros((1, 2)), 0.0)
+    (none,), _ = level.of(()).misfit(np.zeros((1, 1)), 0.0)
+    assert (absent, added) == (pytest.approx(none, rel=1e-9), pytest.approx(0.0, abs=1e-9))
+    fit = hypothesis.sampled(
+        hypothesis.fit([np.zeros(2), np.array([0, 1.0])]), np.random.default_rng(SEED)
+    )
+
+    def likelihood(a: float, z: float) -> float:
+        emulator, c = own.emulators["bent"], own.always[0].at(np.array(a))
+        square = (z**2 * (1 + c**2)) / emulator.ordinary**2
+        total = own.covariance + 2 * square / (1 + square) * emulator.errors @ emulator.errors.T
+        rest = own.value - own.predicted(("bent",), np.array([a, z]))
+        log = -0.5 * rest @ np.linalg.solve(total, rest) - 0.5 * np.linalg.slogdet(total)[1]
+        return float(log) - 0.5 * (a**2 + z**2) - 0.5 * len(X) * float(np.log(2 * np.pi))
+
+    best = likelihood(*map(float, fit.zeta))
+    whole, _ = dblquad(
+        lambda a, z: float(np.exp(likelihood(a, z) - best)) / (2 * np.pi), -3.3, 3.3, -3, 3,
+        epsabs=1e-4,
+    )  # fmt: skip
+    assert fit.log_evidence == pytest.approx(np.log(whole) + best, abs=0.1)
+
+
+def test_errors_in_the_covariance_are_those_of_the_whole_covariance() -> None:
+    """Against its inverse and determinant, and differences of these."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    columns, errors = rng.standard_normal((12, 4)), rng.standard_normal((12, 3))
+    products = evidence.Products(columns.T @ columns, columns.T @ errors, errors.T @ errors, 0.0)
+    b, size = rng.standard_normal((2, 4)), rng.uniform(0, 2, (2, 3))
+
+    def whole(factors: np.ndarray) -> np.ndarray:
+        told = []
+        for own, each in zip(b, factors, strict=True):
+            total = np.eye(12) + errors * each**2 @ errors.T
+            change = columns @ own
+            misfit = float(change @ np.linalg.solve(total, change))
+            told.append(misfit + float(np.linalg.slogdet(total)[1]))
+        return np.array(told)
+
+    gram, log_det, slopes = products.with_errors(b, size)
+    np.testing.assert_allclose(np.einsum("pi,pij,pj->p", b, gram, b) + log_det, whole(size))
+    for i, way in enumerate(1e-6 * np.eye(3)):
+        by_difference = (whole(size + way) - whole(size - way)) / 2e-6
+        np.testing.assert_allclose(slopes[:, i], by_difference, rtol=1e-5, atol=1e-6)
+
+
 def test_a_cause_is_named_with_its_twin() -> None:
     """What readings cannot tell apart is named together; what is not there is not."""
     posterior = search(case(drawn(1.5 * WAVES["bent"]), WAVES), np.random.default_rng(SEED))
