@@ -77,6 +77,8 @@ class RoutePolicy:
         clear: part of a unit of a laboratory's stops that these may be off it.
         tells: standard deviations of the gauge that such a unit has at least.
         straight: part of a ramp's time by which its stops may be off one rate.
+        turns: part of the force at a stop that a straight line from there is below zero at the stop
+            before, from which on the force begins between the two.
         outside: how far beyond the stops that were reached rows are read, by their range.
         beyond: the same of a path that ended early.
         anywhere: the same where such readings are not judged.
@@ -98,6 +100,7 @@ class RoutePolicy:
     clear: float = 0.4
     tells: float = 6.0
     straight: float = 0.1
+    turns: float = 0.1
     outside: float = 0.05
     beyond: float = 10.0
     anywhere: float = 1e6

@@ -180,7 +180,8 @@ def change(
                 continue
             load = CHANNELS[name].in_proportion
             size = factor if load else 1.0
-            elastic, readings = (size * curve.read(values, load_at) for load_at in (here, there))
+            force = run.force(name)
+            elastic, readings = (size * curve.read(values, at, force) for at in (here, there))
             if load:
                 readings = _real(on, way, readings)
             own[name] = way.at_rows(readings - elastic, len(measurement.readings))

@@ -441,16 +441,22 @@ class FingerSimulation:
             for name, values in run.columns(slope).items():
                 if name == "time_s" or not len(values):
                     continue
+                force = run.force(name)
                 if run.schedule is not run.group.curve:
-                    own[name] = run.schedule.at_rows(values, count)
+                    own[name] = run.schedule.at_rows(values, count, force=force)
                     continue
                 (leg,) = run.schedule.legs
                 by = 1.0 if run.group.experiment == "coupon" else 1 / factor
                 told = np.full(count, np.nan)
-                # all simulations of a group are read alike
-                key = run.group.tests, len(leg.stops), len(values), by
+                # simulations of a group are read alike, but where a force begins to act
+                key = (
+                    run.group.tests, len(leg.stops), len(values), by,
+                    None if force is None else force.tobytes(),
+                )  # fmt: skip
                 if key not in self._weights:
-                    self._weights[key] = leg.weights(len(values), leg.rows_at * by, ROUTES.beyond)
+                    self._weights[key] = leg.weights(
+                        len(values), leg.rows_at * by, ROUTES.beyond, force=force
+                    )
                 # stops that were not reached have no weight
                 told[leg.rows] = self._weights[key][:, : len(values)] @ values
                 own[name] = told * (factor if CHANNELS[name].in_proportion else 1.0)

@@ -26,6 +26,7 @@ from typing import ClassVar, Protocol, Self
 import numpy as np
 
 from dolfingrip import parameter
+from dolfingrip.channels import FORCE
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest
@@ -214,6 +215,15 @@ class SimulatedGroup:
             return self.result.columns
         return {name: own for (name, key), own in self.result.slopes.items() if key == slope}
 
+    def force(self, name: str) -> np.ndarray | None:
+        """(reached,) force that begins to act where a finger touches; None of other readings.
+
+        Args:
+            name: of the column that is read.
+        """
+        touching = "plate" in EXPERIMENTS[self.group.experiment].parts and name == FORCE.name
+        return self.result.columns[name] if touching else None
+
 
 @dataclass
 class ModelReadings:
@@ -382,7 +392,7 @@ def _assembled(
     def at_rows(slope: str | None = None, derivative: int = 0) -> Rows:
         return {
             run.group.tests: {
-                name: run.schedule.at_rows(values, count, derivative)
+                name: run.schedule.at_rows(values, count, derivative, run.force(name))
                 for name, values in run.columns(slope).items()
             }
             for run in runs

@@ -34,6 +34,36 @@ def test_few_stops(count: int) -> None:
         np.testing.assert_allclose(made.weights(count) @ (2 * stops), [0.0, 10.0], atol=1e-12)
 
 
+@pytest.mark.parametrize("falling", [False, True])
+def test_a_force_that_begins_between_stops_is_read_from_those_at_which_it_acts(
+    *, falling: bool
+) -> None:
+    """Contact at 23 kPa between stops at 20 and 30; of what the force changes by, too."""
+    stops = np.arange(0.0, 101.0, 10.0)[:: -1 if falling else 1]
+
+    def pressed(p: np.ndarray, touch: float = 23.0) -> np.ndarray:
+        return np.where(p > touch, 0.02 * (p - touch) + 1e-4 * (p - touch) ** 2, 0.0)
+
+    rows = np.array([0.0, 5.0, 21.0, 24.5, 28.0, 30.0, 33.0, 75.0])
+    made, force = leg(stops, rows), pressed(stops)
+    found = made.weights(11, force=force) @ force
+    np.testing.assert_allclose(found, pressed(rows), atol=0.006)
+    assert np.abs(made.weights(11) @ force - pressed(rows)).max() > 0.015
+    rate = made.weights(11, derivative=1, force=force) @ force
+    slope = np.where(rows > 23.0, 0.02 + 2e-4 * (rows - 23.0), 0.0)
+    np.testing.assert_allclose(rate, slope, atol=0.002)
+    later = pressed(stops, 23.1) - force
+    told = made.weights(11, force=force) @ later
+    np.testing.assert_allclose(told[:3], 0.0)
+    np.testing.assert_allclose(told[3:], (pressed(rows, 23.1) - pressed(rows))[3:], atol=3e-4)
+
+
+def test_a_force_that_acts_from_the_start_is_read_from_all_stops() -> None:
+    stops = np.arange(0.0, 101.0, 10.0)
+    made, force = leg(stops, np.array([3.0, 55.0])), 0.02 * stops + 1e-4 * stops**2
+    np.testing.assert_array_equal(made.weights(11, force=force), made.weights(11))
+
+
 def test_beyond_the_last_stop_a_line_goes_on() -> None:
     stops = np.linspace(0, 10, 6)
     made = leg(stops, np.array([12.0]))
