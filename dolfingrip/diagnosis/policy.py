@@ -257,6 +257,7 @@ class InferencePolicy:
         finer: times that places are added between those of a cause whose emulator misses more than
             the noise, at most.
         at_once: such places at a time.
+        helps: part of the error before that is left, at most, where they go on.
         farther: simulations of causes whose best numbers lie beyond that, at most.
         farthest: largest |ζ| of these, by the standard deviation of the wide part of the prior.
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
@@ -368,6 +369,7 @@ class InferencePolicy:
     finger_reach: float = 2.5
     finer: int = 4
     at_once: int = 2
+    helps: float = 0.8
     farther: int = 6
     farthest: float = 4.0
     stiffest: float = 4.0

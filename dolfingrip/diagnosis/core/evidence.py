@@ -12,7 +12,8 @@ MacKay, Information Theory, 2003, chapter 27)
 
     ln p(y) = −½ bᵀGb + ln p(ζ) + d/2 ln 2π − ½ ln|H| − ½ ln|C| − n/2 ln 2π
 
-Columns of an emulator's error are integrated out like a nuisance.
+Columns of an emulator's error are integrated out like a nuisance. Their size follows that of the
+change that they are of.
 
 Likely hypotheses are sampled: weighted draws by adaptive importance sampling give the integral.
 The first draws are of a multivariate t about the mode. Where few of them count, as on a curved

@@ -247,8 +247,8 @@ class CauseTraining:
                 break
             say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
             more = {name: designs[name] for name in wanted}
-        self._refine(further, say)
         if not fully:
+            self._refine(further, say)
             self._reach(say)
 
     @property
@@ -322,35 +322,43 @@ class CauseTraining:
     def _refine(self, some: Set[str], say: Callable[[str], None]) -> None:
         """Simulate causes of one number between places, where emulators miss more than the noise.
 
+        It ends where that does not help: a finger that loses its equilibrium has no smooth curve.
+
         Args:
             some: names of causes that could be seen.
             say: told what is being done.
         """
+        before: dict[str, float] = {}
         for _ in range(POLICY.finer):
-            wanted = {
-                each.name: between for each in self.felt
-                if each.name in some and (between := self._between(each)) is not None
-            }  # fmt: skip
+            wanted: dict[str, _Design] = {}
+            for cause in self.felt:
+                name, own, emulator = cause.name, self._told[cause.name], self._emulator(cause)
+                if own is None or name not in some & self._designs.keys():
+                    continue
+                if own.zeta.shape[1] > 1 or not isinstance(emulator, PolynomialEmulator):
+                    continue
+                if 1.0 < emulator.left < POLICY.helps * before.get(name, np.inf):
+                    before[name] = emulator.left
+                    (number,) = cause.numbers
+                    zeta = turning(own, float(number.zeta(cause.neutral(number))), self.scale)
+                    wanted[name] = _design(self.simulation, cause, self.plain.factor, zeta)
             if not wanted:
                 break
             say(f"simulating between, where a change turns at once: {', '.join(sorted(wanted))}")
-            before = {name: self._told[name] for name in wanted}
-            self._compute(wanted)
-            for name, known in before.items():
-                more = self._told[name]
-                self._told[name] = known.beside(more) if known and more else known
+            for name in self._added(wanted):
+                say(f"{name} could not be simulated there: {self.failed.pop(name)}")
 
-    def _between(self, cause: Cause) -> _Design | None:
-        """Places where a cause's emulator turns most; None where it misses less than the noise."""
-        own, design = self._told[cause.name], self._designs.get(cause.name)
-        emulator = self._emulator(cause)
-        if own is None or design is None or not isinstance(emulator, PolynomialEmulator):
-            return None
-        if emulator.left <= 1.0 or own.zeta.shape[1] > 1 or effect(cause.name).by_slopes:
-            return None
-        (number,) = cause.numbers
-        zeta = turning(own, float(number.zeta(cause.neutral(number))), self.scale)
-        return _design(self.simulation, cause, self.plain.factor, zeta)
+    def _added(self, some: Mapping[str, _Design]) -> list[str]:
+        """Simulate designs beside those before; return the names of those that did not end."""
+        before = {name: self._told[name] for name in some}
+        self._compute(some)
+        lost = []
+        for name, known in before.items():
+            more = self._told[name]
+            self._told[name] = known.beside(more) if known and more else known
+            if more is None:
+                lost.append(name)
+        return lost
 
     # -- beyond what was simulated ----------------------------------------------------------------
 
@@ -368,11 +376,9 @@ class CauseTraining:
             if name not in self._designs:
                 self._told[name] = self._closed_form(cause)
                 continue
-            known, place = self._told[name], own if self._designs[name].scales else zeta
-            self._compute({name: _design(self.simulation, cause, self.plain.factor, place[None])})
-            more = self._told[name]
-            self._told[name] = known.beside(more) if known and more else known
-            if more is None:
+            place = own if self._designs[name].scales else zeta
+            there = _design(self.simulation, cause, self.plain.factor, place[None])
+            if self._added({name: there}):
                 say(f"{name} could not be simulated there: {self.failed.pop(name)}")
                 given_up.add(name)
                 self.boxes[name] = before
