@@ -248,7 +248,7 @@ class CauseTraining:
             say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
             more = {name: designs[name] for name in wanted}
         if not fully:
-            self._refine(further, say)
+            self.refine(further, say)
             self._reach(say)
 
     @property
@@ -319,7 +319,7 @@ class CauseTraining:
 
     # -- between what was simulated ---------------------------------------------------------------
 
-    def _refine(self, some: Set[str], say: Callable[[str], None]) -> None:
+    def refine(self, some: Set[str], say: Callable[[str], None]) -> None:
         """Simulate causes of one number between places, where emulators miss more than the noise.
 
         It ends where that does not help: a finger that loses its equilibrium has no smooth curve.

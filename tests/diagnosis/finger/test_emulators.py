@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -19,7 +22,8 @@ from dolfingrip.diagnosis.core.emulator import (
 )
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.unknown import causes, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import Cause, causes, factor_of_moduli
+from dolfingrip.diagnosis.finger import training
 from dolfingrip.diagnosis.finger.training import CauseTraining, box_of, coordinates_of, wider
 from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, unknowns
 from dolfingrip.diagnosis.policy import POLICY
@@ -314,6 +318,55 @@ def test_a_cause_whose_best_number_lies_beyond_is_simulated_there(size: float) -
     assert found[0] is cause
     assert found[1][1] == pytest.approx(size, rel=0.05)
     assert not Trained(None, [cause], problem, SCALE).beyond({cause.name})
+
+
+@pytest.mark.parametrize("turns", [True, False])
+def test_places_are_added_until_an_emulator_is_right_or_no_longer_better(
+    monkeypatch: pytest.MonkeyPatch, *, turns: bool
+) -> None:
+    """Of a contact that moves, a few places; of numbers at random, two and no more."""
+    print("seed", SEED)
+    cause = next(each for each in causes(Config()) if each.name == "plate_tilt")
+    rng = np.random.default_rng(SEED)
+
+    def simulated(zeta: np.ndarray) -> SimulatedChanges:
+        told = turned_in(zeta)
+        if turns:
+            return told
+        return replace(told, values=rng.standard_normal(told.values.shape))
+
+    class Trained(CauseTraining):
+        def __post_init__(self) -> None:
+            self._told = {cause.name: simulated(np.array([-2.1, -0.7, 0.7, 2.1]))}
+            self._designs, self._trained = {cause.name: None}, {}
+            self.boxes = {cause.name: box_of(cause)}
+            self.added: list[float] = []
+            self.left: list[float] = []
+
+        felt = property(lambda self: [cause])
+
+        def _trained_on(self, cause: Cause, own: SimulatedChanges) -> PolynomialEmulator:
+            found = trained_on(own, SIDES, SCALE)
+            self.left.append(found.left)
+            return found
+
+        def _added(self, some: dict[str, np.ndarray]) -> list[str]:
+            for name, zeta in some.items():
+                self.added += zeta.tolist()
+                self._told[name] = self._told[name].beside(simulated(zeta))
+            return []
+
+    monkeypatch.setattr(training, "_design", lambda *asked: asked[-1][:, 0])
+    found = Trained(None, [cause], SimpleNamespace(factor=None), SCALE)
+    found.refine({"gent"}, print)
+    assert not found.added
+    found.refine({cause.name}, print)
+    print("added", found.added, "left", found.left)
+    if turns:
+        assert found.left[-1] < 0.5 * found.left[0]
+        assert len(found.added) > POLICY.at_once
+    else:
+        assert len(found.added) == POLICY.at_once
 
 
 def test_a_range_goes_on_where_an_effect_is_stronger() -> None:
