@@ -433,7 +433,7 @@ class CovarianceModel:
         """A hypothesis under this covariance alone."""
         return Hypothesis.under([self], subset)
 
-    def columns(self, subset: Subset) -> Products:
+    def products(self, subset: Subset) -> Products:
         """Products of a hypothesis' columns.
 
         Args:
@@ -566,12 +566,12 @@ class Hypothesis:
     Attributes:
         problem: the readings.
         subset: the causes.
-        columns: their products, by the level of a discrepancy.
+        products: of their columns, by the level of a discrepancy.
     """
 
     problem: InferenceProblem
     subset: Subset
-    columns: Mapping[float, Products]
+    products: Mapping[float, Products]
 
     @classmethod
     def under(cls, every: Sequence[CovarianceModel], subset: Subset) -> Hypothesis:
@@ -581,7 +581,7 @@ class Hypothesis:
             every: the covariances.
             subset: the causes.
         """
-        return cls(every[0].problem, subset, {each.level: each.columns(subset) for each in every})
+        return cls(every[0].problem, subset, {each.level: each.products(subset) for each in every})
 
     def __post_init__(self) -> None:
         self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
@@ -633,7 +633,7 @@ class Hypothesis:
         changes = [-emulator.at(zeta[:, own]) for _, emulator, own in self._parts]
         b = np.hstack([np.ones((len(zeta), 1)), *changes])
         size, _ = self._sizes(b, np.zeros((*b.shape, 0)))
-        gram, log_det, _ = self.columns[level].with_errors(b, size)
+        gram, log_det, _ = self.products[level].with_errors(b, size)
         return np.einsum("pi,pij,pj->p", b, gram, b, optimize=True), log_det
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
@@ -643,7 +643,7 @@ class Hypothesis:
             starts: values of ζ.
             settled: ln of probability that the last step gains at most.
         """
-        return self.fits({(self.subset, next(iter(self.columns))): starts}, settled)[0]
+        return self.fits({(self.subset, next(iter(self.products))): starts}, settled)[0]
 
     def fits(
         self, starts: Mapping[Key, Sequence[np.ndarray]], settled: float = POLICY.settled
@@ -656,7 +656,7 @@ class Hypothesis:
         """
         counts = [len(each) for each in starts.values()]
         widths = np.array([self._width(subset) for subset, _ in starts])
-        products = Products.stacked([self.columns[level] for _, level in starts])
+        products = Products.stacked([self.products[level] for _, level in starts])
         first = np.vstack([each for own in starts.values() for each in own])
         which = np.repeat(np.arange(len(counts)), counts)
         every = self._descended(first, which, products, widths, settled)
@@ -680,7 +680,7 @@ class Hypothesis:
             MapFit(
                 subset,
                 level,
-                log - 0.5 * float(self.columns[level].log_det),
+                log - 0.5 * float(self.products[level].log_det),
                 zeta,
                 hessian,
                 misfit,
@@ -803,7 +803,7 @@ class Hypothesis:
         found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
         if found is None:
             return fit
-        log = found.log_integral - 0.5 * float(self.columns[fit.level].log_det)
+        log = found.log_integral - 0.5 * float(self.products[fit.level].log_det)
         return replace(fit, log_evidence=log, draws=(found.places, found.weights))
 
 
