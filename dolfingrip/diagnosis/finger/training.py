@@ -243,6 +243,7 @@ class CauseTraining:
                 for name, each in self._told.items() if each is not None
             }  # fmt: skip
             wanted = worth_simulating(self.plain, known, further | closed)
+            wanted = wanted or self._seen() - further
             if not wanted:
                 break
             say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
@@ -250,6 +251,13 @@ class CauseTraining:
         if not fully:
             self.refine(further, say)
             self._reach(say)
+
+    def _seen(self) -> set[str]:
+        """Names of causes that are seen by themselves in likely fits, by what is simulated."""
+        posterior = one_at_a_time(self.problem.levels, {})
+        least = POLICY.rival * posterior.probability.max()
+        visible = {name for p, fit in posterior.weighed if p >= least for name in fit.visible}
+        return visible & self._designs.keys()
 
     @property
     def problem(self) -> InferenceProblem:
