@@ -281,27 +281,32 @@ def test_the_whole_catalogue_is_tried_but_the_mesh() -> None:
         assert [other.name() for other in on] == [each.name]
 
 
-@pytest.mark.parametrize("size", [1.0, 9.0, -9.0])
-def test_a_cause_whose_best_number_lies_beyond_is_simulated_there(size: float) -> None:
-    """Readings that a strong cause explains lead to its number; weak ones ask for no simulation."""
-    cause = next(each for each in causes(Config()) if each.name == "base_layer_offset")
-    change, box = 0.2 * np.sin(5 * X), box_of(cause)
+def straight(cause: Cause, size: float) -> InferenceProblem:
+    """Readings that a cause explains at a size, with an emulator that is straight in its number."""
+    change = 0.2 * np.sin(5 * X)
     zeta, nodes = np.array([-2.0, 0.3, 2.0]), np.array([-2.0, 0.0, 2.0])
     told = SimulatedChanges(
         zeta[:, None], np.tile(np.outer(zeta, change), (3, 1, 1)), np.tile(change, (3, 3, 1, 1)),
         nodes,
     )  # fmt: skip
-    straight = trained_on(told, [Coordinate(lambda zeta: zeta, amplitude=True)], SCALE)
+    emulator = trained_on(told, [Coordinate(lambda zeta: zeta, amplitude=True)], SCALE)
     baseline = SimulatedChanges(
         np.zeros((1, 0)), np.array([[bend(factor(m)) - bend(1.0)] for m in nodes]),
         np.zeros((3, 1, 0, len(X))), nodes,
     )  # fmt: skip
-    problem = InferenceProblem(
+    return InferenceProblem(
         bend(1.0) + size * change, bend(1.0),
-        (factor_of_moduli(STD, -2.0, 2.0),), {cause.name: straight},
-        np.diag(SCALE**2), np.outer(X, X), {cause.name: box},
+        (factor_of_moduli(STD, -2.0, 2.0),), {cause.name: emulator},
+        np.diag(SCALE**2), np.outer(X, X), {cause.name: box_of(cause)},
         trained_on(baseline, [], SCALE, share=1.0, left_out=()), tails={cause.name: cause.tails},
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("size", [1.0, 9.0, -9.0])
+def test_a_cause_whose_best_number_lies_beyond_is_simulated_there(size: float) -> None:
+    """Readings that a strong cause explains lead to its number; weak ones ask for no simulation."""
+    cause = next(each for each in causes(Config()) if each.name == "base_layer_offset")
+    box, problem = box_of(cause), straight(cause, size)
 
     class Trained(CauseTraining):
         def __post_init__(self) -> None:
@@ -318,6 +323,32 @@ def test_a_cause_whose_best_number_lies_beyond_is_simulated_there(size: float) -
     assert found[0] is cause
     assert found[1][1] == pytest.approx(size, rel=0.05)
     assert not Trained(None, [cause], problem, SCALE).beyond({cause.name})
+
+
+@pytest.mark.parametrize("size", [0.02, 1.0])
+def test_a_cause_that_a_likely_fit_sees_is_simulated_further(
+    monkeypatch: pytest.MonkeyPatch, size: float
+) -> None:
+    """Also where its first simulation did not tell that it could be seen beside others."""
+    cause = next(each for each in causes(Config()) if each.name == "base_layer_offset")
+    problem = straight(cause, size)
+    computed: list[str] = []
+
+    class Trained(CauseTraining):
+        def __post_init__(self) -> None:
+            self._designs = {cause.name: SimpleNamespace(first=lambda: None)}
+            self._told = {cause.name: turned_in(np.array([0.3]))}
+
+        problem = property(lambda self: problem)
+        felt = property(lambda self: [])
+
+        def _compute(self, some: dict[str, SimpleNamespace]) -> None:
+            computed.extend(some)
+
+    monkeypatch.setattr(training, "worth_simulating", lambda *asked: set())
+    monkeypatch.setattr(Trained, "_reach", lambda self, say: None)
+    Trained(None, [cause], problem, SCALE).run(print, fully=False)
+    assert computed == [cause.name] * (2 if size > 0.5 else 1)
 
 
 @pytest.mark.parametrize("turns", [True, False])
