@@ -108,8 +108,8 @@ class StopInterpolant:
     def _acts(self, force: np.ndarray) -> slice:
         """Stops at which a force acts, where it begins or ends to act between two of them.
 
-        A curve through stops on either side of that place is off by up to 2.2 standard deviations
-        of the noise on a finger that is 1.7 times as stiff as simulated, one through these by 0.03.
+        A curve through stops on either side of that place is off by 0.0037 N of 1.46 N on a finger
+        that is 1.25 times as stiff as simulated, one through these by 0.0010 N.
 
         Args:
             force: at the leg's stops that were reached, shape (stops,).

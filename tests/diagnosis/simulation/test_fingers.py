@@ -88,14 +88,16 @@ def test_one_curve_serves_all_branches(base: SimulatedReadings, measurement: Mea
 def test_modulus_scales_exactly(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
-    """Against simulations with all moduli changed, to what interpolation over 20 kPa leaves: of the
-    angle little, of the force a part where the gap of 0.1 mm closes."""
+    """Against simulations with all moduli changed, to what interpolation over 20 kPa leaves.
+
+    The gap of 0.1 mm closes between the first two stops.
+    """
     assert simulation.scales
     for factor in (0.8, 1.25):
         scaled = simulation.read(simulation.base, factor)
         changed = one(measurement, store, scaled_moduli(simulation.base.runs[1].config, factor))
         for name, column, allowed in (
-            ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
+            ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-3)
         ):  # fmt: skip
             at = of(measurement, name, column)
             there = changed.readings[at]
