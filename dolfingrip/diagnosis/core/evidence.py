@@ -661,7 +661,7 @@ class Hypothesis:
         which = np.repeat(np.arange(len(counts)), counts)
         every = self._descended(first, which, products, widths, settled)
         best, logs = [], []
-        for end, count in zip(np.cumsum(counts), counts, strict=True):
+        for (_, level), end, count in zip(starts, np.cumsum(counts), counts, strict=True):
             modes: list[int] = []
             for place in end - count + np.argsort(every.value[end - count : end], kind="stable"):
                 off = every.zeta[place] - every.zeta[modes]
@@ -670,22 +670,15 @@ class Hypothesis:
                     modes.append(int(place))
             own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
             best.append(modes[int(np.argmax(own))])
-            logs.append(float(np.logaddexp.reduce(own)))
+            log_det = float(self.products[level].log_det)
+            logs.append(float(np.logaddexp.reduce(own)) - 0.5 * log_det)
         told = zip(
             starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
             self._strengths([subset for subset, _ in starts], every.zeta[best], products, widths),
             strict=True,
         )  # fmt: skip
         return [
-            MapFit(
-                subset,
-                level,
-                log - 0.5 * float(self.products[level].log_det),
-                zeta,
-                hessian,
-                misfit,
-                strengths,
-            )
+            MapFit(subset, level, log, zeta, hessian, misfit, strengths)
             for (subset, level), log, zeta, hessian, misfit, strengths in told
         ]
 

@@ -243,7 +243,7 @@ class CauseTraining:
                 for name, each in self._told.items() if each is not None
             }  # fmt: skip
             wanted = worth_simulating(self.plain, known, further | closed)
-            wanted = wanted or self._seen() - further
+            wanted = wanted or self._seen() - further  # a fit may see what bounds do not
             if not wanted:
                 break
             say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
