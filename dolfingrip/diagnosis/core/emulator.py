@@ -3,9 +3,8 @@
     Δ(ζ) = Φ g(ζ)
 
 They are polynomials of coordinates of ζ, from few or many simulations, with known slopes or not, or
-cubic pieces between places of one number.
-They may be corrected where exact simulations are known, may be added to one another, and may have
-readings that are proportional to a factor of all moduli.
+cubic pieces between places of one number. They may be corrected where exact simulations are known,
+may be added to one another, and may have readings that are proportional to a factor of all moduli.
 
     Δ(ζ_m, ζ) = Φ Σ_j w_j(ζ_m) P_j(u(ζ))
 
@@ -287,7 +286,11 @@ class Basis(ABC):
 
     @abstractmethod
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values at ζ, (places, m), and derivatives by it, (places, m, d)."""
+        """Values at ζ, (places, m), and derivatives by it, (places, m, d).
+
+        Args:
+            zeta: shape (places, d).
+        """
 
     def _values(self, zeta: np.ndarray) -> np.ndarray:
         """(places, coordinates)."""
@@ -316,7 +319,12 @@ class Pieces(Basis):
 
     @classmethod
     def of(cls, coordinates: Sequence[Coordinate], zeta: np.ndarray) -> Pieces:
-        """Pieces between places, shape (m, 1); 2 m functions."""
+        """Pieces between m places: 2 m functions, of which each is one value or slope there.
+
+        Args:
+            coordinates: whose sum is the amplitude.
+            zeta: the places, shape (m, 1).
+        """
         u = np.sum([each.value(zeta[:, 0]) for each in coordinates], axis=0)
         unit = np.eye(2 * len(zeta))
         known = {float(at): [unit[i], unit[len(zeta) + i]] for i, at in enumerate(u)}

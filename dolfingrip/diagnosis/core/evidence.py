@@ -463,7 +463,7 @@ class Products:
         gram: G, shape (k, k).
         cross: of columns and errors, shape (k, l).
         inner: of errors, shape (l, l).
-        log_det: ln|C| + n ln 2π.
+        log_det: ln|C| + n ln 2π of each.
     """
 
     gram: np.ndarray
@@ -473,13 +473,21 @@ class Products:
 
     @classmethod
     def stacked(cls, every: Sequence[Products]) -> Products:
-        """Return products of several covariances, each array with one more axis, the first."""
+        """Return products of several covariances, each array with one more axis, the first.
+
+        Args:
+            every: of one hypothesis, shapes (k, k), (k, l) and (l, l) each.
+        """
         return cls(**{
             each.name: np.array([getattr(own, each.name) for own in every]) for each in fields(cls)
         })  # fmt: skip
 
     def of(self, which: np.ndarray) -> Products:
-        """Return some of those that are stacked."""
+        """Return some of those that are stacked.
+
+        Args:
+            which: their places, shape (places,).
+        """
         return Products(**{each.name: getattr(self, each.name)[which] for each in fields(self)})
 
     def with_errors(
@@ -492,12 +500,12 @@ class Products:
             size: factors of the errors, shape (places, l).
 
         Returns:
-            G, (places, k, k), what is added to ln|C|, (places,), and derivatives of bᵀGb + ln|C| by
-            the factors, (places, l).
+            G, (places, k, k), ln|C| + n ln 2π, (places,), and derivatives of bᵀGb + ln|C| by the
+            factors, (places, l).
         """
         gram = np.broadcast_to(self.gram, (len(b), *self.gram.shape[-2:]))
         if not size.shape[1]:
-            return gram, np.zeros(len(b)), size
+            return gram, np.zeros(len(b)) + self.log_det, size
         scaled = self.cross * size[:, None]
         by = self.inner * size[:, None]
         total = by * size[..., None] + np.eye(size.shape[1])
@@ -507,7 +515,7 @@ class Products:
         left = (self.cross.swapaxes(-1, -2) @ b[..., None])[..., 0]
         left = left - (by @ taken[..., None])[..., 0]
         slopes = 2 * (np.einsum("pij,pji->pi", by, inverse) - taken * left)
-        return gram - scaled @ solved, np.linalg.slogdet(total)[1], slopes
+        return gram - scaled @ solved, self.log_det + np.linalg.slogdet(total)[1], slopes
 
 
 def _side_by_side(blocks: Sequence[np.ndarray]) -> list[slice]:
@@ -538,7 +546,7 @@ class _Places:
 
     Attributes:
         zeta: shape (places, d).
-        value: −ln of the density, but for what all ζ share, shape (places,).
+        value: −ln of the density, but for ½ ln 2π a number, shape (places,).
         gradient, hessian: its derivatives, shapes (places, d) and (places, d, d).
         misfit: bᵀGb, shape (places,).
     """
@@ -624,7 +632,7 @@ class Hypothesis:
         return factors[:, self._errors], rates[:, self._errors]
 
     def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """bᵀGb at many places, and what the emulators' errors add to ln|C|, (places,) each.
+        """bᵀGb at many places, and ln|C| + n ln 2π there, (places,) each.
 
         Args:
             zeta: shape (places, d).
@@ -661,7 +669,7 @@ class Hypothesis:
         which = np.repeat(np.arange(len(counts)), counts)
         every = self._descended(first, which, products, widths, settled)
         best, logs = [], []
-        for (_, level), end, count in zip(starts, np.cumsum(counts), counts, strict=True):
+        for end, count in zip(np.cumsum(counts), counts, strict=True):
             modes: list[int] = []
             for place in end - count + np.argsort(every.value[end - count : end], kind="stable"):
                 off = every.zeta[place] - every.zeta[modes]
@@ -670,8 +678,7 @@ class Hypothesis:
                     modes.append(int(place))
             own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
             best.append(modes[int(np.argmax(own))])
-            log_det = float(self.products[level].log_det)
-            logs.append(float(np.logaddexp.reduce(own)) - 0.5 * log_det)
+            logs.append(float(np.logaddexp.reduce(own)))
         told = zip(
             starts, logs, every.zeta[best], every.hessian[best], map(float, every.misfit[best]),
             self._strengths([subset for subset, _ in starts], every.zeta[best], products, widths),
@@ -796,8 +803,8 @@ class Hypothesis:
         found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
         if found is None:
             return fit
-        log = found.log_integral - 0.5 * float(self.products[fit.level].log_det)
-        return replace(fit, log_evidence=log, draws=(found.places, found.weights))
+        draws = found.places, found.weights
+        return replace(fit, log_evidence=found.log_integral, draws=draws)
 
 
 @dataclass(frozen=True, eq=False)
