@@ -118,7 +118,7 @@ def diagnose_measurement(
     found = diagnosed(analysis, config, quick=quick, say=say)
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
-    found.suspicions = sentences(suspicions(found.analysis.measurement, shown))
+    found.suspicions = found.jumps + sentences(suspicions(found.analysis.measurement, shown))
     if settings.specimens and (outside := apart(found.analysis.measurement, found.analysis.errors)):
         say(f"{outside.sentence}; diagnosing the others")
         others = {test.number for test in measurement.tests if test.specimen not in outside.names}

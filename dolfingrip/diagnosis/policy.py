@@ -298,6 +298,9 @@ class InferencePolicy:
             … is taken.
         apart: specimens that may stand apart together, at most.
         far: how far the curve of one that does is from the others', by the signal.
+        jump: standard deviation of a jump of a reading that stays, by the root mean square of its
+            channel; of a control by its largest value.
+        jumps: such jumps in all, at most.
         scatters: scatter of specimens' stiffness by the reported one, from which on it is
             mentioned.
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
@@ -404,6 +407,8 @@ class InferencePolicy:
     some: int = 300
     apart: int = 2
     far: float = 0.1
+    jump: float = 0.1
+    jumps: int = 4
     scatters: float = 1.5
     own_slack: float = 0.5
     smooth: int = 6

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -12,6 +12,7 @@ import numpy as np
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.errors import jumping
 from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.answer.hiding import (
     Alternative,
@@ -26,7 +27,7 @@ from dolfingrip.diagnosis.core.decision import (
 )
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
 from dolfingrip.jobs.run import Say, silent
@@ -199,10 +200,11 @@ class Diagnosis:
     def setup_estimates(self, fit: MapFit) -> list[SetupEstimate]:
         """Numbers of rig and body that the laboratory told, at a fit, but those known exactly."""
         deviations, problem = self.nuisances(fit), self.analysis.problem
+        jumps = {each.name for each in self.analysis.errors.jumps}
         changes = [
             (each.unknown, deviations[each.name] * each.change)
             for each in self.analysis.errors.shared
-            if each.std and not each.name.startswith("specimen_scale")
+            if each.std and not each.name.startswith("specimen_scale") and each.name not in jumps
         ]
         here = problem.predicted(fit.subset, fit.zeta)
         for place, number in enumerate(problem.always):
@@ -219,6 +221,16 @@ class Diagnosis:
             share = self.share(change) if seen else 0.0
             found.append(SetupEstimate(number.key, unit, std, deviations[number.key] * std, share))
         return found
+
+    @property
+    def jumps(self) -> list[str]:
+        """Jumps of the readings that stay, a sentence each."""
+        found, own = self.nuisances(self.decision.best), self.analysis.errors.jumps
+        return [
+            f"{each.name}: off by {found[each.name] * each.std:+.2g} {each.unknown.unit}, as where "
+            "something slips; it is taken out."
+            for each in own
+        ]  # fmt: skip
 
     def with_best_modulus(self) -> np.ndarray:
         """(n,) readings of the model without causes, what is its own fitted."""
@@ -361,11 +373,25 @@ def diagnosed(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say("comparing all causes, alone and in pairs")
-    rng, analysis = np.random.default_rng(0), analysis.judged_by_shape()
-    posterior, left = search(analysis.problem, rng, sample=not analysis.closed_form), 0.0
+    analysis, left = analysis.judged_by_shape(), 0.0
+    posterior = _compared(analysis)
+    while jumps := jumping(analysis.measurement, analysis.errors, posterior):
+        say(f"comparing all causes beside jumps: {', '.join(e.name for e in jumps.nuisances)}")
+        errors = analysis.errors.jumping(jumps)
+        problem = replace(analysis.problem, covariance=errors.covariance)
+        other = replace(analysis, errors=errors, problem=problem)
+        beside = _compared(other)
+        if beside.log_density + jumps.log_prior <= posterior.log_density + ADDITIONS.tied:
+            break
+        analysis, posterior = other, beside
     if not quick or analysis.closed_form:
         analysis, posterior, left = analysis.verified(posterior, say)
     return Diagnosis(config, analysis, posterior, *sensitivity(posterior), left)
+
+
+def _compared(analysis: Analysis[Any]) -> ModelPosterior:
+    rng = np.random.default_rng(0)
+    return search(analysis.problem, rng, sample=not analysis.closed_form)
 
 
 @dataclass(frozen=True, slots=True)
