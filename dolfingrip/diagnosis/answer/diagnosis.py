@@ -224,13 +224,11 @@ class Diagnosis:
 
     @property
     def jumps(self) -> list[str]:
-        """Jumps of the readings that stay, a sentence each."""
+        """A sentence about all jumps of the readings that stay; empty where there are none."""
         found, own = self.nuisances(self.decision.best), self.analysis.errors.jumps
-        return [
-            f"{each.name}: off by {found[each.name] * each.std:+.2g} {each.unknown.unit}, as where "
-            "something slips; it is taken out."
-            for each in own
-        ]  # fmt: skip
+        told = [f"{e.name}, by {found[e.name] * e.std:+.2g} {e.unknown.unit}" for e in own]
+        slips = "readings jump and stay so, as where something slips: "
+        return [f"{slips}{'; '.join(told)}. The diagnosis takes that out."] * bool(own)
 
     def with_best_modulus(self) -> np.ndarray:
         """(n,) readings of the model without causes, what is its own fitted."""
@@ -376,7 +374,7 @@ def diagnosed(
     analysis, left = analysis.judged_by_shape(), 0.0
     posterior = _compared(analysis)
     while jumps := jumping(analysis.measurement, analysis.errors, posterior):
-        say(f"comparing all causes beside jumps: {', '.join(e.name for e in jumps.nuisances)}")
+        say(f"comparing all causes beside jumps of {'; '.join(e.name for e in jumps.nuisances)}")
         errors = analysis.errors.jumping(jumps)
         problem = replace(analysis.problem, covariance=errors.covariance)
         other = replace(analysis, errors=errors, problem=problem)

@@ -606,8 +606,8 @@ def _where(measurement: Measurement, errors: Errors) -> Iterator[Nuisance]:
                 if start["leg"] != end["leg"]:
                     continue  # where the way turns a reading may lag or rub
                 told = (
-                    f"{name} of {who} from {start['control']:.4g} to {end['control']:.4g} {unit} "
-                    f"in the {end['branch']} of cycle {end['cycle']} on"
+                    f"{name} of {who} between {start['control']:.4g} and {end['control']:.4g} "
+                    f"{unit} in the {end['branch']} of cycle {end['cycle']}"
                 )
                 std, path = POLICY.jump * size, errors.along.path
                 change = std * by * at * (path > 0.5 * (path[before] + path[after]))
