@@ -18,6 +18,7 @@ from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.simulation.runner import Workers, request
+from dolfingrip.diagnosis.simulation.simulated import path_independent
 from dolfingrip.experiments.request import Request
 from dolfingrip.parameter import scaled
 from dolfingrip.sections.tables import assignments
@@ -44,6 +45,7 @@ MISSING: Final = 0.06
 
 KEYS: Final = ("cycle", "branch", "time_s")
 CONTROL: Final = {"coupon": "displacement_mm"}
+RATE_kPa_per_s: Final = 25.0
 PRESSURE: Final = "pressure_kPa"
 """Control of an experiment, where it is another."""
 
@@ -62,6 +64,8 @@ class Protocol:
         gap_mm: of the plate, as told.
         offset_std_kPa, gap_std_mm: of the regulator's zero and of the plate, as told.
         noise: by the ordinary one of each channel.
+        once: whether a finger without memory is simulated up to the largest pressure once, and read
+            there.
     """
 
     name: str
@@ -74,6 +78,7 @@ class Protocol:
     offset_std_kPa: float = 2.0
     gap_std_mm: float = 0.3
     noise: float = 1.0
+    once: bool = False
 
     def analysed(self) -> Config:
         """The model that is diagnosed."""
@@ -154,8 +159,10 @@ PROTOCOLS: Final[Mapping[str, Protocol]] = {
     for each in (
         Protocol("short", SHORT, SHORT_MESH, SHORT_MESH, dict.fromkeys(FREE, _SHORT), FREE,
                  gap_mm=0.1, offset_std_kPa=0.2, gap_std_mm=0.03, noise=0.5),
-        Protocol("reference", (), MESH, (), dict.fromkeys(FREE, _UP_AND_DOWN), FREE),
-        Protocol("rich", (), MESH, (), {**dict.fromkeys(FREE, _LONG), "coupon": _PULLED}, RICH),
+        Protocol("reference", (), MESH, (), dict.fromkeys(FREE, _UP_AND_DOWN), FREE,
+                 once=True),
+        Protocol("rich", (), MESH, (), {**dict.fromkeys(FREE, _LONG), "coupon": _PULLED}, RICH,
+                 once=True),
     )
 }  # fmt: skip
 """``short``: two bellows, free and blocked, up and down. ``reference``: the same of the reference
@@ -182,16 +189,21 @@ def configured(protocol: Protocol, truth: Truth) -> Config:
     })  # fmt: skip
 
 
-def requests(protocol: Protocol, truth: Truth) -> list[Request]:
-    """Return the simulation of each test."""
+def simulated(protocol: Protocol, truth: Truth) -> list[tuple[Request, np.ndarray]]:
+    """Return the simulation of each test, and which of its stops each row is, shape (rows,)."""
     config = configured(protocol, truth)
     act = OUTSIDERS[truth.outsider[0]].pressure if truth.outsider[0] else None
     found = []
     for experiment, rows in protocol.tests.items():
         control = CONTROL.get(experiment, PRESSURE)
         at = act(rows, truth.outsider[1]) if act and control == PRESSURE else rows[control]
-        told = {**{key: rows[key].tolist() for key in KEYS}, control: [float(each) for each in at]}
-        found.append(request(experiment, config.changed(protocol=told)))
+        told, stops = rows.assign(**{control: at}), np.arange(len(rows))
+        if protocol.once and control == PRESSURE and path_independent(config):
+            _, first, stops = np.unique(at, return_index=True, return_inverse=True)
+            told = told.iloc[first].assign(cycle=1, branch="loading")
+            told["time_s"] = told[control] / RATE_kPa_per_s
+        protocol_of = {name: told[name].tolist() for name in (*KEYS, control)}
+        found.append((request(experiment, config.changed(protocol=protocol_of)), stops))
     return found
 
 
@@ -201,13 +213,16 @@ def measured(protocol: Protocol, truth: Truth, workers: Workers) -> list[pd.Data
     Raises:
         ValueError: where a simulation does not reach all rows.
     """
-    results = workers.results(requests(protocol, truth))
+    requests, every = zip(*simulated(protocol, truth), strict=True)
+    results = workers.results(requests)
     show = OUTSIDERS[truth.outsider[0]].displayed if truth.outsider[0] else None
     found = []
-    for (experiment, rows), result in zip(protocol.tests.items(), results, strict=True):
+    for (experiment, rows), stops, result in zip(
+        protocol.tests.items(), every, results, strict=True
+    ):
         if result.failure_class is not None:
             raise ValueError(f"{experiment}: {result.failure}")
-        true = {name: result.columns[name] for name in protocol.columns[experiment]}
+        true = {name: result.columns[name][stops] for name in protocol.columns[experiment]}
         if show and experiment != "coupon":
             true |= show(rows, true, truth.outsider[1])
         found.append(rows.assign(**true))

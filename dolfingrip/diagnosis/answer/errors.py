@@ -549,13 +549,16 @@ def jumping(measurement: Measurement, errors: Errors, posterior: ModelPosterior)
     shares = np.repeat([1 - POLICY.rare, POLICY.rare], len(every)) / len(every)
     log_prior = np.log(POLICY.implausible_odds * shares)
     problem = posterior.problem
-    white = {level: model.whitened(columns) for level, model in problem.levels.items()}
+    white: dict[float, np.ndarray] = {}
     logs = [fit.log_evidence + float(np.log(LEVELS[fit.level])) for fit in posterior.fits]
     best, most = list[int](), max(logs)
     for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda each: -each[1]):
         if log + 0.5 * fit.misfit <= most:
             continue
-        model, own = problem.levels[fit.level], white[fit.level]
+        model = problem.levels[fit.level]
+        if fit.level not in white:
+            white[fit.level] = model.whitened(columns)
+        own = white[fit.level]
         free = model.whitened(problem.slopes(fit.subset, fit.zeta))
         rest = problem.value - problem.predicted(fit.subset, fit.zeta)
         off = model.whitened(rest) + free @ fit.zeta
