@@ -118,7 +118,7 @@ def diagnose_measurement(
     found = diagnosed(analysis, config, quick=quick, say=say)
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
-    found.suspicions = found.jumps + sentences(suspicions(found.analysis.measurement, shown))
+    found.suspicions = found.irregular + sentences(suspicions(found.analysis.measurement, shown))
     if settings.specimens and (outside := apart(found.analysis.measurement, found.analysis.errors)):
         say(f"{outside.sentence}; diagnosing the others")
         others = {test.number for test in measurement.tests if test.specimen not in outside.names}
@@ -126,7 +126,6 @@ def diagnose_measurement(
         rest = diagnose_measurement(measurement.of(others), config, workers, alone)
         found.suspicions.append(f"{outside.sentence}; without: {answer_sentence(rest)}")
     found.warnings = [*measurement.warnings, *found.cautions()]
-    found.quick = quick
     if quick:
         found.warnings.append(LEFT_OUT if analysis.closed_form else f"{LEFT_OUT}{UNVERIFIED}")
     whole = not quick and found.decision.answer == "cause"

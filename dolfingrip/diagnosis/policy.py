@@ -139,6 +139,30 @@ class ModelPolicy:
 
 
 @dataclass(frozen=True, slots=True)
+class ArtefactPolicy:
+    """Which artefacts of instruments are looked for.
+
+    Attributes:
+        most: in all.
+        jump: standard deviation of a jump, by the root mean square of its channel; of a control by
+            its largest value.
+        wave: standard deviation of a wave of the control, by its range.
+        fewest_periods: of a wave in the range of the control: fewer are like a smooth effect.
+        periods: of these, at most.
+        period_step: between two waves that are tried.
+        a_period: readings of a period, at least.
+    """
+
+    most: int = 4
+    jump: float = 0.1
+    wave: float = 0.01
+    fewest_periods: float = 2.0
+    periods: float = 20.0
+    period_step: float = 0.25
+    a_period: float = 4.0
+
+
+@dataclass(frozen=True, slots=True)
 class AdditionPolicy:
     """Which measurements are proposed or planned, and what they are worth.
 
@@ -298,9 +322,6 @@ class InferencePolicy:
             … is taken.
         apart: specimens that may stand apart together, at most.
         far: how far the curve of one that does is from the others', by the signal.
-        jump: standard deviation of a jump of a reading that stays, by the root mean square of its
-            channel; of a control by its largest value.
-        jumps: such jumps in all, at most.
         scatters: scatter of specimens' stiffness by the reported one, from which on it is
             mentioned.
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
@@ -407,8 +428,6 @@ class InferencePolicy:
     some: int = 300
     apart: int = 2
     far: float = 0.1
-    jump: float = 0.1
-    jumps: int = 4
     scatters: float = 1.5
     own_slack: float = 0.5
     smooth: int = 6
@@ -443,6 +462,7 @@ class InferencePolicy:
 DATA: Final = DataPolicy()
 ROUTES: Final = RoutePolicy()
 MODEL: Final = ModelPolicy()
+ARTEFACTS: Final = ArtefactPolicy()
 ADDITIONS: Final = AdditionPolicy()
 PAGE: Final = PagePolicy()
 POLICY: Final = InferencePolicy()

@@ -12,7 +12,7 @@ import numpy as np
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.errors import jumping
+from dolfingrip.diagnosis.answer.artefacts import Artefact, artefacts
 from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.answer.hiding import (
     Alternative,
@@ -61,6 +61,7 @@ class Diagnosis:
         downstream: what the extended model changes about a campaign's designs.
         simulated_s: time of all simulations.
         quick: whether it stopped after the screen.
+        artefacts: of instruments, which the errors of the analysis have.
     """
 
     config: Config
@@ -76,6 +77,7 @@ class Diagnosis:
     simulated_s: float = 0.0
     quick: bool = False
     downstream: Downstream | None = None
+    artefacts: Sequence[Artefact] = ()
 
     @property
     def load(self) -> str:
@@ -200,11 +202,13 @@ class Diagnosis:
     def setup_estimates(self, fit: MapFit) -> list[SetupEstimate]:
         """Numbers of rig and body that the laboratory told, at a fit, but those known exactly."""
         deviations, problem = self.nuisances(fit), self.analysis.problem
-        jumps = {each.name for each in self.analysis.errors.jumps}
+        found_here = {each.nuisance.name for each in self.artefacts}
         changes = [
             (each.unknown, deviations[each.name] * each.change)
             for each in self.analysis.errors.shared
-            if each.std and not each.name.startswith("specimen_scale") and each.name not in jumps
+            if each.std
+            and not each.name.startswith("specimen_scale")
+            and each.name not in found_here
         ]
         here = problem.predicted(fit.subset, fit.zeta)
         for place, number in enumerate(problem.always):
@@ -223,12 +227,11 @@ class Diagnosis:
         return found
 
     @property
-    def jumps(self) -> list[str]:
-        """A sentence about all jumps of the readings that stay; empty where there are none."""
-        found, own = self.nuisances(self.decision.best), self.analysis.errors.jumps
-        told = [f"{e.name}, by {found[e.name] * e.std:+.2g} {e.unknown.unit}" for e in own]
-        slips = "readings jump and stay so, as where something slips: "
-        return [f"{slips}{'; '.join(told)}. The diagnosis takes that out."] * bool(own)
+    def irregular(self) -> list[str]:
+        """A sentence about all artefacts of instruments; none where there are none."""
+        sizes = self.nuisances(self.decision.best)
+        told = [each.sentence(sizes[each.nuisance.name]) for each in self.artefacts]
+        return [f"{'; '.join(told)}. The diagnosis takes that out."] if told else []
 
     def with_best_modulus(self) -> np.ndarray:
         """(n,) readings of the model without causes, what is its own fitted."""
@@ -372,19 +375,20 @@ def diagnosed(
     """
     say("comparing all causes, alone and in pairs")
     analysis, left = analysis.judged_by_shape(), 0.0
-    posterior = _compared(analysis)
-    while jumps := jumping(analysis.measurement, analysis.errors, posterior):
-        say(f"comparing all causes beside jumps of {'; '.join(e.name for e in jumps.nuisances)}")
-        errors = analysis.errors.jumping(jumps)
+    posterior, irregular = _compared(analysis), list[Artefact]()
+    while found := artefacts(analysis.measurement, analysis.errors, posterior):
+        say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in found)}")
+        errors = analysis.errors.beside([each.nuisance for each in found])
         problem = replace(analysis.problem, covariance=errors.covariance)
         other = replace(analysis, errors=errors, problem=problem)
-        beside = _compared(other)
-        if beside.log_density + jumps.log_prior <= posterior.log_density + ADDITIONS.tied:
-            break
-        analysis, posterior = other, beside
+        beside, log_prior = _compared(other), sum(each.log_prior for each in found)
+        if beside.log_density + log_prior <= posterior.log_density + ADDITIONS.tied:
+            break  # the search was about fits without them
+        analysis, posterior, irregular = other, beside, [*irregular, *found]
     if not quick or analysis.closed_form:
         analysis, posterior, left = analysis.verified(posterior, say)
-    return Diagnosis(config, analysis, posterior, *sensitivity(posterior), left)
+    decided = sensitivity(posterior)
+    return Diagnosis(config, analysis, posterior, *decided, left, quick=quick, artefacts=irregular)
 
 
 def _compared(analysis: Analysis[Any]) -> ModelPosterior:

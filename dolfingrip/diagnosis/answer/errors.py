@@ -1,4 +1,4 @@
-"""Differences of readings beside causes: noise, rig, scatter of specimens, jumps, a discrepancy.
+"""Differences of readings beside causes: noise, rig, scatter of specimens, a discrepancy.
 
 The discrepancy is a process for what no effect of the catalogue is: an always-possible discrepancy.
 
@@ -11,9 +11,6 @@ exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the p
 is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
 without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
 little of it. Readings of another channel or another protocol have their own.
-
-A reading may jump and stay so, as where a clamp slips. From a row of a test on, one of its columns
-or its control is off by some number. Where the evidence asks for that, it is a linear nuisance.
 
 The noise of the instruments is as told, else estimated from their readings.
 
@@ -40,11 +37,8 @@ import scipy.linalg
 from scipy.special import logsumexp
 
 from dolfingrip.channels import CHANNELS, TRANSVERSE_STRAIN
-from dolfingrip.diagnosis.core.evidence import LEVELS, taken
-from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import ADDITIONS, DATA, POLICY
 from dolfingrip.diagnosis.simulation.simulated import Simulator
 
@@ -361,7 +355,6 @@ class Errors:
         fitted: covariance of what a fit gives the rig and each specimen, shape (n, n).
         scatter: of the specimens.
         sentences: where the noise comes from.
-        jumps: those of the shared numbers by which readings jump.
     """
 
     covariance: np.ndarray
@@ -373,14 +366,18 @@ class Errors:
     fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
-    jumps: tuple[Nuisance, ...] = ()
 
-    def jumping(self, jumps: Jumps) -> Errors:
-        """Return them with jumps of the readings."""
+    def beside(self, others: Sequence[Nuisance]) -> Errors:
+        """Return them with further numbers of the rig, which share no reading's noise.
+
+        Args:
+            others: changes of the readings by each number's standard deviation.
+        """
+        changes = np.column_stack([each.change for each in others])
+        own = changes @ changes.T
         return replace(
-            self, covariance=self.covariance + jumps.covariance,
-            fitted=self.fitted + jumps.covariance, shared=(*self.shared, *jumps.nuisances),
-            jumps=jumps.nuisances,
+            self, covariance=self.covariance + own, fitted=self.fitted + own,
+            shared=(*self.shared, *others),
         )  # fmt: skip
 
 
@@ -502,119 +499,6 @@ def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
     same = run[:, None] == run
     fading = np.exp(-np.abs(time_s[:, None] - time_s) / lasting[:, None])
     return np.outer(noise.correlated, noise.correlated) * np.where(same, fading, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Jumps:
-    """Jumps of the readings that stay.
-
-    Attributes:
-        nuisances: by how much each jumps.
-        log_prior: ln of the odds that they do, before the readings.
-    """
-
-    nuisances: tuple[Nuisance, ...]
-    log_prior: float
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """Covariance of the readings by them, shape (n, n)."""
-        changes = np.column_stack([each.change for each in self.nuisances])
-        return np.asarray(changes @ changes.T)
-
-
-def jumping(measurement: Measurement, errors: Errors, posterior: ModelPosterior) -> Jumps | None:
-    """Find the jumps with which the readings would be most probable.
-
-    Beside each hypothesis jumps are added one after the other, each where it raises the evidence
-    most. All else that the hypothesis fits is linear about its fit.
-
-    Args:
-        measurement: the readings.
-        errors: of them.
-        posterior: of all hypotheses without jumps.
-
-    Returns:
-        None where no jump is more probable than not.
-    """
-    every = list(_where(measurement, errors))
-    if not every:
-        return None
-    # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
-    wide = [each.times(POLICY.implausible_width) for each in every]
-    which, columns = (
-        np.tile(np.arange(len(every)), 2),
-        np.stack([e.change for e in every + wide], 1),
-    )
-    shares = np.repeat([1 - POLICY.rare, POLICY.rare], len(every)) / len(every)
-    log_prior = np.log(POLICY.implausible_odds * shares)
-    problem = posterior.problem
-    white: dict[float, np.ndarray] = {}
-    logs = [fit.log_evidence + float(np.log(LEVELS[fit.level])) for fit in posterior.fits]
-    best, most = list[int](), max(logs)
-    for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda each: -each[1]):
-        if log + 0.5 * fit.misfit <= most:
-            continue
-        model = problem.levels[fit.level]
-        if fit.level not in white:
-            white[fit.level] = model.whitened(columns)
-        own = white[fit.level]
-        free = model.whitened(problem.slopes(fit.subset, fit.zeta))
-        rest = problem.value - problem.predicted(fit.subset, fit.zeta)
-        off = model.whitened(rest) + free @ fit.zeta
-        chosen: list[int] = []
-        for _ in range(POLICY.jumps):
-            beside = np.column_stack([free, own[:, chosen]])
-            left = own - beside @ taken(own, beside)
-            size = np.einsum("nk,nk->k", own, left)
-            gain = 0.5 * (off @ left) ** 2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
-            gain[np.isin(which, which[chosen])] = -np.inf
-            place = int(np.argmax(gain))
-            if gain[place] <= ADDITIONS.tied:
-                break
-            chosen.append(place)
-            log += float(gain[place])
-        if log > most:
-            best, most = chosen, log
-    found = tuple((every + wide)[place] for place in best)
-    return Jumps(found, float(log_prior[best].sum())) if best else None
-
-
-def _where(measurement: Measurement, errors: Errors) -> Iterator[Nuisance]:
-    """Jumps of columns and of the control, with two readings at least on either side.
-
-    A test jumps alone, or all tests of an experiment do at the same place of the path. Standard
-    deviations are a part of the channel's root mean square, or of the control's largest value.
-    """
-    listed = measurement.listed()
-    row, column, number = (listed[name].to_numpy() for name in ("row", "column", "test"))
-    together = [(str(test), [test]) for test in measurement.tests]
-    for experiment in dict.fromkeys(test.experiment for test in measurement.tests):
-        own = [test for test in measurement.tests if test.experiment == experiment]
-        together += [(f"{experiment} of all specimens", own)] if len(own) > 1 else []
-    for who, tests in together:
-        first, mine = tests[0], np.isin(number, [test.number for test in tests])
-        unit = CHANNELS[CONTROL[first.experiment]].unit
-        largest = float(np.abs(listed["control"][mine]).max())
-        ways = [(first.control, unit, mine, largest, errors.steep)]
-        for name in dict.fromkeys(map(str, column[mine])):
-            at = mine & (column == name)
-            size = float(errors.along.size[at].max())
-            ways.append((name, CHANNELS[name].unit, at, size, np.ones(len(row))))
-        for name, own_unit, at, size, by in ways:
-            order = np.flatnonzero(at & (number == first.number))
-            order = order[np.unique(row[order], return_index=True)[1]]
-            for before, after in pairwise(order[1:-1]):
-                start, end = (listed.iloc[place] for place in (before, after))
-                if start["leg"] != end["leg"]:
-                    continue  # where the way turns a reading may lag or rub
-                told = (
-                    f"{name} of {who} between {start['control']:.4g} and {end['control']:.4g} "
-                    f"{unit} in the {end['branch']} of cycle {end['cycle']}"
-                )
-                std, path = POLICY.jump * size, errors.along.path
-                change = std * by * at * (path > 0.5 * (path[before] + path[after]))
-                yield Nuisance(Unknown.marginal(told, std, own_unit), change)
 
 
 @dataclass(frozen=True, slots=True)

@@ -299,8 +299,3 @@ class Nuisance:
     def std(self) -> float:
         """Standard deviation of its prior, in the unit of the unknown."""
         return self.unknown.prior.spread
-
-    def times(self, by: float) -> Nuisance:
-        """Return it with so many times the standard deviation."""
-        prior = replace(self.unknown.prior, spread=by * self.std)
-        return Nuisance(replace(self.unknown, prior=prior), by * self.change)

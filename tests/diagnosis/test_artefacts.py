@@ -1,0 +1,56 @@
+"""Artefacts of instruments: what and by how much is told, and causes are named beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.softening_coupons import TRAVEL_mm, diagnosed, force_N, measured
+
+BEFORE, AFTER = 9, 10
+"""Rows of each test between which something slips."""
+
+
+@pytest.mark.parametrize("who", ["S2", "all specimens"])
+def test_a_jump_is_told_and_a_cause_is_named_beside_it(tmp_path: Path, who: str) -> None:
+    """A clamp slips by 0.5 N: of one specimen, or of all at the same travel."""
+
+    def slipped(name: str, travel_mm: np.ndarray) -> np.ndarray:
+        return -0.5 * (name in who or "all" in who) * (travel_mm > TRAVEL_mm[BEFORE] + 1e-6)
+
+    found = diagnosed(measured(tmp_path, {}, jumped=slipped))
+    (jump,) = found.artefacts
+    (told,) = found.irregular
+    print(told, found.decision.probability)
+    assert f"between {TRAVEL_mm[BEFORE]:.4g} and {TRAVEL_mm[AFTER]:.4g} mm" in told
+    assert told in found.suspicions
+    assert who in jump.nuisance.name
+    listed = found.analysis.measurement.listed()
+    value = found.nuisances(found.decision.best)[jump.nuisance.name]
+    change = value * jump.nuisance.change[(listed["control"] > TRAVEL_mm[BEFORE] + 1e-6).to_numpy()]
+    # 0.5 N of some 18 N; a slip of the travel changes a softer coupon's force by less
+    assert change[change != 0] == pytest.approx(-0.5, abs=0.15)
+    assert found.decision.first[0] == "mooney_rivlin"
+
+
+def test_none_where_readings_scatter(tmp_path: Path) -> None:
+    assert not diagnosed(measured(tmp_path, {"S2": 0.1})).irregular
+
+
+def test_the_wave_of_an_uneven_screw_is_told(tmp_path: Path) -> None:
+    """An error of 0.25 mm with a period of 5 mm, by the slope of the coupons' force."""
+
+    def uneven(name: str, travel_mm: np.ndarray) -> np.ndarray:
+        return np.gradient(force_N(), TRAVEL_mm) * 0.25 * np.sin(2 * np.pi * travel_mm / 5.0)
+
+    found = diagnosed(measured(tmp_path, {}, jumped=uneven))
+    waves = [each.nuisance.name for each in found.artefacts]
+    sizes = found.nuisances(found.decision.best)
+    own = [sizes[each.nuisance.name] * each.nuisance.std for each in found.artefacts]
+    print(found.irregular)
+    assert sum(own) == pytest.approx(0.25, abs=0.08)
+    assert all("of displacement_mm of coupon of all specimens" in each for each in waves)
+    periods = [float(each.split("period ")[1].split()[0]) for each in waves]
+    assert periods[0] == pytest.approx(5.0, rel=0.1)
+    assert found.decision.first[0] == "mooney_rivlin"
