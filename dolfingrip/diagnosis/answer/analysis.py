@@ -13,9 +13,9 @@ import scipy.linalg
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.additions.worth import told_by_shape
-from dolfingrip.diagnosis.answer.errors import Errors, smooth_curves
+from dolfingrip.diagnosis.answer.errors import Artefact, Errors, artefacts, smooth_curves
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
-from dolfingrip.diagnosis.core.search import ModelPosterior
+from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
@@ -91,6 +91,23 @@ class Analysis[S: Simulator](ABC):
             return self
         curves = smooth_curves(self.errors.along)
         return replace(self, problem=replace(self.problem, remembering=remembering, curves=curves))
+
+    # -- artefacts of instruments -----------------------------------------------------------------
+
+    def artefacts(self, posterior: ModelPosterior) -> list[Artefact]:
+        """Find those that the evidence asks for beside some hypothesis."""
+        every = artefacts(self.measurement, self.errors)
+        changes = np.array([each.nuisance.change for each in every])
+        columns = changes.reshape(len(every), len(self.errors.noise)).T
+        log_prior = np.array([each.log_prior for each in every])
+        of = np.unique([each.nuisance.name for each in every], return_inverse=True)[1]
+        return [every[place] for place in pursued(posterior, columns, log_prior, of)]
+
+    def beside(self, found: Sequence[Artefact]) -> Self:
+        """Return the analysis of readings that have some artefacts."""
+        errors = self.errors.beside([each.nuisance for each in found])
+        problem = replace(self.problem, covariance=errors.covariance)
+        return replace(self, errors=errors, problem=problem)
 
     # -- a fit as a configuration -----------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
@@ -12,7 +12,7 @@ import numpy as np
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.artefacts import Artefact, artefacts
+from dolfingrip.diagnosis.answer.errors import Artefact
 from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.answer.hiding import (
     Alternative,
@@ -376,14 +376,12 @@ def diagnosed(
     say("comparing all causes, alone and in pairs")
     analysis, left = analysis.judged_by_shape(), 0.0
     posterior, irregular = _compared(analysis), list[Artefact]()
-    while found := artefacts(analysis.measurement, analysis.errors, posterior):
+    while found := analysis.artefacts(posterior):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in found)}")
-        errors = analysis.errors.beside([each.nuisance for each in found])
-        problem = replace(analysis.problem, covariance=errors.covariance)
-        other = replace(analysis, errors=errors, problem=problem)
+        other = analysis.beside(found)
         beside, log_prior = _compared(other), sum(each.log_prior for each in found)
         if beside.log_density + log_prior <= posterior.log_density + ADDITIONS.tied:
-            break  # the search was about fits without them
+            break
         analysis, posterior, irregular = other, beside, [*irregular, *found]
     if not quick or analysis.closed_form:
         analysis, posterior, left = analysis.verified(posterior, say)

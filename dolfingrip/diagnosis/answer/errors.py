@@ -1,4 +1,4 @@
-"""Differences of readings beside causes: noise, rig, scatter of specimens, a discrepancy.
+"""Differences of readings beside causes: noise, rig, specimens, artefacts, a discrepancy.
 
 The discrepancy is a process for what no effect of the catalogue is: an always-possible discrepancy.
 
@@ -11,6 +11,12 @@ exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the p
 is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
 without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
 little of it. Readings of another channel or another protocol have their own.
+
+An artefact of an instrument is a jump that stays, as where a clamp slips: from some row of a test
+on, a column or the control is off by one number. Or it is a wave, as of an uneven screw: the
+control is off by a sine or a cosine of itself. Neither is like any effect of the catalogue, which
+are smooth along a branch. Those that the evidence asks for are numbers of the rig. Without this a
+cause that acts beside a slip is not found.
 
 The noise of the instruments is as told, else estimated from their readings.
 
@@ -39,7 +45,8 @@ from scipy.special import logsumexp
 from dolfingrip.channels import CHANNELS, TRANSVERSE_STRAIN
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.policy import ADDITIONS, DATA, POLICY
+from dolfingrip.diagnosis.data.table import CONTROL
+from dolfingrip.diagnosis.policy import ADDITIONS, ARTEFACTS, DATA, POLICY
 from dolfingrip.diagnosis.simulation.simulated import Simulator
 
 
@@ -499,6 +506,128 @@ def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
     same = run[:, None] == run
     fading = np.exp(-np.abs(time_s[:, None] - time_s) / lasting[:, None])
     return np.outer(noise.correlated, noise.correlated) * np.where(same, fading, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Artefact:
+    """What an instrument does beside measuring.
+
+    Attributes:
+        nuisance: its size, and what the readings change by it.
+        told: a sentence with a place for its size.
+        log_prior: ln of the odds that it is there, and that its size is of this part of its prior.
+    """
+
+    nuisance: Nuisance
+    told: str
+    log_prior: float = 0.0
+
+    def sentence(self, sigmas: float) -> str:
+        """Tell it with its size.
+
+        Args:
+            sigmas: its size by its standard deviation.
+        """
+        size = sigmas * self.nuisance.std
+        return self.told.format(f"{size:+.2g} {self.nuisance.unknown.unit}")
+
+    @property
+    def wide(self) -> Artefact:
+        """The same with the wide part of its prior."""
+        own, by = self.nuisance, POLICY.implausible_width
+        prior = replace(own.unknown.prior, spread=by * own.std)
+        return replace(self, nuisance=Nuisance(replace(own.unknown, prior=prior), by * own.change))
+
+
+def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
+    """List what may be wrong with the instruments, with both parts of each one's prior.
+
+    Args:
+        measurement: the readings.
+        errors: of them; artefacts that these have already are left out.
+    """
+    known = {each.name for each in errors.shared}
+    every = [*_jumps(measurement, errors), *_waves(measurement, errors)]
+    new = [each for each in every if each.nuisance.name not in known]
+    # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
+    usual, rare = (
+        float(np.log(POLICY.implausible_odds * part / max(len(new), 1)))
+        for part in (1 - POLICY.rare, POLICY.rare)
+    )
+    return [
+        *(replace(each, log_prior=usual) for each in new),
+        *(replace(each.wide, log_prior=rare) for each in new),
+    ]  # fmt: skip
+
+
+def _alike(measurement: Measurement) -> Iterator[tuple[str, list[SpecimenTest]]]:
+    """Tests that one artefact may be of: one alone, or all of an experiment."""
+    for test in measurement.tests:
+        yield str(test), [test]
+    for experiment in dict.fromkeys(test.experiment for test in measurement.tests):
+        own = [test for test in measurement.tests if test.experiment == experiment]
+        if len(own) > 1:
+            yield f"{experiment} of all specimens", own
+
+
+def _jumps(measurement: Measurement, errors: Errors) -> Iterator[Artefact]:
+    """Jumps of columns and of the control, with two readings at least on either side.
+
+    Those of all tests of an experiment are at the same place of the path.
+    """
+    listed, path = measurement.listed(), errors.along.path
+    row, column, number = (listed[name].to_numpy() for name in ("row", "column", "test"))
+    for who, tests in _alike(measurement):
+        first, mine = tests[0], np.isin(number, [test.number for test in tests])
+        unit = CHANNELS[CONTROL[first.experiment]].unit
+        largest = float(np.abs(listed["control"][mine]).max())
+        ways = [(first.control, unit, mine, largest, errors.steep)]
+        for name in dict.fromkeys(map(str, column[mine])):
+            at = mine & (column == name)
+            size = float(errors.along.size[at].max())
+            ways.append((name, CHANNELS[name].unit, at, size, np.ones(len(row))))
+        for name, own_unit, at, size, by in ways:
+            order = np.flatnonzero(at & (number == first.number))
+            order = order[np.unique(row[order], return_index=True)[1]]
+            for before, after in pairwise(order[1:-1]):
+                start, end = (listed.iloc[place] for place in (before, after))
+                if start["leg"] != end["leg"]:
+                    continue  # where the way turns a reading may lag or rub
+                where = (
+                    f"between {start['control']:.4g} and {end['control']:.4g} {unit} in the "
+                    f"{end['branch']} of cycle {end['cycle']}"
+                )
+                yield _artefact(
+                    f"jump of {name} of {who} {where}", ARTEFACTS.jump * size, own_unit,
+                    by * at * (path > 0.5 * (path[before] + path[after])),
+                    f"{name} of {who} jumps by {{}} {where} and stays so, as where something slips",
+                )  # fmt: skip
+
+
+def _waves(measurement: Measurement, errors: Errors) -> Iterator[Artefact]:
+    """Sines and cosines of the control, of which two periods at least are read often enough."""
+    listed = measurement.listed()
+    control, number = listed["control"].to_numpy(), listed["test"].to_numpy()
+    for who, tests in _alike(measurement):
+        name, mine = tests[0].control, np.isin(number, [test.number for test in tests])
+        own = control[number == tests[0].number]
+        unit, span = CHANNELS[CONTROL[tests[0].experiment]].unit, float(np.ptp(own))
+        read = len(np.unique(np.round(own / max(span, 1e-9), 2)))
+        most = min(read / ARTEFACTS.a_period, ARTEFACTS.periods)
+        for count in np.arange(ARTEFACTS.fewest_periods, most, ARTEFACTS.period_step):
+            phase = 2 * np.pi * count * control / span
+            wave = f"of period {span / count:.3g} {unit}"
+            for shape, change in (("sine", np.sin(phase)), ("cosine", np.cos(phase) - 1)):
+                yield _artefact(
+                    f"{shape} {wave} of {name} of {who}", ARTEFACTS.wave * span, unit,
+                    errors.steep * mine * change,
+                    f"{name} of {who} is off by {{}} times a {shape} {wave}, as of an uneven screw",
+                )  # fmt: skip
+
+
+def _artefact(key: str, std: float, unit: str, change: np.ndarray, told: str) -> Artefact:
+    """One of a standard deviation in a unit, which changes the readings by ``change`` for each."""
+    return Artefact(Nuisance(Unknown.marginal(key, std, unit), std * change), told)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,8 +22,9 @@ from dolfingrip.diagnosis.core.evidence import (
     Key,
     MapFit,
     Subset,
+    taken,
 )
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import ADDITIONS, ARTEFACTS, POLICY
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,6 +230,53 @@ def one_at_a_time(
             weak = _starts(problem, subset[0])[0]
             fitted(subset, {level: np.r_[before[NONE, level], weak] for level in likely})
     return _weighed(fits, every, None)
+
+
+def pursued(
+    posterior: ModelPosterior, columns: np.ndarray, log_prior: np.ndarray, of: np.ndarray
+) -> list[int]:
+    """Find the columns with which the readings would be most probable; none where none helps.
+
+    Beside each hypothesis columns are added one after the other, each where it raises the evidence
+    most: a matching pursuit (Mallat & Zhang, IEEE Trans. Signal Process. 41, 1993). All else that
+    the hypothesis fits is linear about its fit. For a column c and what the fit leaves, r, both
+    whitened and after all that the fit may follow,
+
+        ln p(r | c) − ln p(r) = ½ (cᵀr)² / (1 + cᵀc) − ½ ln(1 + cᵀc)
+
+    Args:
+        posterior: of all hypotheses without them.
+        columns: changes of the readings, by one standard deviation of each, shape (n, k).
+        log_prior: ln of the odds that each acts, shape (k,).
+        of: what each is a column of, shape (k,); one of these at most acts.
+    """
+    problem, white = posterior.problem, dict[float, np.ndarray]()
+    logs = [fit.log_evidence + float(np.log(LEVELS[fit.level])) for fit in posterior.fits]
+    best, most = list[int](), max(logs)
+    for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda each: -each[1]):
+        if not columns.shape[1] or log + 0.5 * fit.misfit <= most:
+            continue  # more than all that is missed cannot be gained
+        model = problem.levels[fit.level]
+        if fit.level not in white:
+            white[fit.level] = model.whitened(columns)
+        own, free = white[fit.level], model.whitened(problem.slopes(fit.subset, fit.zeta))
+        rest = problem.value - problem.predicted(fit.subset, fit.zeta)
+        off = model.whitened(rest) + free @ fit.zeta
+        chosen: list[int] = []
+        for _ in range(ARTEFACTS.most):
+            beside = np.column_stack([free, own[:, chosen]])
+            left = own - beside @ taken(own, beside)
+            size = np.einsum("nk,nk->k", own, left)
+            gain = 0.5 * (off @ left) ** 2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
+            gain[np.isin(of, of[chosen])] = -np.inf
+            place = int(np.argmax(gain))
+            if gain[place] <= ADDITIONS.tied:
+                break
+            chosen.append(place)
+            log += float(gain[place])
+        if log > most:
+            best, most = chosen, log
+    return best
 
 
 def searched_again(
