@@ -149,7 +149,8 @@ class ArtefactPolicy:
         wave: standard deviation of a wave of the control, by its range.
         fewest_periods: of a wave in the range of the control: fewer are like a smooth effect.
         periods: of these, at most.
-        period_step: between two waves that are tried.
+        period_step: between two waves that are tried: one between them is off by a twentieth of a
+            period at the end of the range.
         a_period: readings of a period, at least.
     """
 
@@ -158,7 +159,7 @@ class ArtefactPolicy:
     wave: float = 0.01
     fewest_periods: float = 2.0
     periods: float = 20.0
-    period_step: float = 0.25
+    period_step: float = 0.1
     a_period: float = 4.0
 
 

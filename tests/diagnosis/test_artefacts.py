@@ -50,7 +50,7 @@ def test_the_wave_of_an_uneven_screw_is_told(tmp_path: Path) -> None:
     own = [sizes[each.nuisance.name] * each.nuisance.std for each in found.artefacts]
     print(found.irregular)
     assert sum(own) == pytest.approx(0.25, abs=0.08)
-    assert all("of displacement_mm of coupon of all specimens" in each for each in waves)
+    assert all("of displacement_mm of all specimens (coupon)" in each for each in waves)
     periods = [float(each.split("period ")[1].split()[0]) for each in waves]
     assert periods[0] == pytest.approx(5.0, rel=0.1)
     assert found.decision.first[0] == "mooney_rivlin"

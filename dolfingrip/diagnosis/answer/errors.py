@@ -567,7 +567,7 @@ def _alike(measurement: Measurement) -> Iterator[tuple[str, list[SpecimenTest]]]
     for experiment in dict.fromkeys(test.experiment for test in measurement.tests):
         own = [test for test in measurement.tests if test.experiment == experiment]
         if len(own) > 1:
-            yield f"{experiment} of all specimens", own
+            yield f"all specimens ({experiment})", own
 
 
 def _jumps(measurement: Measurement, errors: Errors) -> Iterator[Artefact]:
