@@ -12,7 +12,7 @@ import numpy as np
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.errors import Artefact
+from dolfingrip.diagnosis.answer.errors import Artefact, apart
 from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.answer.hiding import (
     Alternative,
@@ -380,7 +380,9 @@ def diagnosed(
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in found)}")
         other = analysis.beside(found)
         beside, log_prior = _compared(other), sum(each.log_prior for each in found)
-        if beside.log_density + log_prior <= posterior.log_density + ADDITIONS.tied:
+        likelier = beside.log_density + log_prior > posterior.log_density + ADDITIONS.tied
+        # of a specimen that stands apart even so, more is off than an artefact
+        if not likelier or apart(other.measurement, other.errors):
             break
         analysis, posterior, irregular = other, beside, [*irregular, *found]
     if not quick or analysis.closed_form:

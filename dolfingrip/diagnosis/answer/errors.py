@@ -510,7 +510,7 @@ def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Artefact:
-    """What an instrument does beside measuring.
+    """An artefact of an instrument: a jump or a wave of what it shows.
 
     Attributes:
         nuisance: its size, and what the readings change by it.
@@ -533,7 +533,7 @@ class Artefact:
 
     @property
     def wide(self) -> Artefact:
-        """The same with the wide part of its prior."""
+        """Artefact whose size has the wide part of its prior."""
         own, by = self.nuisance, POLICY.implausible_width
         prior = replace(own.unknown.prior, spread=by * own.std)
         return replace(self, nuisance=Nuisance(replace(own.unknown, prior=prior), by * own.change))
@@ -546,8 +546,10 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
         measurement: the readings.
         errors: of them; artefacts that these have already are left out.
     """
-    known = {each.name for each in errors.shared}
-    every = [*_jumps(measurement, errors), *_waves(measurement, errors)]
+    known, together = {each.name for each in errors.shared}, list(_together(measurement.tests))
+    every = [
+        *_jumps(measurement, errors, together), *_waves(measurement, errors, together),
+    ]  # fmt: skip
     new = [each for each in every if each.nuisance.name not in known]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
     usual, rare = (
@@ -560,24 +562,28 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
     ]  # fmt: skip
 
 
-def _alike(measurement: Measurement) -> Iterator[tuple[str, list[SpecimenTest]]]:
-    """Tests that one artefact may be of: one alone, or all of an experiment."""
-    for test in measurement.tests:
+Together = Sequence[tuple[str, Sequence[SpecimenTest]]]
+"""Tests that one artefact may be of, and what they are called."""
+
+
+def _together(tests: Sequence[SpecimenTest]) -> Iterator[tuple[str, Sequence[SpecimenTest]]]:
+    """Each test alone, and all of an experiment."""
+    for test in tests:
         yield str(test), [test]
-    for experiment in dict.fromkeys(test.experiment for test in measurement.tests):
-        own = [test for test in measurement.tests if test.experiment == experiment]
+    for experiment in dict.fromkeys(test.experiment for test in tests):
+        own = [test for test in tests if test.experiment == experiment]
         if len(own) > 1:
             yield f"all specimens ({experiment})", own
 
 
-def _jumps(measurement: Measurement, errors: Errors) -> Iterator[Artefact]:
+def _jumps(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:
     """Jumps of columns and of the control, with two readings at least on either side.
 
     Those of all tests of an experiment are at the same place of the path.
     """
     listed, path = measurement.listed(), errors.along.path
     row, column, number = (listed[name].to_numpy() for name in ("row", "column", "test"))
-    for who, tests in _alike(measurement):
+    for who, tests in together:
         first, mine = tests[0], np.isin(number, [test.number for test in tests])
         unit = CHANNELS[CONTROL[first.experiment]].unit
         largest = float(np.abs(listed["control"][mine]).max())
@@ -604,11 +610,11 @@ def _jumps(measurement: Measurement, errors: Errors) -> Iterator[Artefact]:
                 )  # fmt: skip
 
 
-def _waves(measurement: Measurement, errors: Errors) -> Iterator[Artefact]:
+def _waves(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:
     """Sines and cosines of the control, of which two periods at least are read often enough."""
     listed = measurement.listed()
     control, number = listed["control"].to_numpy(), listed["test"].to_numpy()
-    for who, tests in _alike(measurement):
+    for who, tests in together:
         name, mine = tests[0].control, np.isin(number, [test.number for test in tests])
         own = control[number == tests[0].number]
         unit, span = CHANNELS[CONTROL[tests[0].experiment]].unit, float(np.ptp(own))
