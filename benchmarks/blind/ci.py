@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
-from benchmarks.blind.case import Case
+from benchmarks.blind.case import ARTEFACTS, Case
 from benchmarks.blind.coupons import run as coupons
 from benchmarks.blind.fingers import cases as fingers
 from benchmarks.blind.said import Bench
@@ -59,7 +59,7 @@ class Answered:
         case: name.
         hidden: causes.
         answer: ``cause``, ``none`` or ``unknown``.
-        named: effects of the classes that are named.
+        named: effects of the classes that are named, and kinds of artefacts that are told.
         right: whether the answer is, and each class holds a hidden cause.
     """
 
@@ -85,16 +85,19 @@ class Answered:
 
 def answered(name: str, case: Case[Any], found: Diagnosis) -> Answered:
     """The answer as a row."""
-    decision = found.decision
+    decision, outsider = found.decision, case.truth.outsider[0]
     sets = [each for each in (decision.first, decision.second) if each]
-    right = {"none": decision.answer == "none", "outsider": decision.answer == "unknown"}.get(
+    artefacts = dict.fromkeys(each.nuisance.name.split()[0] for each in found.artefacts)
+    # one that is told and taken out leaves nothing else
+    outside = decision.answer == ("none" if ARTEFACTS.get(outsider) in artefacts else "unknown")
+    right = {"none": decision.answer == "none", "outsider": outside}.get(
         case.kind, decision.answer == "cause"
     )
     right &= len(sets) == 2 if case.kind == "two" else True
-    told = [*case.names, *filter(None, [case.truth.outsider[0]])]
+    told = [*case.names, *filter(None, [outsider])]
     return Answered(
         name, " + ".join(told), decision.answer,
-        " + ".join(" or ".join(sorted(each)) for each in sets),
+        " + ".join([*(" or ".join(sorted(each)) for each in sets), *artefacts]),
         right and all(set(each) & {*case.names} for each in sets),
     )  # fmt: skip
 
