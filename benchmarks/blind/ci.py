@@ -42,6 +42,7 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
     ("short", "none", 0),
     ("short", "one", 0),
     ("loops", "outsider", 0),
+    ("loops", "outsider", 5),
 )
 """Protocol, kind and number of cases of the development set."""
 

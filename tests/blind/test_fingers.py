@@ -145,3 +145,20 @@ def test_cases_are_those_of_the_seed_and_are_seen(bench: cases.Bench) -> None:
         assert all(abs(each) <= cases.WIDEST for each in off.values())
     none = cases.drawn(bench, "development", "none", 0)
     assert (none.names, none.truth.causes, none.truth.outsider[0]) == ((), {}, "")
+
+
+@pytest.mark.parametrize("outsider", [("", 0.0), ("backlash", 1.0)])
+def test_a_finger_without_memory_is_simulated_once(outsider: tuple[str, float]) -> None:
+    """Each row is read at the stop of its pressure: of what is there, not of what is displayed."""
+    truth = Truth(outsider=outsider)
+    rich = PROTOCOLS["rich"]
+    act = OUTSIDERS[outsider[0]].pressure if outsider[0] else None
+    for (experiment, rows), (asked, stops) in zip(
+        rich.tests.items(), finger.simulated(rich, truth), strict=True
+    ):
+        if experiment == "coupon":
+            continue
+        pressure = np.array(asked.config.protocol.pressure_kPa)
+        there = act(rows, outsider[1]) if act else rows["pressure_kPa"].to_numpy()
+        assert (np.diff(pressure) > 0).all()
+        assert pressure[stops] == pytest.approx(there)
