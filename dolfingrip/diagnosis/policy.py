@@ -157,7 +157,7 @@ class ArtefactPolicy:
     most: int = 4
     jump: float = 0.1
     wave: float = 0.01
-    fewest_periods: float = 2.0
+    fewest_periods: float = 3.0
     periods: float = 20.0
     period_step: float = 0.1
     a_period: float = 4.0

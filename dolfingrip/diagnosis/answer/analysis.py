@@ -100,7 +100,7 @@ class Analysis[S: Simulator](ABC):
         changes = np.array([each.nuisance.change for each in every])
         columns = changes.reshape(len(every), len(self.errors.noise)).T
         log_prior = np.array([each.log_prior for each in every])
-        of = np.unique([each.nuisance.name for each in every], return_inverse=True)[1]
+        of = np.unique([each.kind for each in every], return_inverse=True)[1]
         return [every[place] for place in pursued(posterior, columns, log_prior, of)]
 
     def beside(self, found: Sequence[Artefact]) -> Self:

@@ -515,11 +515,13 @@ class Artefact:
     Attributes:
         nuisance: its size, and what the readings change by it.
         told: a sentence with a place for its size.
+        kind: of which at most one acts: a jump at a place, or a screw's sine or cosine.
         log_prior: ln of the odds that it is there, and that its size is of this part of its prior.
     """
 
     nuisance: Nuisance
     told: str
+    kind: str
     log_prior: float = 0.0
 
     def sentence(self, sigmas: float) -> str:
@@ -544,13 +546,14 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
 
     Args:
         measurement: the readings.
-        errors: of them; artefacts that these have already are left out.
+        errors: of them; artefacts that these have already are left out, and waves beside a wave.
     """
     known, together = {each.name for each in errors.shared}, list(_together(measurement.tests))
     every = [
         *_jumps(measurement, errors, together), *_waves(measurement, errors, together),
     ]  # fmt: skip
-    new = [each for each in every if each.nuisance.name not in known]
+    have = {each.kind for each in every if each.nuisance.name in known}
+    new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
     usual, rare = (
         float(np.log(POLICY.implausible_odds * part / max(len(new), 1)))
@@ -607,6 +610,7 @@ def _jumps(measurement: Measurement, errors: Errors, together: Together) -> Iter
                     f"jump of {name} of {who} {where}", ARTEFACTS.jump * size, own_unit,
                     by * at * (path > 0.5 * (path[before] + path[after])),
                     f"{name} of {who} jumps by {{}} {where} and stays so, as where something slips",
+                    f"jump of {name} of {who} {where}",
                 )  # fmt: skip
 
 
@@ -628,12 +632,15 @@ def _waves(measurement: Measurement, errors: Errors, together: Together) -> Iter
                     f"{shape} {wave} of {name} of {who}", ARTEFACTS.wave * span, unit,
                     errors.steep * mine * change,
                     f"{name} of {who} is off by {{}} times a {shape} {wave}, as of an uneven screw",
+                    shape,
                 )  # fmt: skip
 
 
-def _artefact(key: str, std: float, unit: str, change: np.ndarray, told: str) -> Artefact:
+def _artefact(
+    key: str, std: float, unit: str, change: np.ndarray, told: str, kind: str
+) -> Artefact:
     """One of a standard deviation in a unit, which changes the readings by ``change`` for each."""
-    return Artefact(Nuisance(Unknown.marginal(key, std, unit), std * change), told)
+    return Artefact(Nuisance(Unknown.marginal(key, std, unit), std * change), told, kind)
 
 
 @dataclass(frozen=True, slots=True)
