@@ -43,9 +43,10 @@ LASTS_S: Final = 20.0
 MISSING: Final = 0.06
 """Probability that a reading is missing."""
 
+RATE_kPa_per_s: Final = 25.0
+"""Of the ramp that a finger without memory is simulated on."""
 KEYS: Final = ("cycle", "branch", "time_s")
 CONTROL: Final = {"coupon": "displacement_mm"}
-RATE_kPa_per_s: Final = 25.0
 PRESSURE: Final = "pressure_kPa"
 """Control of an experiment, where it is another."""
 
@@ -190,7 +191,12 @@ def configured(protocol: Protocol, truth: Truth) -> Config:
 
 
 def simulated(protocol: Protocol, truth: Truth) -> list[tuple[Request, np.ndarray]]:
-    """Return the simulation of each test, and which of its stops each row is, shape (rows,)."""
+    """Return the simulation of each test, and which of its stops each row is, shape (rows,).
+
+    Args:
+        protocol: the tests.
+        truth: what is hidden.
+    """
     config = configured(protocol, truth)
     act = OUTSIDERS[truth.outsider[0]].pressure if truth.outsider[0] else None
     found = []

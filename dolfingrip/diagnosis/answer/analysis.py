@@ -95,7 +95,11 @@ class Analysis[S: Simulator](ABC):
     # -- artefacts of instruments -----------------------------------------------------------------
 
     def artefacts(self, posterior: ModelPosterior) -> list[Artefact]:
-        """Find those that the evidence asks for beside some hypothesis."""
+        """Find those that the evidence asks for beside some hypothesis.
+
+        Args:
+            posterior: of all hypotheses without them.
+        """
         every = artefacts(self.measurement, self.errors)
         changes = np.array([each.nuisance.change for each in every])
         columns = changes.reshape(len(every), len(self.errors.noise)).T
@@ -104,8 +108,12 @@ class Analysis[S: Simulator](ABC):
         return [every[place] for place in pursued(posterior, columns, log_prior, of)]
 
     def beside(self, found: Sequence[Artefact]) -> Self:
-        """Return the analysis of readings that have some artefacts."""
-        errors = self.errors.beside([each.nuisance for each in found])
+        """Return the analysis of readings that have some artefacts.
+
+        Args:
+            found: these.
+        """
+        errors = self.errors.beside(found)
         problem = replace(self.problem, covariance=errors.covariance)
         return replace(self, errors=errors, problem=problem)
 

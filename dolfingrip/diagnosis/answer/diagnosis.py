@@ -61,7 +61,6 @@ class Diagnosis:
         downstream: what the extended model changes about a campaign's designs.
         simulated_s: time of all simulations.
         quick: whether it stopped after the screen.
-        artefacts: of instruments, which the errors of the analysis have.
     """
 
     config: Config
@@ -77,7 +76,6 @@ class Diagnosis:
     simulated_s: float = 0.0
     quick: bool = False
     downstream: Downstream | None = None
-    artefacts: Sequence[Artefact] = ()
 
     @property
     def load(self) -> str:
@@ -202,13 +200,13 @@ class Diagnosis:
     def setup_estimates(self, fit: MapFit) -> list[SetupEstimate]:
         """Numbers of rig and body that the laboratory told, at a fit, but those known exactly."""
         deviations, problem = self.nuisances(fit), self.analysis.problem
-        found_here = {each.nuisance.name for each in self.artefacts}
+        artefacts = {each.nuisance.name for each in self.artefacts}
         changes = [
             (each.unknown, deviations[each.name] * each.change)
             for each in self.analysis.errors.shared
             if each.std
             and not each.name.startswith("specimen_scale")
-            and each.name not in found_here
+            and each.name not in artefacts
         ]
         here = problem.predicted(fit.subset, fit.zeta)
         for place, number in enumerate(problem.always):
@@ -225,6 +223,11 @@ class Diagnosis:
             share = self.share(change) if seen else 0.0
             found.append(SetupEstimate(number.key, unit, std, deviations[number.key] * std, share))
         return found
+
+    @property
+    def artefacts(self) -> Sequence[Artefact]:
+        """Artefacts of instruments, which the errors of the analysis have."""
+        return self.analysis.errors.artefacts
 
     @property
     def irregular(self) -> list[str]:
@@ -375,7 +378,7 @@ def diagnosed(
     """
     say("comparing all causes, alone and in pairs")
     analysis, left = analysis.judged_by_shape(), 0.0
-    posterior, irregular = _compared(analysis), list[Artefact]()
+    posterior = _compared(analysis)
     while found := analysis.artefacts(posterior):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in found)}")
         other = analysis.beside(found)
@@ -384,11 +387,10 @@ def diagnosed(
         # of a specimen that stands apart even so, more is off than an artefact
         if not likelier or apart(other.measurement, other.errors):
             break
-        analysis, posterior, irregular = other, beside, [*irregular, *found]
+        analysis, posterior = other, beside
     if not quick or analysis.closed_form:
         analysis, posterior, left = analysis.verified(posterior, say)
-    decided = sensitivity(posterior)
-    return Diagnosis(config, analysis, posterior, *decided, left, quick=quick, artefacts=irregular)
+    return Diagnosis(config, analysis, posterior, *sensitivity(posterior), left, quick=quick)
 
 
 def _compared(analysis: Analysis[Any]) -> ModelPosterior:

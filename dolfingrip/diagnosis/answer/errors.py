@@ -362,6 +362,7 @@ class Errors:
         fitted: covariance of what a fit gives the rig and each specimen, shape (n, n).
         scatter: of the specimens.
         sentences: where the noise comes from.
+        artefacts: of instruments, whose sizes are among the shared numbers.
     """
 
     covariance: np.ndarray
@@ -373,18 +374,20 @@ class Errors:
     fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
+    artefacts: tuple[Artefact, ...] = ()
 
-    def beside(self, others: Sequence[Nuisance]) -> Errors:
-        """Return them with further numbers of the rig, which share no reading's noise.
+    def beside(self, found: Sequence[Artefact]) -> Errors:
+        """Return them with artefacts of instruments, whose sizes are numbers of the rig.
 
         Args:
-            others: changes of the readings by each number's standard deviation.
+            found: which readings have.
         """
-        changes = np.column_stack([each.change for each in others])
+        changes = np.column_stack([each.nuisance.change for each in found])
         own = changes @ changes.T
         return replace(
             self, covariance=self.covariance + own, fitted=self.fitted + own,
-            shared=(*self.shared, *others),
+            shared=(*self.shared, *(each.nuisance for each in found)),
+            artefacts=(*self.artefacts, *found),
         )  # fmt: skip
 
 
@@ -548,11 +551,10 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
         measurement: the readings.
         errors: of them; artefacts that these have already are left out, and waves beside a wave.
     """
-    known, together = {each.name for each in errors.shared}, list(_together(measurement.tests))
+    have, together = {each.kind for each in errors.artefacts}, [*_together(measurement.tests)]
     every = [
         *_jumps(measurement, errors, together), *_waves(measurement, errors, together),
     ]  # fmt: skip
-    have = {each.kind for each in every if each.nuisance.name in known}
     new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
     usual, rare = (
@@ -610,12 +612,11 @@ def _jumps(measurement: Measurement, errors: Errors, together: Together) -> Iter
                     f"jump of {name} of {who} {where}", ARTEFACTS.jump * size, own_unit,
                     by * at * (path > 0.5 * (path[before] + path[after])),
                     f"{name} of {who} jumps by {{}} {where} and stays so, as where something slips",
-                    f"jump of {name} of {who} {where}",
                 )  # fmt: skip
 
 
 def _waves(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:
-    """Sines and cosines of the control, of which two periods at least are read often enough."""
+    """Sines and cosines of the control, of which enough periods are read often enough."""
     listed = measurement.listed()
     control, number = listed["control"].to_numpy(), listed["test"].to_numpy()
     for who, tests in together:
@@ -637,10 +638,14 @@ def _waves(measurement: Measurement, errors: Errors, together: Together) -> Iter
 
 
 def _artefact(
-    key: str, std: float, unit: str, change: np.ndarray, told: str, kind: str
+    key: str, std: float, unit: str, change: np.ndarray, told: str, kind: str = ""
 ) -> Artefact:
-    """One of a standard deviation in a unit, which changes the readings by ``change`` for each."""
-    return Artefact(Nuisance(Unknown.marginal(key, std, unit), std * change), told, kind)
+    """One of a standard deviation in a unit, which changes the readings by ``change`` for each.
+
+    Its kind is its key where no other is told.
+    """
+    own = Nuisance(Unknown.marginal(key, std, unit), std * change)
+    return Artefact(own, told, kind or key)
 
 
 @dataclass(frozen=True, slots=True)

@@ -250,11 +250,13 @@ def pursued(
         log_prior: ln of the odds that each acts, shape (k,).
         of: what each is a column of, shape (k,); one of these at most acts.
     """
+    if not columns.shape[1]:
+        return []
     problem, white = posterior.problem, dict[float, np.ndarray]()
     logs = [fit.log_evidence + float(np.log(LEVELS[fit.level])) for fit in posterior.fits]
     best, most = list[int](), max(logs)
     for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda each: -each[1]):
-        if not columns.shape[1] or log + 0.5 * fit.misfit <= most:
+        if log + 0.5 * fit.misfit <= most:
             continue  # more than all that is missed cannot be gained
         model = problem.levels[fit.level]
         if fit.level not in white:
