@@ -6,7 +6,7 @@ Readings are computed for many sets of an effect's numbers at once.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit, Subset
-from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
+from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.core.unknown import (
     MODULUS,
     Cause,
@@ -232,71 +232,63 @@ class CouponAnalysis(Analysis[CouponSimulation]):
     def verified(
         self, posterior: ModelPosterior, say: Say
     ) -> tuple[CouponAnalysis, ModelPosterior, float]:
-        """Simulate likely causes, alone and together, about their fits where emulators miss."""
-        coupons, whole, rng = self, posterior, np.random.default_rng(0)
-        posterior = searched_again(self.problem, whole, rng)
+        """Simulate likely causes at their fits; emulators learn what they miss there.
+
+        A pair may look unlikely because its emulators do not know how one cause acts on the other.
+        So every pair that may stand in the place of the leading fit is simulated once.
+        """
+        coupons, known = self, defaultdict[Subset, list[MapFit]](list)
+        posterior = search(self.problem, np.random.default_rng(0), before=posterior)
         for _ in range(POLICY.rounds):
-            missed = coupons._missed(posterior)
-            if not missed:
+            told = []
+            for fit in coupons._doubtful(posterior, known):
+                known[coupons.problem.effects(fit.subset)].append(fit)
+                exact = np.column_stack(coupons.simulated(fit))
+                if coupons.emulator_error(fit, exact[:, 0]) > POLICY.exact:
+                    told.append((fit.subset, fit.zeta, exact))
+            if not told:
                 break
-            say("simulating likely causes anew about their fits")
-            coupons = coupons._learnt(missed)
-            posterior = searched_again(coupons.problem, whole, rng)
+            say(f"comparing all causes anew, by simulations at {len(told)} fits")
+            coupons = replace(coupons, problem=coupons.problem.corrected(told))
+            changed = [coupons.problem.causes(subset) for subset, _, _ in told]
+            posterior = search(
+                coupons.problem, np.random.default_rng(0), before=posterior, changed=changed
+            )
+        # of effects at whose numbers some reading has no equilibrium no emulator tells
+        impossible: list[Subset] = []
         while True:
             best = sensitivity(posterior)[0].best
             left = coupons.emulator_error(best, coupons.exact(best))
             if np.isfinite(left):
                 return coupons, posterior, left
-            posterior = _without(posterior, coupons.problem.effects(best.subset))
+            impossible.append(coupons.problem.effects(best.subset))
+            posterior = posterior.without(impossible)
 
-    def _missed(self, posterior: ModelPosterior) -> dict[Subset, list[MapFit]]:
-        """Likely fits, by their effects, of those whose emulators are off there."""
-        likely: dict[Subset, list[MapFit]] = defaultdict(list)
-        for p, fit in posterior.weighed:
-            if p > POLICY.joint:
-                likely[self.problem.effects(fit.subset)].append(fit)
-        return {
-            effects: fits
-            for effects, fits in likely.items()
-            if effects and max(self.emulator_error(f, self.exact(f)) for f in fits) > POLICY.exact
-        }
+    def _doubtful(
+        self, posterior: ModelPosterior, known: Mapping[Subset, Sequence[MapFit]]
+    ) -> Iterator[MapFit]:
+        """Fits that simulations may change: of likely effects, and of pairs with a leading one.
 
-    def _learnt(self, missed: Mapping[Subset, Sequence[MapFit]]) -> CouponAnalysis:
-        """The problem with emulators that are exact about likely fits of some effects."""
-        problem = self.problem
-        corrections, local = dict(problem.corrections), dict(problem.local)
-        for effects, fits in missed.items():
-            wide = np.vstack([problem.boxes[name] for name in effects])
-            own, ends = slice(1, 1 + len(wide)), [local[effects].T] if effects in local else []
-            for fit in fits:
-                std = np.sqrt(np.diag(np.linalg.inv(fit.hessian)))[own]
-                ends.append(fit.zeta[own] + POLICY.near * np.outer([-1, 1], np.maximum(std, 0.02)))
-            reached = np.clip(np.vstack(ends), *wide.T)
-            local[effects] = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
-            corrections[effects] = self._beyond(effects, local[effects])
-        return replace(self, problem=replace(problem, corrections=corrections, local=local))
-
-    def _beyond(self, effects: Subset, box: np.ndarray) -> Emulator:
-        """Emulate what effects change beyond the sum of their emulators, within a box of ζ.
-
-        The sum is not exact: a coupon that is pulled harder changes its volume more.
+        Args:
+            posterior: of all hypotheses.
+            known: fits that were simulated, by their effects.
         """
-        problem = self.problem
-        own = [self.causes[name] for name in effects]
-        zeta, together = _simulated(self.simulation, own, box, POLICY.fewer)
-        for name, own_places in problem.places(effects).items():
-            emulator = problem.emulators[name]
-            alone = np.column_stack([np.zeros(len(zeta)), zeta[:, own_places - 1]])
-            together = together - emulator.at(alone) @ emulator.columns.T
-        found = trained(zeta, together, self.errors.noise, box)
-        return Scaled.of(found, self.scaled, problem.factor)
-
-
-def _without(posterior: ModelPosterior, effects: Subset) -> ModelPosterior:
-    """Without effects at whose numbers some reading has no equilibrium: no emulator tells that."""
-    own = [posterior.problem.effects(fit.subset) == effects for fit in posterior.fits]
-    rest = np.where(own, 0.0, posterior.probability + np.finfo(float).tiny)
-    return replace(posterior, probability=rest / rest.sum())
+        effects = self.problem.effects
+        leading = {*effects(sensitivity(posterior)[0].best.subset)}
+        probability = posterior.by(lambda fit: effects(fit.subset))
+        likely = posterior.leaders(lambda fit: effects(fit.subset))
+        exactly = posterior.leaders(lambda fit: (effects(fit.subset), fit.level))
+        for own, fit in likely.items():
+            if own and probability[own] > POLICY.joint:
+                if not any(np.array_equal(each.zeta, fit.zeta) for each in known[own]):
+                    yield fit
+            elif len(own) > 1 and leading & {*own}:
+                fit = exactly[own, 0.0]
+                away = min(
+                    (np.linalg.norm(each.zeta - fit.zeta) for each in known[own]), default=np.inf
+                )
+                if away > POLICY.correction_length and {*own} <= {*fit.visible}:
+                    yield fit
 
 
 def analyse_coupons(
@@ -362,11 +354,11 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulat
 
 
 def _simulated(
-    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray, part: float = 1.0
+    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places in a box of ζ with an equilibrium, (places, d), and changes there, (places, n)."""
     count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, int(part * count))
+    zeta = places(box, count)
     changes = simulation.changed(causes, zeta)
     solved = np.isfinite(changes).all(axis=1)
     return zeta[solved], changes[solved]

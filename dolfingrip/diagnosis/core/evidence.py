@@ -27,7 +27,7 @@ How strongly readings feel a cause is told with the model's own numbers left fre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -95,8 +95,6 @@ class InferenceProblem:
             it is not among them.
         corrections: what simulations give beyond the sum of the emulators, by the causes that act;
             functions of the nuisances and of the numbers of all these causes.
-        local: ranges of ζ, (d, 2), of effects in which that holds, and what each emulator misses,
-            too. It holds for these alone.
         rig: which of the causes are numbers of the rig; they come last in every subset.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of any smooth elastic curve, shape (n, k); causes with memory have to do better.
@@ -112,8 +110,7 @@ class InferenceProblem:
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
     baseline: Emulator
-    corrections: Mapping[Subset, Emulator] = field(default_factory=dict)
-    local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
+    corrections: Mapping[Subset, Local] = field(default_factory=dict)
     tails: Mapping[str, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
     remembering: frozenset[str] = frozenset()
@@ -155,11 +152,6 @@ class InferenceProblem:
         """Which of ζ each of the model's own numbers is that may be far off, by name."""
         return {each.names[0]: i for i, each in enumerate(self.always) if each.names}
 
-    @property
-    def simulated(self) -> dict[Subset, Local]:
-        """Which of ``corrections`` hold what simulations at fits told."""
-        return {each: own for each, own in self.corrections.items() if isinstance(own, Local)}
-
     def widths(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
         found = np.ones(self.nuisance_count)
@@ -194,23 +186,20 @@ class InferenceProblem:
     def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
         """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
         found = [(BASELINE, self.baseline, np.arange(self.nuisance_count))]
-        places, effects = self.places(subset), self.effects(subset)
+        places = self.places(subset)
         for name, own in places.items():
             each = self.emulators[name]
             found.append((name, each, np.r_[0, own]))
         for causes, each in self.corrections.items():
-            if places.keys() >= {*causes} and (causes not in self.local or causes == effects):
+            if places.keys() >= {*causes}:
                 every = [np.arange(self.nuisance_count), *(places[name] for name in causes)]
                 found.append((correction_name(causes), each, np.concatenate(every)))
         return found
 
     def box(self, subset: Subset) -> np.ndarray:
         """Ranges of ζ of a hypothesis' causes, (d, 2)."""
-        effects, causes = self.effects(subset), self.causes(subset)
-        if effects in self.local:
-            rig = [self.boxes[name] for name in causes if name in self.rig]
-            return np.vstack([self.local[effects], *rig])
-        return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in causes)])
+        own = (self.boxes[name] for name in self.causes(subset))
+        return np.vstack([np.zeros((0, 2)), *own])
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
@@ -226,20 +215,20 @@ class InferenceProblem:
             found[:, own] += emulator.columns @ emulator.with_slopes(zeta[None, own])[1][0]
         return found
 
-    def corrected(self, subset: Subset, zeta: np.ndarray, exact: np.ndarray) -> InferenceProblem:
-        """The problem with what a simulation tells beyond the emulators.
+    def corrected(self, told: Iterable[tuple[Subset, np.ndarray, np.ndarray]]) -> InferenceProblem:
+        """The problem with what simulations tell beyond the emulators.
 
         Args:
-            subset: causes that acted in it.
-            zeta: their numbers, the model's own first, shape (d,).
-            exact: simulated readings and their derivatives by ζ, shape (n, 1 + d).
+            told: of each simulation the causes that acted in it, their numbers, the model's own
+                first, shape (d,), and readings and their derivatives by ζ, shape (n, 1 + d).
         """
-        known = {causes: (own.places, own.exact) for causes, own in self.simulated.items()}
-        places, every = zeta[None], exact[None]
-        if (causes := self.causes(subset)) in known:
-            places = np.concatenate([known[causes][0], places])
-            every = np.concatenate([known[causes][1], every])
-        known[causes] = places, every
+        known = {causes: (own.places, own.exact) for causes, own in self.corrections.items()}
+        for subset, zeta, exact in told:
+            places, every = zeta[None], exact[None]
+            if (causes := self.causes(subset)) in known:
+                places = np.concatenate([known[causes][0], places])
+                every = np.concatenate([known[causes][1], every])
+            known[causes] = places, every
         found = replace(self, corrections={})
         for each in sorted(known, key=len):  # fewer causes count where more act
             places, every = known[each]
@@ -442,10 +431,8 @@ class CovarianceModel:
         names = [name for name, _, _ in self.problem.parts(subset)]
         at = np.r_[0, *(self._place[name] for name in names)]
         causes = {*self.problem.causes(subset)}
-        seen = [each for each in self.problem.simulated if causes.issuperset(each)]
+        seen = [each for each in self.problem.corrections if causes.issuperset(each)]
         by = dict.fromkeys((name for each in seen for name in each), POLICY.surer)
-        if (effects := self.problem.effects(subset)) in self.problem.local:
-            by = dict.fromkeys(effects, 0.0)
         own = {name: np.r_[self._place[f"{name} error"]] for name in names}
         errors = np.concatenate([*own.values()])
         size = np.concatenate([np.full(len(each), by.get(n, 1.0)) for n, each in own.items()])

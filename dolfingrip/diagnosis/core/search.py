@@ -6,7 +6,7 @@ Beside each the model's own numbers are as told, or far from it where the readin
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import comb
@@ -99,6 +99,13 @@ class ModelPosterior:
             found.setdefault(of(fit), fit)
         return found
 
+    def without(self, impossible: Collection[Subset]) -> ModelPosterior:
+        """Leave out the hypotheses of some sets of effects."""
+        effects = self.problem.effects
+        out = np.array([effects(fit.subset) in impossible for fit in self.fits])
+        rest = np.where(out, 0.0, self.probability + np.finfo(float).tiny)
+        return replace(self, probability=rest / rest.sum())
+
 
 def search(
     problem: InferenceProblem,
@@ -106,7 +113,7 @@ def search(
     *,
     sample: bool = True,
     before: ModelPosterior | None = None,
-    changed: Subset = NONE,
+    changed: Collection[Subset] = (),
 ) -> ModelPosterior:
     """The posterior over all hypotheses of a problem.
 
@@ -117,7 +124,7 @@ def search(
         rng: of samples.
         sample: whether likely hypotheses are sampled.
         before: the posterior of the same readings and emulators, with other corrections.
-        changed: causes whose corrections are other; fits without these are those of before.
+        changed: sets of causes whose corrections are other; fits without any are those of before.
     """
     every, names, own = problem.levels, tuple(problem.emulators), problem.nuisance_count
     modes: dict[Key, Sequence[MapFit]] = {}
@@ -125,7 +132,7 @@ def search(
     known = {} if before is None else before.modes
 
     def fit(subset: Subset, starts: Mapping[float, Sequence[np.ndarray]]) -> None:
-        found = {} if {*subset} >= {*changed} else {
+        found = {} if any({*subset} >= {*each} for each in changed) else {
             (subset, level): known[subset, level] for level in starts if (subset, level) in known
         }  # fmt: skip
         missing = {level: each for level, each in starts.items() if (subset, level) not in found}

@@ -76,9 +76,10 @@ class FingerAnalysis(Analysis[FingerSimulation]):
             if worst <= 1.0 and ends:
                 break
             known.add(causes)
-            finger = replace(finger, problem=finger.problem.corrected(fit.subset, fit.zeta, exact))
+            corrected = finger.problem.corrected([(fit.subset, fit.zeta, exact)])
+            finger = replace(finger, problem=corrected)
             posterior = search(
-                finger.problem, np.random.default_rng(0), before=posterior, changed=causes
+                finger.problem, np.random.default_rng(0), before=posterior, changed=[causes]
             )
         return finger, posterior, worst
 

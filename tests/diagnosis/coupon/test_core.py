@@ -340,9 +340,9 @@ def test_after_a_correction_the_fits_that_it_does_not_concern_stay(
     zeta = before.best(changed).zeta
     missed = 0.5 * NOISE * np.cos(9 * X)
     exact = np.column_stack([own.predicted(changed, zeta) + missed, own.slopes(changed, zeta)])
-    other = own.corrected(changed, zeta, exact)
+    other = own.corrected([(changed, zeta, exact)])
     anew = search(other, np.random.default_rng(SEED))
-    again = search(other, np.random.default_rng(SEED), before=before, changed=changed)
+    again = search(other, np.random.default_rng(SEED), before=before, changed=[changed])
     assert [each.subset for each in again.fits] == [each.subset for each in anew.fits]
     np.testing.assert_array_equal(again.probability, anew.probability)
     assert abs(again.log_density - before.log_density) > 1e-3

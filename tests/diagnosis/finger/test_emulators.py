@@ -222,10 +222,10 @@ def test_exact_simulations_correct_values_and_slopes() -> None:
     exact = [missed(before, subset, place) for place in places]
     case = before
     for place, told in zip(places, exact, strict=True):
-        case = case.corrected(subset, place, told)
+        case = case.corrected([(subset, place, told)])
     alone = np.array([0.2])
     model = missed(case, (), alone)
-    case = case.corrected((), alone, model)
+    case = case.corrected([((), alone, model)])
     np.testing.assert_allclose(case.predicted((), alone), model[:, 0], atol=1e-6)
     for place, told in zip(places, exact, strict=True):
         np.testing.assert_allclose(case.predicted(subset, place), told[:, 0], atol=1e-6)
