@@ -41,5 +41,5 @@ class Alone:
 
 
 if __name__ == "__main__":
-    options = ["--collect-only", "-qq", "-n", "0", str(ROOT / "tests")]
+    options = ["--collect-only", "-qq", "-n", "0", "-m", "", str(ROOT / "tests")]
     sys.exit(pytest.main(options, plugins=[Alone()]))

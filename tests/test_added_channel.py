@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import dolfingrip
 import dolfingrip.forms
 import dolfingrip.meshes
@@ -28,6 +30,7 @@ def differing(left: Path, right: Path) -> set[str]:
     return {*changed, *alone}
 
 
+@pytest.mark.slow
 def test_a_channel_is_a_file_and_an_entry(tmp_path: Path) -> None:
     """In a copy of the package: through an experiment, files, noise, table, plot and diagnosis."""
     package = Path(dolfingrip.__file__).parent

@@ -115,6 +115,7 @@ def test_usage_errors_keep_their_form(capfd: pytest.CaptureFixture[str]) -> None
     assert "No such option: --nothing" in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_force_writes_table_curve_and_renders(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -35,6 +35,7 @@ def test_an_older_campaign_is_refused_before_anything_is_solved(
     assert not (tmp_path / "bending").exists()
 
 
+@pytest.mark.slow
 def test_pictures_come_before_the_design_loop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -155,6 +155,7 @@ RUN: Final = {
 """Marked blocks by the page."""
 
 
+@pytest.mark.slow
 @needs_checkout
 @pytest.mark.parametrize("page", RUN, ids=[page.stem for page in RUN])
 def test_blocks_run_in_an_empty_clone(page: Path, tmp_path: Path) -> None:

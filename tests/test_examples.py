@@ -102,6 +102,7 @@ def test_design_study() -> None:
     assert after.force_N > 1.01 * before.force_N
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("threads")
 def test_diagnose_actuator(tmp_path: Path) -> None:
     """By the coupon alone the actuator bends a third too far, as docs/measured_actuators.md says of

@@ -114,6 +114,7 @@ WORKS: Mapping[str, Work] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORKS)
 def test_ten_runs_take_no_more_memory_than_three(name: str, tmp_path: Path) -> None:
     """Models are freed with the last reference to them, without a search for cycles."""

@@ -199,6 +199,7 @@ def test_the_effect_is_displayed_and_tried(copy: Path) -> None:
     assert numbers == "[1]\n"
 
 
+@pytest.mark.slow
 def test_the_quantity_is_traded_off(copy: Path) -> None:
     """Against the mass, to which it is proportional: 36 g are printed in 9000 s."""
     quantities = ("--quantity", "mass_g", "--quantity", "print_time_s")

@@ -244,7 +244,8 @@ class CouponAnalysis(Analysis[CouponSimulation]):
             for fit in coupons._doubtful(posterior, known):
                 known[coupons.problem.effects(fit.subset)].append(fit)
                 exact = np.column_stack(coupons.simulated(fit))
-                if coupons.emulator_error(fit, exact[:, 0]) > POLICY.exact:
+                missed = coupons.emulator_error(fit, exact[:, 0])
+                if missed > POLICY.exact and np.isfinite(exact).all():
                     told.append((fit.subset, fit.zeta, exact))
             if not told:
                 break

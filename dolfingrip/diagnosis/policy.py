@@ -332,12 +332,10 @@ class InferencePolicy:
         surer: error of an emulator by that before, where a simulation has corrected it.
         correction_length: of what an exact simulation tells of an emulator's error, in ζ.
         walls_reach: standard deviations that walls may be off by.
-        rounds: leading fits of a finger that are simulated, at most.
+        rounds: how often leading fits are simulated and all is compared anew, at most.
         interval: probability that intervals hold.
-        exact: largest difference between an emulator and an exact simulation at a likely fit, by
-            the noise; beyond it the emulator is trained anew about the fit.
-        near: standard deviations about a fit that it is trained in then.
-        fewer: part of the simulations that do there.
+        exact: largest difference between an emulator and an exact simulation at a likely fit of
+            coupons, by the noise; beyond it the emulator is corrected there.
         joint: probability from which on a page tells a cause as possible, too.
         verified: probability of causes from which on they are held against exact simulations.
         invisible: root mean square change, by the noise, below which no reading feels a cause.
@@ -440,8 +438,6 @@ class InferencePolicy:
     rounds: int = 6
     interval: float = 0.9
     exact: float = 0.5
-    near: float = 4.5
-    fewer: float = 0.35
     joint: float = 0.01
     verified: float = 0.03
     invisible: float = 0.05

@@ -95,6 +95,7 @@ def test_derivatives_survive_a_killed_client(tmp_path: Path) -> None:
             campaign.run(replace(wanted, gradients=other), out, Where(workers=1))
 
 
+@pytest.mark.slow
 def test_client_killed_at_random_moments_loses_and_repeats_nothing(tmp_path: Path) -> None:
     seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "2"))
     print(f"seed {seed}")
@@ -138,6 +139,7 @@ def test_client_killed_at_random_moments_loses_and_repeats_nothing(tmp_path: Pat
     assert list((out / "spool").iterdir()) == []
 
 
+@pytest.mark.slow
 def test_workers_killed_at_random_moments_lose_and_repeat_nothing(tmp_path: Path) -> None:
     seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "3"))
     print(f"seed {seed}")
@@ -170,6 +172,7 @@ def test_workers_killed_at_random_moments_lose_and_repeat_nothing(tmp_path: Path
     assert "24 designs: 24 computed now, 16 done, 8 failed" in said
 
 
+@pytest.mark.slow
 def test_client_killed_while_a_cluster_computes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -311,6 +311,7 @@ def problem_start(problem: Problem) -> float:
     )
 
 
+@pytest.mark.slow
 def test_command(tmp_path: Path) -> None:
     file = written(tmp_path, FORCE + COG + TWO + "[method]\nsimulations = 3\n")
     options = ["--out", str(tmp_path / "out"), "--no-refine"]

@@ -80,6 +80,7 @@ high = 2.8
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "limited"), [(FORCE_BY_ANGLE, "angle_deg"), (MASS_BY_FORCE, "force_N")]
 )

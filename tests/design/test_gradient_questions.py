@@ -30,6 +30,7 @@ ROUGH = {"peak_stretch": 0.2}
 """The slope of the largest stretch is that of a smooth mean near it."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("experiment", ASKED)
 def test_questions_against_differences(experiment: str) -> None:
     """Along one direction of a dimension, ξ1 and all numbers of a free form together."""

@@ -69,6 +69,7 @@ def problem_of(folder: Path, text: str) -> Problem:
     return read(file)
 
 
+@pytest.mark.slow
 def test_the_worse_food_counts(tmp_path: Path) -> None:
     cheaper = SearchPolicy(candidates=128, near=64)
     problem = problem_of(tmp_path, TEXT)

@@ -207,6 +207,7 @@ def test_failures_have_class_and_sentence(override: str, kind: str, said: str) -
     assert answer.result is None
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun")
 def test_two_ranks_give_the_same() -> None:
     low = ("experiment.max_pressure_kPa=10", "experiment.step_kPa=10")

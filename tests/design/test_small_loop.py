@@ -32,6 +32,7 @@ def test_settings_are_coarser_never_finer() -> None:
     assert small_loop.coarsened(load(None, assignments(["mesh.size_mm=14"]))).mesh.size_mm == 14
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("threads")
 def test_from_designs_to_a_choice_that_is_computed_again(tmp_path: Path) -> None:
     small_loop.run_small_loop(SETTINGS, tmp_path, DESIGNS)

@@ -88,6 +88,7 @@ def done(folder: Path) -> dict[str, dict[str, Any]]:
         return {row["key"]: row for row in store.rows() if row["status"] == "done"}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("threads")  # the study that is killed has processes
 def test_a_killed_study_is_resumed(surrogate_folder: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-c", STUDY, str(surrogate_folder), str(tmp_path / "killed")]
@@ -157,6 +158,7 @@ def test_another_limit_is_another_study(surrogate_folder: Path, tmp_path: Path) 
         study.run(surrogate_folder, other, tiny, 1)
 
 
+@pytest.mark.slow
 def test_a_dead_worker_is_told(
     surrogate_folder: Path,
     tmp_path: Path,

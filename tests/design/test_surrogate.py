@@ -24,6 +24,7 @@ INPUTS, OUTPUTS = ("morph.xi1", "morph.xi2"), ("cog_offset_mm", "force_N")
 BRIEF = TrainingSettings(epochs=20)
 
 
+@pytest.mark.slow
 def test_the_papers_network_reaches_the_papers_error(training: Training) -> None:
     assert training.surrogate.facts.layers == (2, 20, 50, 2)
     assert training.epoch[-1] == 5000

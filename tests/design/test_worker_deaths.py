@@ -42,6 +42,7 @@ def workers(client: psutil.Process) -> list[psutil.Process]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(2))
 def test_workers_killed_while_they_start(tmp_path: Path, number: int) -> None:
     """Up to five die before the first task, some of them in place of one that died."""

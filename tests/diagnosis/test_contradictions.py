@@ -111,6 +111,7 @@ def contradictions(found: Diagnosis, page: Brief) -> list[str]:
     return said
 
 
+@pytest.mark.slow
 def test_no_page_contradicts_itself(pulled: Analysis[Any]) -> None:
     """Nothing hidden, each effect at two strengths, and a jump that no effect is."""
     print("seed", SEED)
@@ -134,6 +135,7 @@ def test_no_page_contradicts_itself(pulled: Analysis[Any]) -> None:
     assert {("none", False), ("cause", True), ("cause", False), ("unknown", False)} <= answers
 
 
+@pytest.mark.slow
 def test_intervals_hold_whatever_hides(pulled: Analysis[Any]) -> None:
     """A load cell that reads 1.5 % too much hides behind the modulus, told 1.5 % too stiff."""
     problem = pulled.problem
@@ -149,6 +151,7 @@ def test_intervals_hold_whatever_hides(pulled: Analysis[Any]) -> None:
     assert (told.high - told.low) / 2.93 > 2 * 1.645 * 0.01
 
 
+@pytest.mark.slow
 def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any]) -> None:
     """Viscosity that one pull shows strongly is named at no more than even odds; a coupon that is
     pulled up and down names it alone (``plan/test_naming.py``)."""

@@ -54,6 +54,7 @@ class Dying(Here):
         return Here.results(self, requests)
 
 
+@pytest.mark.slow
 def test_a_second_run_goes_on(tmp_path: Path) -> None:
     """It gives what one run does, and asks for the same simulations in the same order."""
     # with a raster that is turned a coupon has no closed form

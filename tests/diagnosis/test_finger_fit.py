@@ -30,6 +30,7 @@ def softened(tmp_path_factory: pytest.TempPathFactory, store: Path) -> Delivered
     return delivered(found, tmp_path_factory.mktemp("out"), [file])
 
 
+@pytest.mark.slow
 def test_hidden_softening_is_found_at_its_strength(softened: Delivered) -> None:
     """The truth was simulated on the graded mesh; the ungraded one alone would be off by more."""
     assert coarser(hidden_bending.config())[0]
@@ -47,6 +48,7 @@ def test_hidden_softening_is_found_at_its_strength(softened: Delivered) -> None:
     assert np.abs(softened.left).max() == pytest.approx(0, abs=3.5)
 
 
+@pytest.mark.slow
 def test_what_is_written_is_what_was_fitted(softened: Delivered) -> None:
     """The modulus and the softening; the page begins with ten lines."""
     assert softened.verdict.effects == ("mooney_rivlin",)

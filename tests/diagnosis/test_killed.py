@@ -44,6 +44,7 @@ def arguments(out: Path) -> list[str]:
     return ["diagnose", str(COUPONS), *options]
 
 
+@pytest.mark.slow
 def test_killed_in_the_middle(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """What is killed is a process with a worker of its own; what goes on runs here."""
     out = tmp_path / "out"

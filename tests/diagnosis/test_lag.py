@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from support import small
 from support.here import Here
 from support.measured_files import written
@@ -51,6 +52,7 @@ def diagnosed(folder: Path, store: Path, *experiments: str) -> Diagnosis:
     return diagnose_measurement(read([file], config), config, Here(store), settings)
 
 
+@pytest.mark.slow
 def test_a_force_that_is_on_time_tells_the_sensor(tmp_path: Path, store: Path) -> None:
     """The constant within its interval, as it was hidden."""
     found = diagnosed(tmp_path, store, "bending", "blocked_force")

@@ -47,6 +47,7 @@ def found(tmp_path_factory: pytest.TempPathFactory, store: Path) -> Diagnosis:
     return diagnose_measurement(read([file], config), config, Here(store), settings)
 
 
+@pytest.mark.slow
 def test_it_has_the_sign_and_the_size_of_what_a_finer_mesh_changes(found: Diagnosis) -> None:
     """Bisected once, the error falls by some half."""
     simulation = found.analysis.simulation
@@ -59,6 +60,7 @@ def test_it_has_the_sign_and_the_size_of_what_a_finer_mesh_changes(found: Diagno
     assert (ratio < 3.0).all()
 
 
+@pytest.mark.slow
 def test_moduli_are_no_surer_than_the_mesh(found: Diagnosis) -> None:
     """The truth is the configured modulus, which the coarse mesh by itself would exclude."""
     (mu, *_) = found.numbers(found.none)
@@ -71,6 +73,7 @@ def test_moduli_are_no_surer_than_the_mesh(found: Diagnosis) -> None:
     assert np.linalg.norm(off) > 10
 
 
+@pytest.mark.slow
 def test_the_page_says_that_the_mesh_cannot_decide(found: Diagnosis, tmp_path: Path) -> None:
     told = ten_lines(found, tmp_path)
     print(told.result)

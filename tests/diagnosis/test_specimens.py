@@ -19,6 +19,7 @@ def test_one_that_grips_later_is_told_with_the_answer_without_it(tmp_path: Path)
     assert "without: The cause of the rest: softening at moderate strain (mooney_rivlin)" in doubt
 
 
+@pytest.mark.slow
 def test_of_four_two_that_grip_later_are_both_told(tmp_path: Path) -> None:
     """Alike or not: the other two share a curve."""
     for number, late in enumerate(({"S2": 0.6, "S4": 1.0}, {"S2": 0.8, "S4": 0.8})):

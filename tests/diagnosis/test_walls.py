@@ -80,6 +80,7 @@ def with_walls(measurement: Measurement, store: Path, walls: float, factor: floa
     return simulate(measurement, config, [ModelVariant(overrides)], Here(store))[0].readings
 
 
+@pytest.mark.slow
 def test_the_model_leads_through_what_was_simulated(
     simulation: FingerSimulation, store: Path
 ) -> None:
@@ -106,6 +107,7 @@ def test_the_model_leads_through_what_was_simulated(
         assert off < 0.5 * np.abs(by_derivative - there)[at].max()
 
 
+@pytest.mark.slow
 def test_it_scales_with_the_modulus(simulation: FingerSimulation, store: Path) -> None:
     """Against a simulation with thinner, softer walls, to what interpolation leaves."""
     measurement = simulation.measurement
@@ -149,6 +151,7 @@ def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: 
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_walls_far_from_those_configured_are_simulated(
     measurement: Measurement, store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

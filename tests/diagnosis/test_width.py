@@ -55,6 +55,7 @@ def tied(store: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     return diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
 
 
+@pytest.mark.slow
 def test_the_width_tells_how_far_the_volume_changes(
     tied: Diagnosis, store: Path, tmp_path: Path
 ) -> None:
@@ -73,6 +74,7 @@ def test_the_width_tells_how_far_the_volume_changes(
     assert more.low < 100 < more.high
 
 
+@pytest.mark.slow
 def test_a_camera_is_asked_for_where_the_force_ties(tied: Diagnosis) -> None:
     for each in tied.next:
         print(each.name, each.gain, each.chance)
@@ -88,6 +90,7 @@ def columns(proposal: Proposal) -> set[str]:
     return set(proposal.measurement.listed()["column"])
 
 
+@pytest.mark.slow
 def test_additions_with_a_camera(tied: Diagnosis, tmp_path: Path) -> None:
     """Where there is none yet it takes its minutes; where there is one it goes on seeing."""
     found = by_name(tied.analysis.simulation.measurement)

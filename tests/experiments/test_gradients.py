@@ -73,6 +73,7 @@ def force_N(finger: FingerModel) -> float:
     return finger.plate.force_N()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pressure_kPa", "overrides"),
     [(25.0, ["contact.self_contact=false"]), (150.0, TOUCHING)],

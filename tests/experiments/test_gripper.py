@@ -190,6 +190,7 @@ def test_fields_have_the_times_of_the_readings(light: tuple[Result, Path]) -> No
     assert times[0] == 0.0
 
 
+@pytest.mark.slow
 def test_friction_takes_what_it_holds_along_the_way_that_food_slides() -> None:
     """Fingers too slippery to lift the block: μ ΣN for each mm that the table goes down."""
     mu = 0.02
@@ -334,6 +335,7 @@ def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path], hal
         np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
 
 
+@pytest.mark.slow
 def test_a_slow_lift_with_inertia_is_the_quasi_static_one(half: Result) -> None:
     """Where it hardly accelerates, there is nothing to swing."""
     slow = ("gripper.lift_acceleration_m_s2=0.05", "gripper.lift_readings=2")
@@ -366,6 +368,7 @@ class Steps:
         return np.array([row[name] for row in self.rows])
 
 
+@pytest.mark.slow
 def test_an_accelerated_lift_and_the_ring_after_the_food_has_left() -> None:
     """Impulses of the fingers are those of m (g + a); without food they ring as ``vibrate`` tells.
 
@@ -420,6 +423,7 @@ def test_an_accelerated_lift_and_the_ring_after_the_food_has_left() -> None:
     assert np.ptp(balance) < 0.05 * moving.max()
 
 
+@pytest.mark.slow
 def test_fingers_open_by_suction_before_they_approach(light: tuple[Result, Path]) -> None:
     """As wide as two free fingers move, and then they pick the food up as without it.
 

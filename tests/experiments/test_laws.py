@@ -141,6 +141,7 @@ def test_elements_in_planar_and_equibiaxial_tension(law: tuple[str, ...], elemen
             assert found == pytest.approx(closed_form(settings.material, stretches), rel=1e-7)
 
 
+@pytest.mark.slow
 @LAWS
 def test_derivatives_of_the_coupon_by_all_parameters(law: tuple[str, ...]) -> None:
     """Forward sensitivities against central differences of runs, whose curvature leaves 1e-5."""

@@ -17,6 +17,7 @@ READINGS = ("experiment.max_volume_ratio=6", "experiment.step_volume_ratio=0.5")
 LONG = ("experiment.max_pressure_kPa=300", "experiment.step_kPa=150", "solver.min_step_kPa=1")
 
 
+@pytest.mark.slow
 def test_bellows_pass_their_greatest_pressure() -> None:
     """Under volume control the pressure rises, turns and falls; pressure control ends at the turn.
 
@@ -58,6 +59,7 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     assert few < 0.5 * many
 
 
+@pytest.mark.slow
 def test_pressure_control_goes_on_by_volume() -> None:
     """With control = "auto" the pressure rises in steps, turns and falls, in one run."""
     asked = ("experiment.control=auto", "experiment.max_pressure_kPa=300")

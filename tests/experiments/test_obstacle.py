@@ -53,6 +53,7 @@ def test_functions_of_a_few_pressures() -> None:
         assert function(0.0, 0.0, 0.0, 0.0)[0] == 0.0
 
 
+@pytest.mark.slow
 def test_readings_have_derivatives_at_a_pressure_and_at_a_force() -> None:
     """Against differences on the moving mesh."""
     at_pressure = Place("pressure_kPa", 60.0)

@@ -56,6 +56,7 @@ def along(
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("experiment", "overrides", "allowed"),
     [
@@ -86,6 +87,7 @@ def test_all_parameters(experiment: str, overrides: tuple[str, ...], allowed: fl
     assert worst / scale < allowed
 
 
+@pytest.mark.slow
 def test_derivatives_where_effects_do_nothing_are_those_of_starting_them() -> None:
     """At neutral values the derivative is finite and not 0; one-sided differences of second order.
 

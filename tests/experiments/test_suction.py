@@ -70,6 +70,7 @@ def test_triangles_that_pass_are_found() -> None:
     assert crossings(points, triangles, np.array([[3, 4], [4, 5]])) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inside", [True, False], ids=["contact", "none"])
 def test_walls_of_a_chamber_meet_and_do_not_pass(
     inside: bool, monkeypatch: pytest.MonkeyPatch

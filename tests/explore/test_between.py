@@ -89,6 +89,7 @@ def test_answers_that_are_not_allowed(answers: dict[str, object], said: str) -> 
     assert "/tmp" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_a_campaign_that_keeps_its_shapes_is_interpolated(tmp_path: Path) -> None:
     """The middle one of three is left out; a straight line in the thickness is 3 % off there.
 

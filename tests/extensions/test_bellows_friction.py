@@ -42,6 +42,7 @@ def rough() -> Result:
     return blocked(0.6)
 
 
+@pytest.mark.slow
 def test_two_cycles(smooth: Result, rough: Result) -> None:
     """Nothing before the bellows touch; from the first touch on a loop, the same in both cycles."""
     pressure, gap = rough.column("pressure_kPa"), rough.column("contact_gap_mm")
@@ -63,11 +64,13 @@ def test_two_cycles(smooth: Result, rough: Result) -> None:
     assert abs(force[top + 1] - force[top - 1]) > 1e-4 * force.max()
 
 
+@pytest.mark.slow
 def test_it_takes_few_iterations(rough: Result) -> None:
     """72, and 58 without friction."""
     assert rough.facts.newton.iterations <= 74
 
 
+@pytest.mark.slow
 def test_half_the_step_leads_to_the_same(rough: Result) -> None:
     once = ("experiment.cycles=1", "experiment.unload=true", "experiment.step_kPa=12.5")
     fine = blocked(0.6, *once)

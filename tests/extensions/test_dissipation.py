@@ -68,6 +68,7 @@ def test_an_elastic_cycle_takes_nothing(overrides: tuple[str, ...]) -> None:
     assert np.abs(work(result)).max() < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", DISSIPATIVE, ids=[each.name() for each in DISSIPATIVE])
 def test_a_cycle_takes_work(effect: type[Effect]) -> None:
     first, second = work(dissipated(effect))

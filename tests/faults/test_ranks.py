@@ -22,6 +22,7 @@ from dolfingrip.jobs.store import Store
 CONFIG = short("experiment.max_pressure_kPa=10", "experiment.step_kPa=10")
 
 
+@pytest.mark.slow
 def test_a_rank_that_is_killed(tmp_path: Path) -> None:
     (expected,) = simulate([Request.of("bending", CONFIG)], tmp_path / "alone", ThisProcess())
     request = Request.of("bending", CONFIG, ranks=2)

@@ -81,6 +81,7 @@ def test_a_load_that_rests_moves_nothing() -> None:
     assert np.abs(cubes.blocks.displacement() - start).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_half_the_step_leads_to_the_same() -> None:
     """Through sticking, sliding of the rim, of all, and back."""
     found = []

@@ -142,6 +142,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_a_run_is_the_direct_solver_s(case: str) -> None:
     """To 1e-8 of the largest reading of each column; Newton's iterations are no more."""

@@ -97,6 +97,7 @@ def test_triangles_with_an_opening_away_from_the_clamp(tmp_path: Path) -> None:
     assert found.quality.cavity_mm3 == pytest.approx(hollow, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".step", ".stl"])
 def test_an_opening_in_a_curved_face(tmp_path: Path, suffix: str) -> None:
     """A closed hollow with a hole of radius 2 mm through the round side, where the wall is thin."""

@@ -183,6 +183,7 @@ def test_folds_that_no_chain_follows_need_no_more_joints() -> None:
     assert 0.9 * best < error < 1.05 * POLICY.near_best * best
 
 
+@pytest.mark.slow
 def test_the_fewest_joints_within_a_stated_error() -> None:
     """States that were not fitted decide: with one joint less the error is larger."""
     config = short("finger.length_mm=80")

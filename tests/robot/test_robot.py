@@ -63,6 +63,7 @@ def robot(made: Path) -> Robot:
     return Robot.read(made)
 
 
+@pytest.mark.slow
 def test_errors_at_states_that_were_not_fitted(robot: Robot) -> None:
     """As the targets for the default finger are: 1.5°, 1 mm, 4 % of force, 7 % of stiffness."""
     found = {(each.quantity, each.gap_mm is None): each for each in robot.file.comparisons}
@@ -79,6 +80,7 @@ def test_errors_at_states_that_were_not_fitted(robot: Robot) -> None:
     assert not set(np.round(free.pressure_kPa, 6)) & set(np.round(fitted, 6))
 
 
+@pytest.mark.slow
 def test_the_file_is_what_the_command_found(robot: Robot, made: Path) -> None:
     mass = sum(link.mass_kg for link in robot.file.links)
     volume, moment = moments(whole_solid(short()))
@@ -104,6 +106,7 @@ def settled(model: object, inputs: dict[str, float], time_s: float = 1.0) -> obj
     return data
 
 
+@pytest.mark.slow
 def test_mujoco_rests_where_the_chain_does(robot: Robot, made: Path) -> None:
     model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
     for pressure in (-20.0, 20.0, 50.0):
@@ -116,6 +119,7 @@ def test_mujoco_rests_where_the_chain_does(robot: Robot, made: Path) -> None:
     assert model.body_mass.sum() - model.body("supply").mass[0] == pytest.approx(mass)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "column"), [(0, 0), (1, 1)])
 def test_mujoco_is_as_stiff_as_the_chain(axis: int, column: int, robot: Robot, made: Path) -> None:
     """A small force at the tip, in the finger's axes; the model hangs, so y is turned."""
@@ -137,6 +141,7 @@ def test_mujoco_is_as_stiff_as_the_chain(axis: int, column: int, robot: Robot, m
     assert stiffness == pytest.approx(robot.stiffness_N_per_mm(50.0)[0, column], rel=2e-3)
 
 
+@pytest.mark.slow
 def test_frequencies(robot: Robot, made: Path) -> None:
     """References: the finite elements' first one, to 5 %; all with MuJoCo's masses at rest."""
     at_rest = {"max_pressure_kPa": 1e-6, "step_kPa": 1e-6}
@@ -156,6 +161,7 @@ def test_frequencies(robot: Robot, made: Path) -> None:
     assert ours == pytest.approx(np.sqrt(squares) / (2 * np.pi), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_damping_of_a_material_that_relaxes(robot: Robot) -> None:
     """The reference is the loss factor of a standard linear solid."""
     asked = short("extensions.prony.g=[0.3]", "extensions.prony.tau_s=[0.004]")
@@ -166,6 +172,7 @@ def test_damping_of_a_material_that_relaxes(robot: Robot) -> None:
     assert build.damping_s(short(), robot) == build.DAMPING_S
 
 
+@pytest.mark.slow
 def test_no_input_blows_it_up(made: Path) -> None:
     """Steps and a square wave of 5 Hz, with gravity."""
     model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
@@ -179,6 +186,7 @@ def test_no_input_blows_it_up(made: Path) -> None:
     assert not any(each.number for each in data.warning)
 
 
+@pytest.mark.slow
 def test_the_scene_holds_still_food(made: Path) -> None:
     """Three fingers, a table and food that lies on it with its weight."""
     model = mujoco.MjModel.from_xml_path(str(made / "scene.xml"))
@@ -196,6 +204,7 @@ def test_the_scene_holds_still_food(made: Path) -> None:
     assert {"A_link_1", "B_link_1", "C_link_1", "food"} <= names
 
 
+@pytest.mark.slow
 def test_urdf_and_control(robot: Robot, made: Path) -> None:
     """MuJoCo reads the URDF; the efforts of control.py bring it to the chain's equilibrium."""
     found = importlib.util.spec_from_file_location("control", made / "control.py")
@@ -240,6 +249,7 @@ def test_urdf_and_control(robot: Robot, made: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_pressure_for(robot: Robot) -> None:
     assert robot.angle_deg(robot.pressure_for(angle_deg=3.0)) == pytest.approx(3.0, abs=1e-3)
     gap = robot.file.valid.gaps_mm[-1]
@@ -261,6 +271,7 @@ def test_pressure_for(robot: Robot) -> None:
         robot.pressure_for(angle_deg=1.0, tip_force_N=1.0)
 
 
+@pytest.mark.slow
 def test_refusals(robot: Robot) -> None:
     with pytest.raises(ConfigError, match=r"experiment.max_pressure_kPa = -20: allowed: above 0"):
         runs.prepared(short("experiment.max_pressure_kPa=-20"))
@@ -274,6 +285,7 @@ def test_refusals(robot: Robot) -> None:
         runs.gaps_mm(run, [0.1])
 
 
+@pytest.mark.slow
 def test_a_second_call_computes_nothing(
     made: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -287,6 +299,7 @@ def test_a_second_call_computes_nothing(
     assert "States that were not" in capfd.readouterr().out
 
 
+@pytest.mark.slow
 def test_an_error_that_no_chain_has(
     made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -307,6 +320,7 @@ def test_an_error_that_no_chain_has(
     assert all(link.mass_kg > 0 for link in file.links)
 
 
+@pytest.mark.slow
 def test_a_page_shows_it(made: Path) -> None:
     assert run_command("report", made, "--out", made / "page.html") == 0
     page = (made / "page.html").read_text(encoding="utf-8")

@@ -67,6 +67,7 @@ def test_bars_have_parameters_of_their_own() -> None:
     assert (np.diff(together[:, -1]) != 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.05, 0.01])
 def test_a_bar_beyond_its_limit_point_is_lost_whatever_the_rounding(step: float) -> None:
     """A compressible Mooney–Rivlin bar that is pulled far thins until ∂²ψ/∂λ_t² vanishes.

@@ -70,6 +70,7 @@ def by_name(found: list[EffectOutlook]) -> dict[str, EffectOutlook]:
     return {each.effect: each for each in found}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["mooney_rivlin", "permanent_set"])
 def test_it_takes_the_strength_that_is_told(
     name: str, planned: Analysis[Any], found: dict[str, EffectOutlook]
@@ -102,6 +103,7 @@ def test_it_takes_the_strength_that_is_told(
     assert shares[1] > 0.7
 
 
+@pytest.mark.slow
 def test_twins_are_named_together_long_before_they_are_told_apart(
     found: dict[str, EffectOutlook],
 ) -> None:
@@ -113,6 +115,7 @@ def test_twins_are_named_together_long_before_they_are_told_apart(
     assert one.class_share > one.share
 
 
+@pytest.mark.slow
 def test_one_loading_does_not_tell_viscosity_from_elasticity(
     measurement: Measurement, found: dict[str, EffectOutlook]
 ) -> None:
@@ -132,6 +135,7 @@ def test_one_loading_does_not_tell_viscosity_from_elasticity(
             assert after[name].share >= each.share
 
 
+@pytest.mark.slow
 def test_what_is_read_again_tells_more(
     measurement: Measurement, planned: Analysis[Any], found: dict[str, EffectOutlook]
 ) -> None:
@@ -168,6 +172,7 @@ def blind(planned: Analysis[Any], count: int) -> InferenceProblem:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
     """The ordinary strength is among those that occur, and ζ follows from a strength."""
     for cause in planned.effects.values():
@@ -178,6 +183,7 @@ def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
         assert (np.diff(first) >= 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("least", [0, 1, 5, ADDITIONS.strengths])
 def test_strengths_between_are_not_drawn(planned: Analysis[Any], least: int) -> None:
     """As where all are: none below a place is named, one draw there, and all above."""

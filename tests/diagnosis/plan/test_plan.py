@@ -25,6 +25,7 @@ can_vary = ["coupon"]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("threads")
 def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Softening is seen on loading, relaxation only with another branch, a hold or another rate."""

@@ -165,6 +165,7 @@ def test_a_softer_finger_goes_on_straight_where_the_base_ended(
     assert (np.diff(found[:4]) > 0).all()
 
 
+@pytest.mark.slow
 def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path) -> None:
     """60 kPa is beyond the limit point; a test of which nothing is left is refused."""
     # as near to the limit point as need be, on as few elements

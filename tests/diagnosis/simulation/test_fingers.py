@@ -106,6 +106,7 @@ def test_modulus_scales_exactly(
             assert off < allowed * there.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factors", "there", "remembering"),
     [((2.0, 2.0, 2.0), 1.0, 1.6), ((0.7, 0.7, 0.7), 0.625, 0.625), ((0.45, 0.65, 0.8), 1.0, 1.0)],

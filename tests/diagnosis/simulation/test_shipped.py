@@ -185,6 +185,7 @@ class UpToTheCauses(Workers):
         return found
 
 
+@pytest.mark.slow
 def test_simulations_of_all_causes_are_at_hand_too(tmp_path: Path) -> None:
     """What a plan of the paper's protocol asks for; places of causes may have changed since."""
     paper, _ = rig.read(None, Config())
