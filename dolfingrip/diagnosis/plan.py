@@ -96,7 +96,7 @@ class Hidden:
         posterior = one_at_a_time(
             {k: each.read(value) for k, each in problem.levels.items()}, self._before
         )
-        decision = decide(posterior, single=True)
+        decision = decide(posterior)
         within = decision.answer == "cause" and name in decision.first
         subsets = posterior.subsets
         mass = {each: held(subsets, (each,)) for each in self.planned.effects}

@@ -146,6 +146,8 @@ class ArtefactPolicy:
         most: in all.
         jump: standard deviation of a jump, by the root mean square of its channel; of a control by
             its largest value.
+        play: the same of what lags behind either way.
+        turns: parts of the range within which it turns.
         wave: standard deviation of a wave of the control, by its range.
         fewest_periods: of a wave in the range of the control: fewer are like a smooth effect.
         periods: of these, at most.
@@ -156,6 +158,8 @@ class ArtefactPolicy:
 
     most: int = 4
     jump: float = 0.1
+    play: float = 0.02
+    turns: tuple[float, ...] = (0.003, 0.02, 0.05, 0.1)
     wave: float = 0.01
     fewest_periods: float = 3.0
     periods: float = 20.0

@@ -513,12 +513,12 @@ def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Artefact:
-    """An artefact of an instrument: a jump or a wave of what it shows.
+    """An artefact of an instrument: a jump, a play or a wave of what it shows.
 
     Attributes:
         nuisance: its size, and what the readings change by it.
         told: a sentence with a place for its size.
-        kind: of which at most one acts: a jump at a place, or a screw's sine or cosine.
+        kind: of which at most one acts: a jump at a place, a play, a screw's sine or cosine.
         log_prior: ln of the odds that it is there, and that its size is of this part of its prior.
     """
 
@@ -553,7 +553,8 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
     """
     have, together = {each.kind for each in errors.artefacts}, [*_together(measurement.tests)]
     every = [
-        *_jumps(measurement, errors, together), *_waves(measurement, errors, together),
+        *_jumps(measurement, errors, together), *_plays(measurement, errors, together),
+        *_waves(measurement, errors, together),
     ]  # fmt: skip
     new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
@@ -587,32 +588,94 @@ def _jumps(measurement: Measurement, errors: Errors, together: Together) -> Iter
     Those of all tests of an experiment are at the same place of the path.
     """
     listed, path = measurement.listed(), errors.along.path
-    row, column, number = (listed[name].to_numpy() for name in ("row", "column", "test"))
+    row, number = listed["row"].to_numpy(), listed["test"].to_numpy()
+    for shown in _shown(measurement, errors, together):
+        order = np.flatnonzero(shown.at & (number == shown.tests[0].number))
+        order = order[np.unique(row[order], return_index=True)[1]]
+        unit = CHANNELS[CONTROL[shown.tests[0].experiment]].unit
+        for before, after in pairwise(order[1:-1]):
+            start, end = (listed.iloc[place] for place in (before, after))
+            if start["leg"] != end["leg"]:
+                continue  # where the way turns a reading may lag or rub
+            where = (
+                f"between {start['control']:.4g} and {end['control']:.4g} {unit} in the "
+                f"{end['branch']} of cycle {end['cycle']}"
+            )
+            yield _artefact(
+                f"jump of {shown.name} {where}", ARTEFACTS.jump * shown.size, shown.unit,
+                shown.by * shown.at * (path > 0.5 * (path[before] + path[after])),
+                f"{shown.name} jumps by {{}} {where} and stays so, as where something slips",
+            )  # fmt: skip
+
+
+def _plays(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:
+    """Columns and controls that lag behind either way by as much, as of a gauge with a play.
+
+    What rubs turns within a part of the range (Dahl, AIAA Journal 14, 1976).
+    """
+    listed = measurement.listed()
+    row, number = listed["row"].to_numpy(), listed["test"].to_numpy()
+    for shown in _shown(measurement, errors, together):
+        for length in ARTEFACTS.turns:
+            behind = np.zeros(len(listed))
+            for test in shown.tests:
+                mine = number == test.number
+                _, first, back = np.unique(row[mine], return_index=True, return_inverse=True)
+                control = listed["control"].to_numpy()[mine][first]
+                steps = np.diff(control, prepend=0.0) / max(np.ptp(control), 1e-9)
+                behind[mine] = np.array([*_behind(steps, length)])[back]
+            if behind.min() < 0 < behind.max():
+                yield _artefact(
+                    f"play of {shown.name}, within {length:g} of the range",
+                    ARTEFACTS.play * shown.size, shown.unit, shown.by * shown.at * behind,
+                    f"{shown.name} is off by {{}} on the way up and by as much to the other side "
+                    "on the way down, as of friction or a play",
+                    f"play of {shown.name}",
+                )  # fmt: skip
+
+
+def _behind(steps: np.ndarray, length: float) -> Iterator[float]:
+    """How far what rubs is behind after each step, from −1 on the way down to 1."""
+    at = 0.0
+    for step in steps:
+        at = float(np.sign(step) + (at - np.sign(step)) * np.exp(-abs(step) / length))
+        yield at
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Shown:
+    """What an instrument shows: a column, or the control, of some tests.
+
+    Attributes:
+        name: of it and of the tests.
+        unit: of it.
+        tests: these.
+        at: (n,) which readings are off where it is off.
+        by: (n,) how much by each unit.
+        size: its ordinary size.
+    """
+
+    name: str
+    unit: str
+    tests: Sequence[SpecimenTest]
+    at: np.ndarray
+    by: np.ndarray
+    size: float
+
+
+def _shown(measurement: Measurement, errors: Errors, together: Together) -> Iterator[_Shown]:
+    """All columns and controls, of each test and of tests together."""
+    listed = measurement.listed()
+    column, number = listed["column"].to_numpy(), listed["test"].to_numpy()
     for who, tests in together:
         first, mine = tests[0], np.isin(number, [test.number for test in tests])
         unit = CHANNELS[CONTROL[first.experiment]].unit
         largest = float(np.abs(listed["control"][mine]).max())
-        ways = [(first.control, unit, mine, largest, errors.steep)]
+        yield _Shown(f"{first.control} of {who}", unit, tests, mine, errors.steep, largest)
         for name in dict.fromkeys(map(str, column[mine])):
             at = mine & (column == name)
-            size = float(errors.along.size[at].max())
-            ways.append((name, CHANNELS[name].unit, at, size, np.ones(len(row))))
-        for name, own_unit, at, size, by in ways:
-            order = np.flatnonzero(at & (number == first.number))
-            order = order[np.unique(row[order], return_index=True)[1]]
-            for before, after in pairwise(order[1:-1]):
-                start, end = (listed.iloc[place] for place in (before, after))
-                if start["leg"] != end["leg"]:
-                    continue  # where the way turns a reading may lag or rub
-                where = (
-                    f"between {start['control']:.4g} and {end['control']:.4g} {unit} in the "
-                    f"{end['branch']} of cycle {end['cycle']}"
-                )
-                yield _artefact(
-                    f"jump of {name} of {who} {where}", ARTEFACTS.jump * size, own_unit,
-                    by * at * (path > 0.5 * (path[before] + path[after])),
-                    f"{name} of {who} jumps by {{}} {where} and stays so, as where something slips",
-                )  # fmt: skip
+            size, by = float(errors.along.size[at].max()), np.ones(len(listed))
+            yield _Shown(f"{name} of {who}", CHANNELS[name].unit, tests, at, by, size)
 
 
 def _waves(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:

@@ -66,7 +66,12 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     others = {name: decide(_reweighted(posterior, logs)) for name, logs in changes.items()}
     answers = {OWN: decision, **others}
     if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.likelier:
-        decision = decide(posterior, single=True)
+        least = {
+            names: min(held(each.subsets, names) for each in answers.values())
+            for each in (decision.first, decision.second)
+            if (names := tuple(name for name in each if name in posterior.names))
+        }
+        decision = decide(posterior, alone=max(least, key=least.__getitem__))
     found = Sensitivity(answers, {name: _of(each, decision) for name, each in answers.items()})
     if decision.answer == "unknown":
         decision = replace(decision, probability=min(decision.probability, found.least))
@@ -149,7 +154,7 @@ class Decision:
     by_shape: bool = False
 
 
-def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
+def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decision:
     """The answer of a posterior.
 
     Implausible numbers of the rig stand beside the causes, not in their place: a set of causes
@@ -162,7 +167,7 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
 
     Args:
         posterior: probabilities of all hypotheses.
-        single: name one set of causes even where two causes act more probably than not.
+        alone: the only set that may be named; any one or two where empty.
     """
     problem = posterior.problem
     mass = posterior.by(lambda fit: fit.visible)
@@ -172,21 +177,22 @@ def decide(posterior: ModelPosterior, *, single: bool = False) -> Decision:
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    first, second = _sets(by_effects, inclusion, posterior.strengths, single=single)
+    first, second = _sets(by_effects, inclusion, posterior.strengths)
+    if alone:
+        first, second = alone, ()
     claim = held(mass, first, second)
     if second and claim < POLICY.both:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
         claim = held(mass, first)
     rig = max(problem.rig - {*first}, key=inclusion.__getitem__, default=None)
-    if first and not second and not single and rig and inclusion[rig] >= POLICY.credible:
+    if first and not second and not alone and rig and inclusion[rig] >= POLICY.credible:
         second = (rig,)
     if second:
-        stays = {one: _stays(posterior, one, other)
-                 for one, other in ((first, second), (second, first))}  # fmt: skip
-        worse = max(stays, key=stays.__getitem__)
-        claim = min(held(mass, first, second), _at_most(stays[worse]))
-        if claim < POLICY.both:
-            first, second = first if worse == second else second, ()
+        most = {one: _at_most(_stays(posterior, one, other))
+                for one, other in ((first, second), (second, first))}  # fmt: skip
+        claim = min(held(mass, first, second), *most.values())
+        if claim < POLICY.both:  # the surer one
+            first, second = max(most, key=lambda one: held(mass, one) * most[one]), ()
             claim = held(mass, first)
     unexplained, unknown = _stays(posterior), mass.get(NONE, 0.0) - none
     answer: Answer = "cause"
@@ -262,8 +268,6 @@ def _sets(
     mass: dict[Subset, float],
     inclusion: dict[str, float],
     strength: dict[str, float],
-    *,
-    single: bool,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The sets of causes that stand for one another; the second is empty where one cause will do.
 
@@ -271,7 +275,7 @@ def _sets(
     either set.
     """
     pairs = {subset: p for subset, p in mass.items() if len(subset) > 1}
-    if single or sum(pairs.values()) <= POLICY.likelier:
+    if sum(pairs.values()) <= POLICY.likelier:
         return _smallest(mass, inclusion), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     seen, total = 0.0, sum(pairs.values())
