@@ -235,16 +235,16 @@ class CouponAnalysis(Analysis[CouponSimulation]):
         """Simulate likely causes at their fits; emulators learn what they miss there.
 
         A pair may look unlikely because its emulators do not know how one cause acts on the other.
-        So every pair that may stand in the place of the leading fit is simulated once.
+        So every pair that may stand in the place of the leading fit is simulated, too.
         """
-        coupons, known = self, defaultdict[Subset, list[MapFit]](list)
+        coupons, known = self, defaultdict[Subset, list[tuple[MapFit, float]]](list)
         posterior = search(self.problem, np.random.default_rng(0), before=posterior)
         for _ in range(POLICY.rounds):
             told = []
             for fit in coupons._doubtful(posterior, known):
-                known[coupons.problem.effects(fit.subset)].append(fit)
                 exact = np.column_stack(coupons.simulated(fit))
                 missed = coupons.emulator_error(fit, exact[:, 0])
+                known[coupons.problem.effects(fit.subset)].append((fit, missed))
                 if missed > POLICY.exact and np.isfinite(exact).all():
                     told.append((fit.subset, fit.zeta, exact))
             if not told:
@@ -266,13 +266,13 @@ class CouponAnalysis(Analysis[CouponSimulation]):
             posterior = posterior.without(impossible)
 
     def _doubtful(
-        self, posterior: ModelPosterior, known: Mapping[Subset, Sequence[MapFit]]
+        self, posterior: ModelPosterior, known: Mapping[Subset, Sequence[tuple[MapFit, float]]]
     ) -> Iterator[MapFit]:
         """Fits that simulations may change: of likely effects, and of pairs with a leading one.
 
         Args:
             posterior: of all hypotheses.
-            known: fits that were simulated, by their effects.
+            known: fits that were simulated, and what emulators missed there, by their effects.
         """
         effects = self.problem.effects
         leading = {*effects(sensitivity(posterior)[0].best.subset)}
@@ -281,14 +281,19 @@ class CouponAnalysis(Analysis[CouponSimulation]):
         exactly = posterior.leaders(lambda fit: (effects(fit.subset), fit.level))
         for own, fit in likely.items():
             if own and probability[own] > POLICY.joint:
-                if not any(np.array_equal(each.zeta, fit.zeta) for each in known[own]):
+                if not any(np.array_equal(each.zeta, fit.zeta) for each, _ in known[own]):
                     yield fit
             elif len(own) > 1 and leading & {*own}:
                 fit = exactly[own, 0.0]
-                away = min(
-                    (np.linalg.norm(each.zeta - fit.zeta) for each in known[own]), default=np.inf
+                # with value and slopes known at a place, errors grow by the square from there
+                left = min(
+                    (
+                        missed * 0.5 * float(((each.zeta - fit.zeta) ** 2).sum())
+                        for each, missed in known[own]
+                    ),
+                    default=np.inf,
                 )
-                if away > POLICY.correction_length and {*own} <= {*fit.visible}:
+                if left > POLICY.surer * POLICY.exact and {*own} <= {*fit.visible}:
                     yield fit
 
 
