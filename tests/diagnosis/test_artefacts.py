@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import blind_coupons
 from support.softening_coupons import TRAVEL_mm, diagnosed, force_N, measured
 
 BEFORE, AFTER = 9, 10
@@ -54,3 +55,18 @@ def test_the_wave_of_an_uneven_screw_is_told(tmp_path: Path) -> None:
     periods = [float(each.split("period ")[1].split()[0]) for each in waves]
     assert periods[0] == pytest.approx(5.0, rel=0.1)
     assert found.decision.first[0] == "mooney_rivlin"
+
+
+@pytest.mark.slow
+def test_the_play_of_a_load_cell_is_told(tmp_path: Path) -> None:
+    """A cell follows only what exceeds 0.25 N on either way (benchmarks/blind/coupons)."""
+    truth = blind_coupons.Truth(
+        causes={"extensions.mooney_rivlin.C01_MPa": 1.0}, outsider=("cell_sticks", 1.0)
+    )
+    found = blind_coupons.diagnosed("loops", truth, tmp_path)
+    (play,) = found.artefacts
+    print(found.irregular)
+    size = found.nuisances(found.decision.best)[play.nuisance.name] * play.nuisance.std
+    assert "play of force_N of all specimens (coupon)" in play.nuisance.name
+    assert size == pytest.approx(-0.25, abs=0.03)
+    assert "mooney_rivlin" in found.decision.first

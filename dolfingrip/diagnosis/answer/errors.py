@@ -644,7 +644,7 @@ def _behind(steps: np.ndarray, length: float) -> Iterator[float]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Shown:
-    """What an instrument shows: a column, or the control, of some tests.
+    """A column or a control of some tests, as an instrument shows it.
 
     Attributes:
         name: of it and of the tests.

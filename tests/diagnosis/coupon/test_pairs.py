@@ -1,0 +1,26 @@
+"""Two causes that act on one another."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.blind_coupons import Truth, diagnosed
+
+
+@pytest.mark.slow
+def test_both_are_named_though_the_sum_of_their_changes_is_far_off(tmp_path: Path) -> None:
+    """Mullins' softening of another law: a sum of both changes is off by some 20 standard
+    deviations, and simulations at fits tell the rest."""
+    law = {"extensions.mooney_rivlin.C01_MPa": 2.0}
+    softening = {"inverse_r": 0.444, "m_MPa": 0.0707, "beta": 0.0707}
+    own = {f"extensions.mullins.{name}": value for name, value in softening.items()}
+    found = diagnosed("loops", Truth(causes=law | own), tmp_path)
+    fit = found.posterior.best(("mooney_rivlin", "mullins"))
+    analysis = found.analysis
+    assert found.decision.first == ("mullins",)
+    assert "mooney_rivlin" in found.decision.second
+    assert analysis.emulator_error(fit, analysis.exact(fit)) < 1.0
+    values = analysis.overrides(fit)
+    assert values["extensions.mullins.inverse_r"] == pytest.approx(0.444, rel=0.05)
+    assert values["extensions.mooney_rivlin.C01_MPa"] == pytest.approx(2.0, rel=0.15)

@@ -1,0 +1,26 @@
+"""Coupons of the blind benchmark whose truth a test chooses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.blind.coupons.coupon import PROTOCOLS, Truth, configured, measured, write
+from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
+from dolfingrip.diagnosis.answer.diagnosis import diagnosed as of
+from dolfingrip.diagnosis.data import measurement
+from dolfingrip.diagnosis.diagnose import analyse
+
+__all__ = ["SEED", "Truth", "diagnosed"]
+
+SEED = 4
+
+
+def diagnosed(protocol: str, truth: Truth, folder: Path) -> Diagnosis:
+    """Simulate coupons with what is hidden, and diagnose them by all causes."""
+    print("seed", SEED)
+    plan, config = PROTOCOLS[protocol], configured()
+    file = write(plan, measured(plan, truth, np.random.default_rng(SEED)), folder)
+    read, _ = measurement.selected(measurement.read([file], config), config)
+    return of(analyse(read, config, None), config)
