@@ -19,7 +19,10 @@ FAR: Final = (3.0, 5.0)
 """Standard deviations of a nuisance that is far from what was told."""
 HIDDEN: Final[Mapping[str, int]] = {"one": 1, "with_outsider": 1, "two": 2}
 """Causes of the catalogue by kind of case; others hide none."""
-ARTEFACTS: Final[Mapping[str, str]] = {"jaws_slip": "jump", "slip": "jump", "screw": "sine"}
+ARTEFACTS: Final[Mapping[str, str]] = {
+    "jaws_slip": "jump", "slip": "jump", "screw": "sine",
+    "cell_sticks": "play", "guide_rubs": "play", "backlash": "play",
+}  # fmt: skip
 """Outsiders that a diagnosis tells as artefacts of instruments, and which."""
 
 
