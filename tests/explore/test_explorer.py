@@ -362,7 +362,6 @@ def test_a_phone(context: BrowserContext, server: Server) -> None:
     page.close()
 
 
-@pytest.mark.slow
 def test_a_server_that_is_killed_and_started_again(page: Page, server: Server) -> None:
     page.fill("#n-1", "1.8")
     page.locator("#p-0").press("End")
@@ -383,7 +382,6 @@ def test_a_server_that_is_killed_and_started_again(page: Page, server: Server) -
     assert page.goto(address).status == 403
 
 
-@pytest.mark.slow
 def test_the_browser_is_led_by_a_file(browser: Browser, server: Server) -> None:
     """Its command line, which every user of the machine can read, has no token."""
     handed = Handover.of(server.out)
