@@ -142,17 +142,7 @@ def ranks(asked: argparse.Namespace, folder: Path) -> Row:
 
 def _tests(name: str) -> Callable[[argparse.Namespace, Path], Row]:
     def run(asked: argparse.Namespace, folder: Path) -> Row:
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-n",
-            "0",
-            "-m",
-            "",
-            "-q",
-            ROOT / "tests/faults" / name,
-        ]
+        command = [sys.executable, "-m", "pytest", "-n0", "-m", "", "-q", f"tests/faults/{name}"]
         ended = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
         last = ended.stdout.splitlines()[-1]
         counts = {word: int(n) for n, word in re.findall(r"(\d+) (passed|failed|error)", last)}

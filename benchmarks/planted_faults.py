@@ -109,19 +109,7 @@ def tested(copy: Path, fault: Fault) -> tuple[bool, str]:
     Raises:
         RuntimeError: the tests cannot be run.
     """
-    call = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-n",
-        "0",
-        "-m",
-        "",
-        "-x",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-    ]
+    call = [sys.executable, "-m", "pytest", "-n0", "-m", "", "-x", "-q", "-p", "no:cacheprovider"]
     call += [f"tests/{each}" for each in fault.tests] + (["-k", fault.only] if fault.only else [])
     environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
     try:

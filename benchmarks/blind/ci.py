@@ -43,6 +43,8 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
     ("short", "one", 0),
     ("loops", "outsider", 0),
     ("loops", "outsider", 5),
+    ("loops", "two", 2),
+    ("pull", "outsider", 13),
 )
 """Protocol, kind and number of cases of the development set."""
 

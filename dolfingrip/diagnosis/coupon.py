@@ -126,19 +126,18 @@ class CouponSimulation:
         by_log = np.where(in_proportion(self.measurement), first, 0.0)
         return ModelReadings(first, np.zeros_like(first), {**slopes, MODULUS: by_log})
 
-    def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
-        """(places, n) changes by causes that act together; NaN without equilibrium.
+    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
+        """(places, n) changes by a cause; NaN without equilibrium.
 
         Args:
-            causes: effects that are not on.
-            zeta: their numbers one after the other, shape (places, d).
+            cause: an effect that is not on.
+            zeta: its numbers, shape (places, d).
         """
-        numbers = [number for cause in causes for number in cause.numbers]
         every = {
             number.key: number.at(zeta[:, [i]] if number.listed else zeta[:, i])
-            for i, number in enumerate(numbers)
+            for i, number in enumerate(cause.numbers)
         }
-        held = [number.change(value) for cause in causes for number, value in cause.held]
+        held = [number.change(value) for number, value in cause.held]
         fixed = {key: value for each in held for key, value in each.items()}
         return self._many({**fixed, **every}, len(zeta)) - self.base.readings
 
@@ -352,19 +351,11 @@ def analyse_coupons(
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
     """The emulator of a cause; None where no reading feels it."""
     box = cause.box()
-    zeta, changes = _simulated(simulation, [cause], box)
+    zeta = places(box, POLICY.training[min(len(box), len(POLICY.training)) - 1])
+    changes = simulation.changed(cause, zeta)
+    solved = np.isfinite(changes).all(axis=1)
+    zeta, changes = zeta[solved], changes[solved]
     sizes = np.sqrt(((changes / off.noise) ** 2).mean(axis=1))
     if len(zeta) < 2 * len(box) + 2 or sizes.max() < POLICY.invisible:
         return None
     return trained(zeta, changes, off.noise, box)
-
-
-def _simulated(
-    simulation: CouponSimulation, causes: Sequence[Cause], box: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Places in a box of ζ with an equilibrium, (places, d), and changes there, (places, n)."""
-    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, count)
-    changes = simulation.changed(causes, zeta)
-    solved = np.isfinite(changes).all(axis=1)
-    return zeta[solved], changes[solved]

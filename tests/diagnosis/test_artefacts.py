@@ -9,6 +9,8 @@ import pytest
 from support import blind_coupons
 from support.softening_coupons import TRAVEL_mm, diagnosed, force_N, measured
 
+from benchmarks.blind.coupons.coupon import Truth
+
 BEFORE, AFTER = 9, 10
 """Rows of each test between which something slips."""
 
@@ -60,9 +62,8 @@ def test_the_wave_of_an_uneven_screw_is_told(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_play_of_a_load_cell_is_told(tmp_path: Path) -> None:
     """A cell follows only what exceeds 0.25 N on either way (benchmarks/blind/coupons)."""
-    truth = blind_coupons.Truth(
-        causes={"extensions.mooney_rivlin.C01_MPa": 1.0}, outsider=("cell_sticks", 1.0)
-    )
+    law = {"extensions.mooney_rivlin.C01_MPa": 1.0}
+    truth = Truth(causes=law, outsider=("cell_sticks", 1.0))
     found = blind_coupons.diagnosed("loops", truth, tmp_path)
     (play,) = found.artefacts
     print(found.irregular)

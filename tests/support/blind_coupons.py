@@ -12,8 +12,6 @@ from dolfingrip.diagnosis.answer.diagnosis import diagnosed as of
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.diagnose import analyse
 
-__all__ = ["SEED", "Truth", "diagnosed"]
-
 SEED = 4
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -45,8 +45,8 @@ NUISANCES: Final = ("coupon_slack_mm", "coupon.gauge_length_mm", "modulus")
 SLACK_STD_mm: Final = coupon.SLACK_mm * 0.5**0.5
 
 
-Kept = dict[tuple[str, ...], tuple[np.ndarray, np.ndarray]]
-"""Places and changes of the readings there, by causes, of the first places that were asked for."""
+Kept = dict[str, tuple[np.ndarray, np.ndarray]]
+"""Places and changes of the readings there, by cause, of the first places that were asked for."""
 
 
 class Remembering(CouponSimulation):
@@ -62,12 +62,12 @@ class Remembering(CouponSimulation):
         super().__init__(read, config)
         self._kept = kept
 
-    def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
-        names = tuple(cause.name for cause in causes)
-        if names in self._kept and np.array_equal(self._kept[names][0], zeta):
-            return self._kept[names][1]
-        found = super().changed(causes, zeta)
-        self._kept.setdefault(names, (zeta, found))
+    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
+        name = cause.name
+        if name in self._kept and np.array_equal(self._kept[name][0], zeta):
+            return self._kept[name][1]
+        found = super().changed(cause, zeta)
+        self._kept.setdefault(name, (zeta, found))
         return found
 
 

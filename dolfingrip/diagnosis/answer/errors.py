@@ -551,10 +551,10 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
         measurement: the readings.
         errors: of them; artefacts that these have already are left out, and waves beside a wave.
     """
-    have, together = {each.kind for each in errors.artefacts}, [*_together(measurement.tests)]
+    have, listed = {each.kind for each in errors.artefacts}, measurement.listed()
+    shown = [*_shown(measurement, errors)]
     every = [
-        *_jumps(measurement, errors, together), *_plays(measurement, errors, together),
-        *_waves(measurement, errors, together),
+        *_jumps(listed, errors.along.path, shown), *_plays(listed, shown), *_waves(listed, shown),
     ]  # fmt: skip
     new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
@@ -568,12 +568,48 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
     ]  # fmt: skip
 
 
-Together = Sequence[tuple[str, Sequence[SpecimenTest]]]
-"""Tests that one artefact may be of, and what they are called."""
+@dataclass(frozen=True, eq=False, slots=True)
+class _Shown:
+    """A column or the control of some tests, as an instrument shows it.
+
+    Attributes:
+        name: of it and of the tests.
+        unit: of it.
+        control_unit: of the control.
+        tests: these.
+        at: (n,) which readings are off where it is off.
+        by: (n,) how much by each unit.
+        size: its ordinary size.
+        controls: whether it is the control.
+    """
+
+    name: str
+    unit: str
+    control_unit: str
+    tests: Sequence[SpecimenTest]
+    at: np.ndarray
+    by: np.ndarray
+    size: float
+    controls: bool
+
+
+def _shown(measurement: Measurement, errors: Errors) -> Iterator[_Shown]:
+    """All columns and controls, of each test and of all of an experiment."""
+    listed = measurement.listed()
+    column, number = listed["column"].to_numpy(), listed["test"].to_numpy()
+    for who, tests in _together(measurement.tests):
+        first, mine = tests[0], np.isin(number, [test.number for test in tests])
+        unit = CHANNELS[CONTROL[first.experiment]].unit
+        size, by = float(np.abs(listed["control"][mine]).max()), errors.steep
+        yield _Shown(f"{first.control} of {who}", unit, unit, tests, mine, by, size, True)
+        for name in dict.fromkeys(map(str, column[mine])):
+            at, own_unit = mine & (column == name), CHANNELS[name].unit
+            size, by = float(errors.along.size[at].max()), np.ones(len(listed))
+            yield _Shown(f"{name} of {who}", own_unit, unit, tests, at, by, size, False)
 
 
 def _together(tests: Sequence[SpecimenTest]) -> Iterator[tuple[str, Sequence[SpecimenTest]]]:
-    """Each test alone, and all of an experiment."""
+    """Each test alone, and all of an experiment, and what they are called."""
     for test in tests:
         yield str(test), [test]
     for experiment in dict.fromkeys(test.experiment for test in tests):
@@ -582,24 +618,22 @@ def _together(tests: Sequence[SpecimenTest]) -> Iterator[tuple[str, Sequence[Spe
             yield f"all specimens ({experiment})", own
 
 
-def _jumps(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:
-    """Jumps of columns and of the control, with two readings at least on either side.
+def _jumps(listed: pd.DataFrame, path: np.ndarray, every: Sequence[_Shown]) -> Iterator[Artefact]:
+    """Jumps with two readings at least on either side.
 
     Those of all tests of an experiment are at the same place of the path.
     """
-    listed, path = measurement.listed(), errors.along.path
     row, number = listed["row"].to_numpy(), listed["test"].to_numpy()
-    for shown in _shown(measurement, errors, together):
+    for shown in every:
         order = np.flatnonzero(shown.at & (number == shown.tests[0].number))
         order = order[np.unique(row[order], return_index=True)[1]]
-        unit = CHANNELS[CONTROL[shown.tests[0].experiment]].unit
         for before, after in pairwise(order[1:-1]):
             start, end = (listed.iloc[place] for place in (before, after))
             if start["leg"] != end["leg"]:
                 continue  # where the way turns a reading may lag or rub
             where = (
-                f"between {start['control']:.4g} and {end['control']:.4g} {unit} in the "
-                f"{end['branch']} of cycle {end['cycle']}"
+                f"between {start['control']:.4g} and {end['control']:.4g} {shown.control_unit} "
+                f"in the {end['branch']} of cycle {end['cycle']}"
             )
             yield _artefact(
                 f"jump of {shown.name} {where}", ARTEFACTS.jump * shown.size, shown.unit,
@@ -608,14 +642,13 @@ def _jumps(measurement: Measurement, errors: Errors, together: Together) -> Iter
             )  # fmt: skip
 
 
-def _plays(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:
-    """Columns and controls that lag behind either way by as much, as of a gauge with a play.
+def _plays(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
+    """Lags behind either way by as much, as of a gauge with a play.
 
     What rubs turns within a part of the range (Dahl, AIAA Journal 14, 1976).
     """
-    listed = measurement.listed()
     row, number = listed["row"].to_numpy(), listed["test"].to_numpy()
-    for shown in _shown(measurement, errors, together):
+    for shown in every:
         for length in ARTEFACTS.turns:
             behind = np.zeros(len(listed))
             for test in shown.tests:
@@ -623,7 +656,7 @@ def _plays(measurement: Measurement, errors: Errors, together: Together) -> Iter
                 _, first, back = np.unique(row[mine], return_index=True, return_inverse=True)
                 control = listed["control"].to_numpy()[mine][first]
                 steps = np.diff(control, prepend=0.0) / max(np.ptp(control), 1e-9)
-                behind[mine] = np.array([*_behind(steps, length)])[back]
+                behind[mine] = np.fromiter(_behind(steps, length), float)[back]
             if behind.min() < 0 < behind.max():
                 yield _artefact(
                     f"play of {shown.name}, within {length:g} of the range",
@@ -642,60 +675,24 @@ def _behind(steps: np.ndarray, length: float) -> Iterator[float]:
         yield at
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Shown:
-    """A column or a control of some tests, as an instrument shows it.
-
-    Attributes:
-        name: of it and of the tests.
-        unit: of it.
-        tests: these.
-        at: (n,) which readings are off where it is off.
-        by: (n,) how much by each unit.
-        size: its ordinary size.
-    """
-
-    name: str
-    unit: str
-    tests: Sequence[SpecimenTest]
-    at: np.ndarray
-    by: np.ndarray
-    size: float
-
-
-def _shown(measurement: Measurement, errors: Errors, together: Together) -> Iterator[_Shown]:
-    """All columns and controls, of each test and of tests together."""
-    listed = measurement.listed()
-    column, number = listed["column"].to_numpy(), listed["test"].to_numpy()
-    for who, tests in together:
-        first, mine = tests[0], np.isin(number, [test.number for test in tests])
-        unit = CHANNELS[CONTROL[first.experiment]].unit
-        largest = float(np.abs(listed["control"][mine]).max())
-        yield _Shown(f"{first.control} of {who}", unit, tests, mine, errors.steep, largest)
-        for name in dict.fromkeys(map(str, column[mine])):
-            at = mine & (column == name)
-            size, by = float(errors.along.size[at].max()), np.ones(len(listed))
-            yield _Shown(f"{name} of {who}", CHANNELS[name].unit, tests, at, by, size)
-
-
-def _waves(measurement: Measurement, errors: Errors, together: Together) -> Iterator[Artefact]:
-    """Sines and cosines of the control, of which enough periods are read often enough."""
-    listed = measurement.listed()
+def _waves(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
+    """Sines and cosines of controls, of which enough periods are read often enough."""
     control, number = listed["control"].to_numpy(), listed["test"].to_numpy()
-    for who, tests in together:
-        name, mine = tests[0].control, np.isin(number, [test.number for test in tests])
-        own = control[number == tests[0].number]
-        unit, span = CHANNELS[CONTROL[tests[0].experiment]].unit, float(np.ptp(own))
+    for shown in every:
+        if not shown.controls:
+            continue
+        own = control[number == shown.tests[0].number]
+        span = float(np.ptp(own))
         read = len(np.unique(np.round(own / max(span, 1e-9), 2)))
         most = min(read / ARTEFACTS.a_period, ARTEFACTS.periods)
         for count in np.arange(ARTEFACTS.fewest_periods, most, ARTEFACTS.period_step):
             phase = 2 * np.pi * count * control / span
-            wave = f"of period {span / count:.3g} {unit}"
+            wave = f"of period {span / count:.3g} {shown.unit}"
             for shape, change in (("sine", np.sin(phase)), ("cosine", np.cos(phase) - 1)):
                 yield _artefact(
-                    f"{shape} {wave} of {name} of {who}", ARTEFACTS.wave * span, unit,
-                    errors.steep * mine * change,
-                    f"{name} of {who} is off by {{}} times a {shape} {wave}, as of an uneven screw",
+                    f"{shape} {wave} of {shown.name}", ARTEFACTS.wave * span, shown.unit,
+                    shown.by * shown.at * change,
+                    f"{shown.name} is off by {{}} times a {shape} {wave}, as of an uneven screw",
                     shape,
                 )  # fmt: skip
 

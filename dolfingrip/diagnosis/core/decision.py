@@ -177,9 +177,8 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    first, second = _sets(by_effects, inclusion, posterior.strengths)
-    if alone:
-        first, second = alone, ()
+    sets = _sets(by_effects, inclusion, posterior.strengths)
+    first, second = (alone, NONE) if alone else sets
     claim = held(mass, first, second)
     if second and claim < POLICY.both:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()

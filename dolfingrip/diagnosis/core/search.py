@@ -100,7 +100,11 @@ class ModelPosterior:
         return found
 
     def without(self, impossible: Collection[Subset]) -> ModelPosterior:
-        """Leave out the hypotheses of some sets of effects."""
+        """Leave out the hypotheses of some sets of effects.
+
+        Args:
+            impossible: these sets.
+        """
         effects = self.problem.effects
         out = np.array([effects(fit.subset) in impossible for fit in self.fits])
         rest = np.where(out, 0.0, self.probability + np.finfo(float).tiny)
@@ -288,15 +292,12 @@ def pursued(
     return best
 
 
-def searched_again(
-    problem: InferenceProblem, whole: ModelPosterior, rng: np.random.Generator | None = None
-) -> ModelPosterior:
-    """The posterior over those causes that were likely before, and over parts of likely pairs.
+def searched_again(problem: InferenceProblem, whole: ModelPosterior) -> ModelPosterior:
+    """The posterior over causes that were likely before, and parts of likely pairs, by Laplace.
 
     Args:
-        problem: the same, with some of the readings or with better emulators.
-        whole: before; fits begin at its numbers.
-        rng: of samples; Laplace's method alone where None.
+        problem: the same, with some of the readings.
+        whole: of all readings; fits begin at its numbers.
     """
     every = problem.levels
     likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
@@ -308,7 +309,7 @@ def searched_again(
     for causes, own in starts.items():
         levels = dict.fromkeys(level for _, level in own)
         fits += Hypothesis.under([every[level] for level in levels], causes).fits(own)
-    return _weighed(fits, every, rng)
+    return _weighed(fits, every, None)
 
 
 def _weighed(

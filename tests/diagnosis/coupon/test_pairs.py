@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.blind_coupons import Truth, diagnosed
+from support.blind_coupons import diagnosed
+
+from benchmarks.blind.coupons.coupon import Truth
 
 
 @pytest.mark.slow
