@@ -1,4 +1,4 @@
-"""The tip's mean displacement from nodal values, by which all programs are compared."""
+"""The tip's mean displacement from nodal values, by which all programs are compared; its angle."""
 
 from __future__ import annotations
 
@@ -18,11 +18,35 @@ def mean_displacement(mesh: SolidMesh, displacement: np.ndarray) -> np.ndarray:
         displacement: (n, 3) at the mesh's points, mm; only those of the tip are used.
     """
     facets = mesh.facets[TIP]
-    nodes = facets.shape[1]
     at, weights = FACET_QUADRATURE[mesh.shape.facet_corners]
-    functions = cells.of_facet(nodes)
-    along = np.einsum("qnj,kni->jqki", functions.gradients(at), mesh.points[facets])
-    area = weights[:, None] * np.linalg.norm(np.cross(along[0], along[1]), axis=2)
+    functions = cells.of_facet(facets.shape[1])
+    area = weights[:, None] * np.linalg.norm(_normals(mesh, mesh.points), axis=2)
     moved = np.einsum("qn,kni->qki", functions.values(at), displacement[facets])
     mean: np.ndarray = np.einsum("qk,qki->i", area, moved) / area.sum()
     return mean
+
+
+def area_vector(mesh: SolidMesh, displacement: np.ndarray) -> np.ndarray:
+    """(3,) area of the deformed tip face (mm²), outwards, whose turn is ``angle_deg``.
+
+    Args:
+        mesh: as of :func:`mean_displacement`.
+        displacement: likewise.
+    """
+    _, weights = FACET_QUADRATURE[mesh.shape.facet_corners]
+    now, before = (
+        np.einsum("q,qki->ki", weights, _normals(mesh, points))
+        for points in (mesh.points + displacement, mesh.points)
+    )
+    # facets may be listed either way round
+    outwards: np.ndarray = np.sign(before[:, 2]) @ now
+    return outwards
+
+
+def _normals(mesh: SolidMesh, points: np.ndarray) -> np.ndarray:
+    """(places, facets, 3) normals of the tip's facets, as long as their area."""
+    facets = mesh.facets[TIP]
+    at, _ = FACET_QUADRATURE[mesh.shape.facet_corners]
+    gradients = cells.of_facet(facets.shape[1]).gradients(at)
+    along = np.einsum("qnj,kni->jqki", gradients, points[facets])
+    return np.asarray(np.cross(along[0], along[1]))

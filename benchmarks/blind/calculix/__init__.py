@@ -1,0 +1,1 @@
+"""Faults that another program has simulated: CalculiX, on tetrahedra of Gmsh, read in holds."""
