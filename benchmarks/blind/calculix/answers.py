@@ -112,7 +112,9 @@ class Answered:
 def answered(name: str, truth: Truth, found: Diagnosis) -> Answered:
     """The answer as a row."""
     decision = found.decision
-    fitted = {each.key: each for each in found.numbers(decision.best)}
+    hidden = {own for names in truth.named for own in names} & {*found.posterior.names}
+    fits = [decision.best, *(found.member(each) for each in sorted(hidden))]
+    fitted = {each.key: each for fit in reversed(fits) for each in found.numbers(fit)}
     known = {key: value for key, value in truth.true_numbers.items() if key in fitted}
     held = sum(fitted[key].low <= value <= fitted[key].high for key, value in known.items())
     return Answered(
