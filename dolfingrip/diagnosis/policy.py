@@ -62,6 +62,8 @@ class RoutePolicy:
             is two softer look like one with a cause of 5 standard deviations; 2 are left now.
         closest: least distance of two stops of a ramp, by the range of the control.
         jump: smallest change of a control that is a motion of the finger, by its largest value.
+        gauge: standard deviation of a gauge of pressures that nobody told, by the largest value:
+            stops are round within it.
         noisiest: standard deviation of a gauge that nobody told, by the largest value of the
             control, at most.
         waits: a wait lasts longer than a ramp takes for so many of the smallest changes: one that
@@ -90,6 +92,7 @@ class RoutePolicy:
     headroom: float = 1.6
     closest: float = 2e-3
     jump: float = 0.02
+    gauge: float = 0.002
     noisiest: float = 0.005
     waits: float = 3.0
     rests: float = 3.5

@@ -68,6 +68,7 @@ def test_answers_are_scored() -> None:
     alarm = replace(wrong, hidden="")
     assert alarm.false_and_sure
     assert not alarm.told
+    assert {*answers.strengths()} == {*truth.CASES} - {"nothing", "modulus", "walls"}
     figures = answers.score([right, missed])
     assert "false and sure | 0 | 1 of 2" in figures
     assert "0.50 of 4" in figures

@@ -17,6 +17,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.parameter.nuisances import USUAL, WALL
 
 SEED: Final = 20261128
 ANSWERS: Final = Path(__file__).with_name("answers.csv")
@@ -155,8 +156,29 @@ def answers(table: Path = ANSWERS) -> Iterator[Answered]:
             yield from (Answered(**row) for row in csv.DictReader(stream))
 
 
+def strengths() -> dict[str, float]:
+    """Standard deviations by which each case differs from the first beside modulus and walls.
+
+    Both change the readings as in the cases that are of them, as far as their usual deviations.
+    """
+    read = {
+        name: np.concatenate([np.array(own[each]) / NOISE[each] for each in NOISE])
+        for name, own in stored().items()
+    }
+    changes = {name: each - read["nothing"] for name, each in read.items()}
+    usual = {"modulus": USUAL["modulus"] / (CASES["modulus"].modulus - 1),
+             "walls": USUAL[WALL] / (CASES["walls"].walls - 1)}  # fmt: skip
+    columns = np.column_stack([usual[name] * changes[name] for name in usual])
+    covariance = np.eye(len(columns)) + columns @ columns.T
+    return {
+        name: float(np.sqrt(each @ np.linalg.solve(covariance, each)))
+        for name, each in changes.items() if name not in {"nothing", *usual}
+    }  # fmt: skip
+
+
 def score(found: Sequence[Answered]) -> str:
     """Figures of a table, in Markdown."""
+    seen = strengths().values()
     held, count = np.sum([[int(n) for n in each.held.split(" of ")] for each in found], axis=0)
     return "\n".join([
         "| figure | target | |", "|---|---|---|",
@@ -164,4 +186,5 @@ def score(found: Sequence[Answered]) -> str:
         f"| the truth is named, or among what is to be told apart | ≥ 13 of 16 | "
         f"{sum(each.told for each in found)} of {len(found)} |",
         f"| fitted numbers in their intervals | ≥ 0.85 | {held / count:.2f} of {count} |",
+        f"\nHidden at {min(seen):.1f} to {max(seen):.1f} standard deviations.",
     ])  # fmt: skip

@@ -340,7 +340,8 @@ def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[
     time_s = rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
     jumps = [smallest_change(value, sigma) for value in values]
-    rounds_by = 0.0 if controls[0] == DISPLACEMENT.name else sigma
+    guessed = sigma or ROUTES.gauge * float(np.abs(values).max())
+    few, many = (0.0, 0.0) if controls[0] == DISPLACEMENT.name else (guessed, sigma)
     if (np.abs(values[:, 0]) < jumps).all():  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
     leg = rows["leg"].to_numpy()
@@ -358,6 +359,7 @@ def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[
             for name, beside, rest in zip(controls, values, jumps, strict=True)
             if name != controls[lead]
         }
+        rounds_by = few if b - a <= ROUTES.most else many  # whose stops are means
         if branch[a] == "hold":
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]

@@ -101,11 +101,11 @@ def test_rows_within_the_gauges_noise_are_averaged(tmp_path: Path) -> None:
     assert (np.diff(group.in_time.value) >= 0).all()
 
 
-def test_noise_of_the_gauge_moves_no_stop(tmp_path: Path) -> None:
-    """Led alike, read with other noise: the same simulations, at one rate."""
-    told = "[noise]\npressure_kPa = 0.5\n"
+@pytest.mark.parametrize(("sigma", "told"), [(0.5, "[noise]\npressure_kPa = 0.5\n"), (0.2, "")])
+def test_noise_of_the_gauge_moves_no_stop(tmp_path: Path, sigma: float, told: str) -> None:
+    """Led alike, read with other noise, told or not: the same simulations, at one rate."""
     (exact,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config())
-    measurement = measured(tmp_path, cycle("A", 6, 4, sigma=0.5), told)
+    measurement = measured(tmp_path, cycle("A", 6, 4, sigma=sigma), told)
     (noisy,) = groups(measurement, Config())
     assert noisy.in_time.value == exact.in_time.value
     assert noisy.in_time.time_s == exact.in_time.time_s
