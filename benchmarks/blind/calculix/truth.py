@@ -55,7 +55,7 @@ class Patch:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What is hidden in a finger, its rig and its instruments.
+    """Faults of a finger, of its rig and of its instruments, which are hidden.
 
     Attributes:
         named: effects or numbers of the rig, of which an answer has to name one; empty where
