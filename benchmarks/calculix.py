@@ -1,8 +1,13 @@
-"""Free bending by CalculiX (https://www.calculix.de): input decks, and the tip from its output."""
+"""CalculiX (https://www.calculix.de): decks of free bending, a run, and what it printed."""
 
 from __future__ import annotations
 
+import os
+import re
+import subprocess
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,15 +65,53 @@ def read_tip(path: Path, mesh: SolidMesh) -> tuple[float, np.ndarray]:
         The part of the pressure that was reached, less than 1 where CalculiX gave up, and
         the tip's mean displacement there (mm), (3,).
     """
-    displacement = np.full_like(mesh.points, np.nan)
-    time = 0.0
-    for line in path.read_text(encoding="utf-8").splitlines():
-        words = line.split()
-        if "time" in words:
-            time = float(words[-1])
-        elif len(words) == 4 and words[0].isdigit():
-            displacement[int(words[0]) - 1] = [float(word) for word in words[1:]]
+    displacement, time = np.full_like(mesh.points, np.nan), 0.0
+    for block in printed(path):
+        time = block.time_s
+        displacement[block.rows[:, 0].astype(int) - 1] = block.rows[:, 1:]
     return time, mean_displacement(mesh, displacement)
+
+
+class Printed(NamedTuple):
+    """A block of numbers in a ``.dat`` file.
+
+    Attributes:
+        what: first word of its heading, such as ``displacements``, ``forces`` or ``stresses``.
+        time_s: of the increment.
+        rows: number of node or element, and values.
+    """
+
+    what: str
+    time_s: float
+    rows: np.ndarray
+
+
+def printed(path: Path) -> Iterator[Printed]:
+    """Read the blocks of a ``.dat`` file in turn."""
+    for block in filter(str.strip, re.split(r"\n(?= [a-z])", path.read_text(encoding="utf-8"))):
+        heading, *rows = filter(None, map(str.split, block.splitlines()))
+        yield Printed(heading[0], float(heading[-1]), np.array(rows, dtype=float))
+
+
+def solve(deck: Path) -> Path:
+    """Run CalculiX on one core.
+
+    Args:
+        deck: ``….inp``, whose folder takes the results.
+
+    Returns:
+        The ``.dat`` file.
+
+    Raises:
+        RuntimeError: CalculiX gave up.
+    """
+    done = subprocess.run(
+        ["ccx", deck.stem], cwd=deck.parent, capture_output=True, text=True, check=False,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+    if done.returncode or "*ERROR" in done.stdout:
+        raise RuntimeError(f"{deck}: CalculiX gave up: {done.stdout[-500:]}")
+    return deck.with_suffix(".dat")
 
 
 def iterations(path: Path) -> dict[str, int]:

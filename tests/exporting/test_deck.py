@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
 from itertools import product
 from pathlib import Path
 
@@ -14,6 +12,7 @@ import ufl
 from support import hexagon
 from support.small import SHORT
 
+from benchmarks.calculix import Printed, printed, solve
 from benchmarks.tip import mean_displacement
 from dolfingrip import config, experiments
 from dolfingrip.config import Config, ConfigError
@@ -43,25 +42,10 @@ LAWS = {
     "arruda-boyce": ('material.law="arruda-boyce"', "material.ab_mu_MPa=2.0"),
 }  # fmt: skip
 
-Blocks = list[tuple[str, np.ndarray]]
 
-
-def solved(path: Path) -> Blocks:
-    """The printed blocks of a deck's steps in turn: what they hold, and rows of numbers."""
-    path = path.resolve()
-    done = subprocess.run(
-        ["ccx", path.stem], cwd=path.parent, capture_output=True, text=True, check=False,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-500:]
-    found: list[tuple[str, list[list[float]]]] = []
-    for line in path.with_suffix(".dat").read_text(encoding="utf-8").splitlines():
-        words = line.split()
-        if "time" in words:
-            found.append((words[0], []))
-        elif words:
-            found[-1][1].append([float(word) for word in words])
-    return [(name, np.array(rows)) for name, rows in found]
+def solved(deck: Path) -> list[Printed]:
+    """The blocks that CalculiX printed, in turn."""
+    return [*printed(solve(deck.resolve()))]
 
 
 @needs_calculix
@@ -79,7 +63,7 @@ def test_the_stress_of_a_cube(name: str, tmp_path: Path) -> None:
         gradient = volume ** (1 / 3) * stretch
         path = tmp_path / f"cube_{volume:g}.inp"
         path.write_text(cube(material, gradient), encoding="utf-8")
-        theirs = solved(path)[-1][1][:, 2:].mean(axis=0)
+        theirs = solved(path)[-1].rows[:, 2:].mean(axis=0)
         np.testing.assert_allclose(
             theirs, cauchy(material, gradient), atol=2e-4 * np.abs(theirs).max()
         )
@@ -139,7 +123,7 @@ def test_the_tip_of_the_free_finger(element: str, tmp_path: Path) -> None:
     assert said.startswith(f"{541 if element == 'P2' else 158} elements, 1 s for 50 kPa")
     mesh = elements(asked)
     moved = np.full_like(mesh.points, np.nan)
-    rows = solved(tmp_path / "free.inp")[-1][1]
+    rows = solved(tmp_path / "free.inp")[-1].rows
     moved[rows[:, 0].astype(int) - 1] = rows[:, 1:]
     theirs = mean_displacement(mesh, moved)[[0, 2]]
     ours = experiments.run("bending", asked).rows[-1]
@@ -160,7 +144,7 @@ def test_chambers_with_supplies_of_their_own(tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8").replace("*STATIC\n", finer)
     path.write_text(text, encoding="utf-8")
     mesh, ours = elements(asked), experiments.run("bending", asked)
-    for at, (_, rows) in enumerate(solved(path), 1):  # printed at whole seconds
+    for at, (_, _, rows) in enumerate(solved(path), 1):  # printed at whole seconds
         moved = np.full_like(mesh.points, np.nan)
         moved[rows[:, 0].astype(int) - 1] = rows[:, 1:]
         theirs = mean_displacement(mesh, moved)
@@ -177,8 +161,8 @@ def test_the_force_on_the_plate(tmp_path: Path) -> None:
         'solver.element="P2"', "plate.gap_mm=0.5", "plate.tilt_deg=3", "plate.barrier_mm=0.01"
     )
     deck.write(asked, tmp_path / "blocked.inp", plate=True)
-    name, rows = solved(tmp_path / "blocked.inp")[-1]
-    assert name == "forces"
+    what, _, rows = solved(tmp_path / "blocked.inp")[-1]
+    assert what == "forces"
     ours = experiments.run("blocked_force", asked).column("force_N")[-1]
     assert ours > 0.5
     assert 2 * np.linalg.norm(rows[0, 1:]) == pytest.approx(ours, rel=5e-3)

@@ -9,10 +9,7 @@ one another, which they do not up to the largest pressure.
 from __future__ import annotations
 
 import csv
-import os
-import re
-import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -20,6 +17,7 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from benchmarks.calculix import printed, solve
 from benchmarks.tip import area_vector
 from dolfingrip import config as configuration
 from dolfingrip.channels import ANGLE, FORCE, PRESSURE
@@ -188,49 +186,19 @@ def _patched(text: str, config: Config, patch: Patch) -> str:
     )
 
 
-def solved(file: Path) -> None:
-    """Run CalculiX.
-
-    Raises:
-        RuntimeError: it gave up.
-    """
-    done = subprocess.run(
-        ["ccx", file.stem], cwd=file.parent, capture_output=True, text=True, check=False,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-    )  # fmt: skip
-    if done.returncode or "*ERROR" in done.stdout:
-        raise RuntimeError(f"{file}: CalculiX gave up: {done.stdout[-300:]}")
-
-
-def printed(deck: Path, what: str) -> Iterator[tuple[float, np.ndarray]]:
-    """The time (s) and the rows of each block of numbers that CalculiX printed.
-
-    Args:
-        deck: that it solved.
-        what: the first word of the blocks.
-    """
-    text = deck.with_suffix(".dat").read_text(encoding="utf-8")
-    for block in re.split(r"\n(?= \w)", text.strip("\n")):
-        head, *rows = filter(None, map(str.split, block.splitlines()))
-        if head[0] == what:
-            yield float(head[-1]), np.array(rows, dtype=float)
-
-
 def readings(truth: Truth, folder: Path) -> dict[str, list[float]]:
     """Simulate angle (deg) and force (N) at each pressure, as the instruments show them."""
     files, mesh = decks(truth, folder), elements(body(truth))
-    for file in files.values():
-        solved(file)
     turned = {0.0: 0.0}
-    for time_s, rows in printed(files["bending"], "displacements"):
+    for block in printed(solve(files["bending"])):
         moved = np.full_like(mesh.points, np.nan)
-        moved[rows[:, 0].astype(int) - 1] = rows[:, 1:]
+        moved[block.rows[:, 0].astype(int) - 1] = block.rows[:, 1:]
         x, _, z = area_vector(mesh, moved)
-        turned[time_s] = angle_deg(x, z)
+        turned[block.time_s] = angle_deg(x, z)
     pressed = {
-        time_s: 2 * float(np.linalg.norm(rows[0, 1:]))
-        for time_s, rows in printed(files["blocked_force"], "forces")
-    }
+        block.time_s: 2 * float(np.linalg.norm(block.rows[0, 1:]))
+        for block in printed(solve(files["blocked_force"])) if block.what == "forces"
+    }  # fmt: skip
     # a finger that hangs does so for a second first
     begins_s = float(round(max(turned)) - len(PRESSURES_kPa))
     return {
