@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.measure import calculix
 from benchmarks.tip import mean_displacement
 from dolfingrip.config import KPA, Config
 from dolfingrip.meshes.abaqus import deck
@@ -65,11 +64,8 @@ def read_tip(path: Path, mesh: SolidMesh) -> tuple[float, np.ndarray]:
         The part of the pressure that was reached, less than 1 where CalculiX gave up, and
         the tip's mean displacement there (mm), (3,).
     """
-    displacement, time = np.full_like(mesh.points, np.nan), 0.0
-    for block in printed(path):
-        time = block.time_s
-        displacement[block.rows[:, 0].astype(int) - 1] = block.rows[:, 1:]
-    return time, mean_displacement(mesh, displacement)
+    *_, last = Printed("displacements", 0.0, np.empty((0, 4))), *printed(path)
+    return last.time_s, mean_displacement(mesh, last.on(mesh))
 
 
 class Printed(NamedTuple):
@@ -85,9 +81,19 @@ class Printed(NamedTuple):
     time_s: float
     rows: np.ndarray
 
+    def on(self, mesh: SolidMesh) -> np.ndarray:
+        """Return the values at all points of a mesh, (n, 3); NaN where none were printed."""
+        found = np.full_like(mesh.points, np.nan)
+        found[self.rows[:, 0].astype(int) - 1] = self.rows[:, 1:]
+        return found
+
 
 def printed(path: Path) -> Iterator[Printed]:
-    """Read the blocks of a ``.dat`` file in turn."""
+    """Read the blocks of a ``.dat`` file in turn.
+
+    Args:
+        path: of the file.
+    """
     for block in filter(str.strip, re.split(r"\n(?= [a-z])", path.read_text(encoding="utf-8"))):
         heading, *rows = filter(None, map(str.split, block.splitlines()))
         yield Printed(heading[0], float(heading[-1]), np.array(rows, dtype=float))
@@ -105,12 +111,9 @@ def solve(deck: Path) -> Path:
     Raises:
         RuntimeError: CalculiX gave up.
     """
-    done = subprocess.run(
-        ["ccx", deck.stem], cwd=deck.parent, capture_output=True, text=True, check=False,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-    )  # fmt: skip
-    if done.returncode or "*ERROR" in done.stdout:
-        raise RuntimeError(f"{deck}: CalculiX gave up: {done.stdout[-500:]}")
+    said = calculix(deck, "ccx").read_text(encoding="utf-8")
+    if "*ERROR" in said or "Job finished" not in said:
+        raise RuntimeError(f"{deck}: CalculiX gave up: {said[-500:]}")
     return deck.with_suffix(".dat")
 
 

@@ -86,10 +86,31 @@ def run(spec: dict[str, Any], *, pinned: bool = True) -> dict[str, Any]:
     }
 
 
-def run_calculix(command: str, deck: Path) -> dict[str, Any]:
-    """Run a deck by CalculiX, pinned to the idlest core.
+def calculix(deck: Path, *command: str) -> Path:
+    """Run a deck by CalculiX on one core.
 
-    CalculiX' exit code says little; its output says how far it got.
+    Args:
+        deck: ``….inp``, whose folder takes the results.
+        command: that starts CalculiX.
+
+    Returns:
+        What CalculiX said, ``….log``; its exit code says little.
+    """
+    said = deck.with_suffix(".log")
+    with said.open("w", encoding="utf-8") as log:
+        subprocess.run(
+            [*command, deck.stem],
+            cwd=deck.parent,
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
+            stdout=log,
+            stderr=log,
+            check=False,
+        )
+    return said
+
+
+def run_calculix(command: str, deck: Path) -> dict[str, Any]:
+    """Time a deck's run by CalculiX, pinned to the idlest core.
 
     Args:
         command: CalculiX' executable.
@@ -101,15 +122,7 @@ def run_calculix(command: str, deck: Path) -> dict[str, Any]:
     before, core = os.getloadavg()[0], idlest_core()
     pin = ["taskset", "-c", str(core)] if shutil.which("taskset") else []
     start, used = time.perf_counter(), os.times()
-    with deck.with_suffix(".log").open("w", encoding="utf-8") as log:
-        subprocess.run(
-            [*pin, command, deck.stem],
-            cwd=deck.parent,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
-            stdout=log,
-            stderr=log,
-            check=False,
-        )
+    calculix(deck, *pin, command)
     took, now = time.perf_counter() - start, os.times()
     processor = now.children_user - used.children_user
     processor += now.children_system - used.children_system

@@ -122,10 +122,7 @@ def test_the_tip_of_the_free_finger(element: str, tmp_path: Path) -> None:
     said = deck.write(asked, tmp_path / "free.inp")
     assert said.startswith(f"{541 if element == 'P2' else 158} elements, 1 s for 50 kPa")
     mesh = elements(asked)
-    moved = np.full_like(mesh.points, np.nan)
-    rows = solved(tmp_path / "free.inp")[-1].rows
-    moved[rows[:, 0].astype(int) - 1] = rows[:, 1:]
-    theirs = mean_displacement(mesh, moved)[[0, 2]]
+    theirs = mean_displacement(mesh, solved(tmp_path / "free.inp")[-1].on(mesh))[[0, 2]]
     ours = experiments.run("bending", asked).rows[-1]
     assert np.hypot(*theirs) > 1.5
     assert theirs == pytest.approx([ours["tip_x_mm"], ours["tip_z_mm"]], rel=1e-3)
@@ -144,10 +141,8 @@ def test_chambers_with_supplies_of_their_own(tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8").replace("*STATIC\n", finer)
     path.write_text(text, encoding="utf-8")
     mesh, ours = elements(asked), experiments.run("bending", asked)
-    for at, (_, _, rows) in enumerate(solved(path), 1):  # printed at whole seconds
-        moved = np.full_like(mesh.points, np.nan)
-        moved[rows[:, 0].astype(int) - 1] = rows[:, 1:]
-        theirs = mean_displacement(mesh, moved)
+    for at, block in enumerate(solved(path), 1):  # printed at whole seconds
+        theirs = mean_displacement(mesh, block.on(mesh))
         expected = [ours[f"tip_{axis}_mm"][at] for axis in "xyz"]
         assert np.linalg.norm(expected) > 0.004
         assert theirs == pytest.approx(expected, rel=2e-3, abs=1e-6)

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from benchmarks.blind.calculix.truth import CASES, COLUMNS, GAP_mm, PRESSURES_kPa, Truth, stored
+from benchmarks.blind.said import rows
 from benchmarks.outcomes import commit
 from dolfingrip.channels import ANGLE, FORCE, PRESSURE
 from dolfingrip.config import Config
@@ -45,10 +46,10 @@ def measured(name: str, folder: Path) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng((SEED, list(CASES).index(name)))
-    columns = [*COLUMNS.values()]
+    columns, own = [*COLUMNS.values()], stored()[name]
     lines = [",".join(["experiment", "branch", "time_s", PRESSURE.name, *columns])]
     for experiment, column in COLUMNS.items():
-        true = [0.0, *stored()[name][column]]
+        true = [0.0, *own[column]]
         for place, (pressure, value) in enumerate(zip((0.0, *PRESSURES_kPa), true, strict=True)):
             read = value + NOISE[column] * rng.standard_normal() if place else 0.0
             at = pressure + GAUGE_kPa * rng.standard_normal() if place else 0.0
@@ -92,9 +93,14 @@ class Answered:
         return [set(each.split()) for each in (self.first, self.second) if each]
 
     @property
+    def truths(self) -> list[set[str]]:
+        """Names that are right, a set for each thing that is hidden."""
+        return [set(each.split("|")) for each in self.hidden.split(" + ") if each]
+
+    @property
     def false_and_sure(self) -> bool:
         """Tell if a claim has a set without what is hidden, or is of nothing where something is."""
-        hidden = {*self.hidden.replace(" + ", " ").replace("|", " ").split()}
+        hidden = set().union(*self.truths)
         if float(self.probability) < POLICY.claimed or self.answer == "unknown":
             return False
         return any(not each & hidden for each in self.sets) if self.sets else bool(hidden)
@@ -104,14 +110,18 @@ class Answered:
         """Tell if what is hidden is named, or among what the page asks to tell apart."""
         if not self.hidden:
             return self.answer == "none"
-        every = [set(each.split("|")) for each in self.hidden.split(" + ")]
-        if self.answer == "cause":
-            return any(own & each for own in every for each in self.sets)
-        return any(own & {*self.may_act.split()} for own in every)
+        told = self.sets if self.answer == "cause" else [set(self.may_act.split())]
+        return any(own & each for own in self.truths for each in told)
 
 
 def answered(name: str, truth: Truth, found: Diagnosis) -> Answered:
-    """The answer as a row."""
+    """The answer as a row.
+
+    Args:
+        name: of the case.
+        truth: what is hidden in it.
+        found: its diagnosis.
+    """
     decision = found.decision
     hidden = {own for names in truth.named for own in names} & {*found.posterior.names}
     fits = [decision.best, *(found.member(each) for each in sorted(hidden))]
@@ -144,16 +154,19 @@ def run(names: Sequence[str], out: Path, table: Path = ANSWERS, *, quick: bool =
         every[name] = answered(name, CASES[name], found)
         print(*astuple(every[name]), sep=" | ", flush=True)
         with table.open("w", encoding="utf-8", newline="") as stream:
-            rows = csv.writer(stream, lineterminator="\n")
-            rows.writerow([each.name for each in fields(Answered)])
-            rows.writerows(astuple(every[each]) for each in CASES if each in every)
+            shown = csv.writer(stream, lineterminator="\n")
+            shown.writerow([each.name for each in fields(Answered)])
+            shown.writerows(astuple(every[each]) for each in CASES if each in every)
 
 
 def answers(table: Path = ANSWERS) -> Iterator[Answered]:
-    """Read the answers of a table."""
+    """Read the answers of a table.
+
+    Args:
+        table: a file; there are none where it does not exist.
+    """
     if table.exists():
-        with table.open(encoding="utf-8", newline="") as stream:
-            yield from (Answered(**row) for row in csv.DictReader(stream))
+        yield from (Answered(**row) for row in rows(table))
 
 
 def strengths() -> dict[str, float]:
@@ -177,13 +190,17 @@ def strengths() -> dict[str, float]:
 
 
 def score(found: Sequence[Answered]) -> str:
-    """Figures of a table, in Markdown."""
+    """Figures of a table, in Markdown.
+
+    Args:
+        found: the answers of all cases.
+    """
     seen = strengths().values()
     held, count = np.sum([[int(n) for n in each.held.split(" of ")] for each in found], axis=0)
     return "\n".join([
         "| figure | target | |", "|---|---|---|",
         f"| false and sure | 0 | {sum(each.false_and_sure for each in found)} of {len(found)} |",
-        f"| the truth is named, or among what is to be told apart | ≥ 0.8 | "
+        "| the truth is named, or among what is to be told apart | ≥ 0.8 | "
         f"{sum(each.told for each in found)} of {len(found)} |",
         f"| fitted numbers in their intervals | ≥ 0.85 | {held / count:.2f} of {count} |",
         f"\nHidden at {min(seen):.1f} to {max(seen):.1f} standard deviations.",

@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from benchmarks.blind.said import rows
 from benchmarks.calculix import printed, solve
 from benchmarks.tip import area_vector
 from dolfingrip import config as configuration
@@ -127,7 +128,11 @@ CASES: Final[Mapping[str, Truth]] = {
 
 
 def body(truth: Truth) -> Config:
-    """The finger of a deck, at the pressures that truly act."""
+    """The finger of a deck, at the pressures that truly act.
+
+    Args:
+        truth: its faults.
+    """
     mu_MPa = truth.modulus * MU_MPa
     told = [
         "solver.element=P2", "material.law=polynomial", f"material.C01_MPa={truth.C01_MPa}",
@@ -141,7 +146,12 @@ def body(truth: Truth) -> Config:
 
 
 def decks(truth: Truth, folder: Path) -> dict[str, Path]:
-    """Write the deck of each experiment."""
+    """Write the deck of each experiment.
+
+    Args:
+        truth: the faults.
+        folder: for the decks.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     config = body(truth)
     found = {name: folder / f"{name}.inp" for name in COLUMNS}
@@ -187,13 +197,19 @@ def _patched(text: str, config: Config, patch: Patch) -> str:
 
 
 def readings(truth: Truth, folder: Path) -> dict[str, list[float]]:
-    """Simulate angle (deg) and force (N) at each pressure, as the instruments show them."""
+    """Simulate angle (deg) and force (N) at each pressure, as the instruments show them.
+
+    Args:
+        truth: the faults.
+        folder: for decks and results.
+
+    Raises:
+        RuntimeError: CalculiX gave up.
+    """
     files, mesh = decks(truth, folder), elements(body(truth))
     turned = {0.0: 0.0}
     for block in printed(solve(files["bending"])):
-        moved = np.full_like(mesh.points, np.nan)
-        moved[block.rows[:, 0].astype(int) - 1] = block.rows[:, 1:]
-        x, _, z = area_vector(mesh, moved)
+        x, _, z = area_vector(mesh, block.on(mesh))
         turned[block.time_s] = angle_deg(x, z)
     pressed = {
         block.time_s: 2 * float(np.linalg.norm(block.rows[0, 1:]))
@@ -217,7 +233,13 @@ def _after(known: Mapping[float, float], begins_s: float) -> list[float]:
 
 
 def simulate(names: Sequence[str], folder: Path, table: Path = READINGS) -> None:
-    """Simulate cases that a table does not have yet, and add them to it."""
+    """Simulate cases that a table does not have yet, and add them to it.
+
+    Args:
+        names: of the cases.
+        folder: for decks and results.
+        table: of the readings.
+    """
     known = stored(table)
     for name in names:
         if name in known:
@@ -225,21 +247,23 @@ def simulate(names: Sequence[str], folder: Path, table: Path = READINGS) -> None
         known[name] = readings(CASES[name], folder / name)
         print(name, known[name], flush=True)
         with table.open("w", encoding="utf-8", newline="") as stream:
-            rows = csv.writer(stream, lineterminator="\n")
-            rows.writerow(["case", PRESSURE.name, *COLUMNS.values()])
+            written = csv.writer(stream, lineterminator="\n")
+            written.writerow(["case", PRESSURE.name, *COLUMNS.values()])
             for each, own in known.items():
                 shown = zip(*(own[column] for column in COLUMNS.values()), strict=True)
                 for pressure, values in zip(PRESSURES_kPa, shown, strict=True):
-                    rows.writerow([each, f"{pressure:g}", *(f"{value:.6g}" for value in values)])
+                    written.writerow([each, f"{pressure:g}", *(f"{value:.6g}" for value in values)])
 
 
 def stored(table: Path = READINGS) -> dict[str, dict[str, list[float]]]:
-    """Read readings without noise, by case and column."""
+    """Read readings without noise, by case and column.
+
+    Args:
+        table: a file; there are none where it does not exist.
+    """
     found: dict[str, dict[str, list[float]]] = {}
-    if table.exists():
-        with table.open(encoding="utf-8", newline="") as stream:
-            for row in csv.DictReader(stream):
-                own = found.setdefault(row["case"], {name: [] for name in COLUMNS.values()})
-                for name, values in own.items():
-                    values.append(float(row[name]))
+    for row in rows(table) if table.exists() else ():
+        own = found.setdefault(row["case"], {name: [] for name in COLUMNS.values()})
+        for name, values in own.items():
+            values.append(float(row[name]))
     return found

@@ -272,7 +272,8 @@ class ControlSegment:
             wait all values are their mean.
         size: largest value of the whole test.
         sigma: standard deviation of the gauge that reads the values.
-        rounds_by: the same where stops are at round values: of pressures. Else 0.
+        rounds_by: standard deviation within which stops are at round values: of pressures as told,
+            or guessed where the rows are few. Else 0.
         jump: a change of the control that is none of the gauge's noise.
         leads_to: value of the wait that follows; NaN where none does.
         lead: column of the control whose values these are: of several the one that moves farthest.
