@@ -1,6 +1,6 @@
 """Which files of the diagnosis a measurement walks through on its way to the verdict.
 
-    scripts/run python -m benchmarks.diagnosis_walk [FILE.csv ...] [--effects a,b]
+    scripts/run python -m benchmarks.diagnosis_walk [FILE.csv ...] [--effects a,b] [--store FOLDER]
 
 diagnoses with ``--quick`` (the example's coupons where no file is given), and prints the files in
 the order in which they are entered, and each call of a file that was entered before its caller.
@@ -36,9 +36,10 @@ def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     asked.add_argument("files", nargs="*", type=Path, default=[COUPONS])
     asked.add_argument("--effects", default=None)
+    asked.add_argument("--store", type=Path, default=None, help="simulations of a diagnosis before")
     given = asked.parse_args()
     entered: dict[str, int] = {}
-    back: dict[tuple[str, str], int] = {}
+    back: dict[tuple[str, str], set[str]] = {}
 
     def note(frame: FrameType, event: str, _: Any) -> None:
         if event != "call" or INSIDE not in frame.f_code.co_filename:
@@ -46,17 +47,18 @@ def main() -> None:
         here, caller = file_of(frame), file_of(frame.f_back)
         place = entered.setdefault(here, len(entered))
         if caller and caller != here and place < entered[caller]:
-            back[caller, here] = back.get((caller, here), 0) + 1
+            back.setdefault((caller, here), set()).add(frame.f_code.co_name)
 
     names = given.effects.split(",") if given.effects else None
     with tempfile.TemporaryDirectory() as folder:
-        settings = DiagnosisSettings(quick=True, effects=names)
+        settings = DiagnosisSettings(quick=True, effects=names, store=given.store)
         sys.setprofile(note)
         diagnose(given.files, Config(), Path(folder), settings)
         sys.setprofile(None)
     print(*entered, sep="\n")
     print(f"\n{len(entered)} files entered, {len(back)} calls of an earlier one")
-    print(*(f"{caller} -> {here}" for caller, here in back), sep="\n")
+    for (caller, here), called in back.items():
+        print(f"{caller} -> {here}: {', '.join(sorted(called))}")
 
 
 if __name__ == "__main__":

@@ -27,7 +27,6 @@ from dolfingrip.diagnosis.core.unknown import (
     Cause,
     Nuisance,
     Unknown,
-    causes,
     factor_of_moduli,
 )
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
@@ -50,7 +49,7 @@ def in_closed_form(measurement: Measurement, config: Config) -> bool:
     """
     applied = measurement.applied(config)
     known = {FORCE.name, TRANSVERSE_STRAIN.name}
-    return set(measurement.listed()["column"]) <= known and all(
+    return set(measurement.listed["column"]) <= known and all(
         test.experiment == "coupon" and own.coupon.grip != "clamped" and not _sheared(own)
         for test, own in zip(measurement.tests, applied, strict=True)
     )
@@ -79,7 +78,7 @@ class CouponSimulation:
         self.measurement = measurement
         self.config = config
         self.groups: Sequence[SimulationGroup] = groups(measurement, config)
-        self.mesh = np.zeros((len(measurement.listed()), 0))
+        self.mesh = np.zeros((len(measurement.listed), 0))
 
     @cached_property
     def _plain(self) -> Solved:
@@ -297,14 +296,14 @@ class CouponAnalysis(Analysis[CouponSimulation]):
 
 
 def analyse_coupons(
-    simulation: CouponSimulation, names: Sequence[str] | None = None, say: Say = silent
+    simulation: CouponSimulation, causes: Sequence[Cause], say: Say = silent
 ) -> CouponAnalysis:
     """Simulate what every cause changes about the coupons, and make emulators of it.
 
     Args:
         simulation: of coupons that are
             :func:`~dolfingrip.diagnosis.coupon.in_closed_form`.
-        names: of the causes that are tried; the whole catalogue where None.
+        causes: that are tried.
         say: told what is being done.
 
     Raises:
@@ -319,7 +318,7 @@ def analyse_coupons(
         )
     off = errors_of(simulation)
     emulators: dict[str, Emulator] = {}
-    every = {cause.name: cause for cause in causes(simulation.config, names)}
+    every = {cause.name: cause for cause in causes}
     for name, cause in every.items():
         feels = effect(name).felt_on(EXPERIMENTS["coupon"].parts)
         if feels and (found := _emulated(simulation, cause, off)):
@@ -338,7 +337,7 @@ def analyse_coupons(
     factor = factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area"))
     scaled = in_proportion(measurement)
     problem = InferenceProblem(
-        measurement.listed()["value"].to_numpy(), base,
+        measurement.listed["value"].to_numpy(), base,
         (factor,),
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
         off.covariance, kernel(off.along), {name: each.box() for name, each in felt.items()},

@@ -27,8 +27,8 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.finger.analysis import analyse_fingers
-from dolfingrip.diagnosis.finger.unknowns import check_rig
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.jobs.run import Progress, silent
 
 LEFT_OUT: Final = (
@@ -85,7 +85,6 @@ def diagnose(
     if settings.campaign:
         read_campaign(settings.campaign)
     measurement, notes = measured.selected(measured.read(files, config), config)
-    check_rig(settings.effects, measurement)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)
@@ -158,12 +157,14 @@ def analyse(
         fully: simulate every cause as far as one that the readings may have.
 
     Raises:
-        ConfigError: one line, where the model cannot be simulated.
+        ConfigError: one line, where the model cannot be simulated, or a name is of a number that
+            no reading feels.
     """
+    causes = unknowns(measurement, config, names)
     fingers = any(test.of_finger for test in measurement.tests)
     if not fingers and in_closed_form(measurement, config):
-        return analyse_coupons(CouponSimulation(measurement, config), names, say)
-    return analyse_fingers(measurement, config, workers, names, say, fully=fully)
+        return analyse_coupons(CouponSimulation(measurement, config), causes, say)
+    return analyse_fingers(measurement, config, workers, causes, say, fully=fully)
 
 
 def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:

@@ -268,7 +268,7 @@ def analyse_plan(
 
 def joined(first: Measurement, second: Measurement) -> Measurement:
     """Both together, without tests of the second that nothing is read of."""
-    read = set(second.listed()["test"])
+    read = set(second.listed["test"])
     later = second.of(read, len(first.tests))
     both = pd.concat([first.readings, later.readings], ignore_index=True)
     return Measurement(both, [*first.tests, *later.tests], first.warnings)
@@ -336,7 +336,7 @@ def plan(
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
     return PlanFile(
         experiments=tuple(test.experiment for test in measurement.tests),
-        readings=len(measurement.listed()), minutes=float(lasting), share=before,
+        readings=len(measurement.listed), minutes=float(lasting), share=before,
         class_share=float(np.mean([each.class_share for each in found] or [0.0])),
         effects=tuple(found),
         additions=tuple(sorted(additions, key=lambda a: -a.gain_per_minute)),

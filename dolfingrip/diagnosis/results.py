@@ -240,7 +240,7 @@ def _outcome_of(
 
 def _readings(found: Diagnosis) -> pd.DataFrame:
     """The table of readings, measured and simulated."""
-    listed = found.analysis.measurement.listed()
+    listed = found.analysis.measurement.listed
     rows = found.analysis.measurement.readings
     return listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
@@ -255,7 +255,7 @@ def _off(found: Diagnosis) -> list[str]:
     """Where the model is off with the modulus that leaves least, in words."""
     problem, along = found.analysis.problem, found.analysis.errors.along
     off = found.with_best_modulus() - problem.value
-    listed = found.analysis.measurement.listed()
+    listed = found.analysis.measurement.listed
     experiment, control = listed["experiment"].to_numpy(), listed["control"].to_numpy()
     sentences = []
     for of in dict.fromkeys(experiment):

@@ -75,7 +75,7 @@ def of_data(folder: Path, result: Result) -> Path:
     synthetic.write(made, folder)
     file = folder / "measured.csv"
     measurement = read([file])
-    listed = measurement.listed()
+    listed = measurement.listed
     mine = (listed["column"] == NAME).to_numpy()
     assert mine.sum() == len(result.rows)
     np.testing.assert_array_equal(instrument_noise(measurement).independent[mine], 0.006)

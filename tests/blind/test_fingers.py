@@ -57,7 +57,7 @@ def test_files_are_valid_measured_data(name: str, tmp_path: Path) -> None:
     measurement = read([finger.write(protocol, scattered, tmp_path)], protocol.analysed())
     assert not measurement.warnings
     assert [test.experiment for test in measurement.tests] == list(protocol.tests)
-    listed = measurement.listed()
+    listed = measurement.listed
     assert listed["value"].isna().sum() == 0
     shown = np.sort(finger.flat(protocol, scattered))
     std = np.array([protocol.std(column) for column in listed["column"]])

@@ -29,7 +29,7 @@ def test_a_jump_is_told_and_a_cause_is_named_beside_it(tmp_path: Path, who: str)
     assert f"between {TRAVEL_mm[BEFORE]:.4g} and {TRAVEL_mm[AFTER]:.4g} mm" in told
     assert told in found.suspicions
     assert who in jump.nuisance.name
-    listed = found.analysis.measurement.listed()
+    listed = found.analysis.measurement.listed
     value = found.nuisances(found.decision.best)[jump.nuisance.name]
     change = value * jump.nuisance.change[(listed["control"] > TRAVEL_mm[BEFORE] + 1e-6).to_numpy()]
     # 0.5 N of some 18 N; a slip of the travel changes a softer coupon's force by less

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,14 @@ from support.measured_files import written
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
+from dolfingrip.diagnosis.answer.errors import smooth_curves, without_memory
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.answer.ten_lines import ten_lines
 from dolfingrip.diagnosis.core.evidence import Visibility
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files.diagnosis import Brief
 
 SEED = 3
@@ -37,10 +40,16 @@ STRENGTHS = (0.03, 0.3)
 @pytest.fixture(scope="module")
 def pulled(tmp_path_factory: pytest.TempPathFactory) -> Analysis[Any]:
     """A coupon that is pulled once."""
-    rows = "\n".join(f"loading,{u / 0.5},{u},{u}" for u in map(float, TRAVELS_mm))
+    return analysed(tmp_path_factory.mktemp("coupon"), TRAVELS_mm, EFFECTS)
+
+
+def analysed(folder: Path, travels_mm: np.ndarray, effects: Sequence[str]) -> Analysis[Any]:
+    """A coupon that is pulled once, read at travels, (n,)."""
+    rows = "\n".join(f"loading,{u / 0.5},{u},{u}" for u in map(float, travels_mm))
     csv = f"branch,time_s,displacement_mm,force_N\n{rows}\n"
-    file = written(tmp_path_factory.mktemp("coupon"), csv, TOLD)
-    return analyse_coupons(CouponSimulation(read([file], Config()), Config()), EFFECTS)
+    measurement, config = read([written(folder, csv, TOLD)], Config()), Config()
+    causes = unknowns(measurement, config, effects)
+    return analyse_coupons(CouponSimulation(measurement, config), causes)
 
 
 def answered(pulled: Analysis[Any], change: np.ndarray, rng: np.random.Generator) -> Diagnosis:
@@ -168,3 +177,20 @@ def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any]) -> Non
     page = ten_lines(found, Path("out"))
     assert "or an elastic law by itself" in page.result
     assert not contradictions(found, page)
+
+
+def test_friction_in_the_rig_has_the_shape_of_memory(tmp_path: Path) -> None:
+    """One pull whose guides rub, with a force that rises within 0.8 mm and stays: no smooth elastic
+    curve has that shape. Reference: χ², which noise alone leaves below the number of readings."""
+    own = analysed(tmp_path, np.linspace(0.0, 16.5, 100), ["permanent_set"])
+    errors, travel_mm = own.errors, own.measurement.listed["control"].to_numpy()
+    off = -0.8 * np.expm1(-travel_mm / 0.8)
+    smooth, every = smooth_curves(errors.along), without_memory(own.measurement, errors)
+
+    def left(curves: np.ndarray) -> float:
+        total = np.diag(np.full(len(off), 0.01**2)) + curves @ curves.T
+        return float(off @ np.linalg.solve(total, off))
+
+    print(left(smooth), left(every))
+    assert left(smooth) > 30
+    assert left(every) < 10

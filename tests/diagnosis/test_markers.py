@@ -27,7 +27,7 @@ def test_markers_tell_that_the_angle_is_shown_too_large(tmp_path: Path, store: P
     hidden = {"angle_gain": {"gain": GAIN}}
     file = hidden_bending.measured(tmp_path, hidden, PRESSURES_kPa, SEED, NOISE, markers=3)
     measurement = read([file], config)
-    assert set(measurement.listed()["column"]) == set(NOISE)
+    assert set(measurement.listed["column"]) == set(NOISE)
     settings = DiagnosisSettings(quick=True, effects=TRIED)
     found = delivered(diagnose_measurement(measurement, config, Here(store), settings), tmp_path)
     print(found.verdict)

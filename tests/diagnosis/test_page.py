@@ -61,7 +61,7 @@ def test_suction_has_bands_of_its_own() -> None:
     analysis = SimpleNamespace(
         problem=SimpleNamespace(value=0.1 * control),
         errors=SimpleNamespace(along=SimpleNamespace(load=control / 100.0)),
-        measurement=SimpleNamespace(listed=lambda: rows, channels=lambda: {"angle_deg": read}),
+        measurement=SimpleNamespace(listed=rows, channels=lambda: {"angle_deg": read}),
     )
     found: Any = SimpleNamespace(analysis=analysis, with_best_modulus=lambda: 0.1 * control - 0.1)
     assert [each.split(": ")[0] for each in off_in_words(found)] == [

@@ -11,9 +11,9 @@ import pytest
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.worth import BASE_OFFSET, WALL_OFFSET, checks
-from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.analysis import Analysis, _taken, alternatives, hidden_effects
+from dolfingrip.diagnosis.answer.diagnosis import in_words
 from dolfingrip.diagnosis.answer.errors import Along, kernel
-from dolfingrip.diagnosis.answer.hiding import _taken, alternatives, hidden_effects, in_words
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled, linear

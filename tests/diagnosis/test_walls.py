@@ -99,7 +99,7 @@ def test_the_model_leads_through_what_was_simulated(
     there = with_walls(measurement, store, 0.95) - base.readings
     by_derivative = -0.05 * finger().finger.wall_mm * base.slopes["finger.wall_mm"]
     for name in ("angle_deg", "force_N"):
-        at = (measurement.listed()["column"] == name).to_numpy()
+        at = (measurement.listed["column"] == name).to_numpy()
         off = np.abs(told(0.95) - base.readings - there)[at].max()
         print(name, "off by", off, "derivative by", np.abs(by_derivative - there)[at].max(),
               "of", np.abs(there[at]).max())  # fmt: skip
@@ -114,7 +114,7 @@ def test_it_scales_with_the_modulus(simulation: FingerSimulation, store: Path) -
     there = with_walls(measurement, store, 1 - MODEL.walls_by, 0.8)
     found = simulation.read(simulation.walls[1 - MODEL.walls_by], 0.8)
     for name, allowed in (("angle_deg", 1e-4), ("force_N", 1e-2)):
-        at = (measurement.listed()["column"] == name).to_numpy()
+        at = (measurement.listed["column"] == name).to_numpy()
         assert np.abs(found - there)[at].max() < allowed * there[at].max()
 
 

@@ -18,6 +18,7 @@ from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import ADDITIONS
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 WIDTH = "transverse_strain"
 ONCE = ("experiment.unload=false",)
@@ -87,7 +88,7 @@ def by_name(measurement: Measurement) -> dict[str, Proposal]:
 
 
 def columns(proposal: Proposal) -> set[str]:
-    return set(proposal.measurement.listed()["column"])
+    return set(proposal.measurement.listed["column"])
 
 
 @pytest.mark.slow
@@ -117,7 +118,7 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     measurement = coupon(tmp_path, told=told, width=True)
     simulation = simulated(measurement, Config(), Here(store))
     base = simulation.base
-    across = (measurement.listed()["column"] == WIDTH).to_numpy()
+    across = (measurement.listed["column"] == WIDTH).to_numpy()
     changes = {each.name: each.change for each in simulation.nuisances}
     assert set(changes) == {"modulus", "coupon_area"}
     for change in changes.values():
@@ -126,7 +127,8 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     scaled = simulation.read(base, 1.3)
     np.testing.assert_array_equal(scaled[across], base.readings[across])
     case = analyse_coupons(
-        CouponSimulation(measurement, Config()), ["force_gain", "mooney_rivlin"]
+        CouponSimulation(measurement, Config()),
+        unknowns(measurement, Config(), ["force_gain", "mooney_rivlin"]),
     ).problem
     change = {
         name: case.predicted((name,), np.array([0.0, 1.0])) - case.predicted((), np.zeros(1))
@@ -135,5 +137,5 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     assert not change["force_gain"][across].any()
     assert np.abs(change["mooney_rivlin"]).max() > 0.01
     # it begins to narrow where the force begins: the travel's error is both readings'
-    slope = np.gradient(base.readings[across], measurement.listed()["control"][across])
+    slope = np.gradient(base.readings[across], measurement.listed["control"][across])
     np.testing.assert_allclose(base.by_control[across][1:-1], slope[1:-1], rtol=0.01)

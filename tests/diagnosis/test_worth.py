@@ -14,13 +14,12 @@ from dolfingrip.diagnosis.additions.worth import (
     Expected,
     Rival,
     chance_alone,
-    shows_memory,
     told_apart,
-    told_by_shape,
 )
+from dolfingrip.diagnosis.answer.analysis import told_by_shape
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
-from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest, shows_memory
 from dolfingrip.files.diagnosis import NextExperiment
 
 SEED = 4

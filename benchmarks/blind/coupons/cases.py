@@ -29,6 +29,7 @@ from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponAnalysis, CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
     "development": {"one": 4, "with_outsider": 6, "outsider": 6, "nuisance": 6, "two": 4,
@@ -88,7 +89,11 @@ class Bench:
 
     def analysed(self, file: Path) -> CouponAnalysis:
         """Analyse a measurement."""
-        return analyse_coupons(self.simulated(measurement.read([file], self.config)))
+        return self.analysis(measurement.read([file], self.config))
+
+    def analysis(self, read: measurement.Measurement) -> CouponAnalysis:
+        """Analyse a measurement that was read, by the whole catalogue."""
+        return analyse_coupons(self.simulated(read), unknowns(read, self.config))
 
     def simulated(self, read: measurement.Measurement) -> CouponSimulation:
         """Simulate a measurement with what is known of others."""

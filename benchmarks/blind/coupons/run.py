@@ -17,7 +17,6 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed as diagnose
 from dolfingrip.diagnosis.core.decision import Decision, sensitivity
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.coupon import analyse_coupons
 from dolfingrip.diagnosis.data import measurement
 
 
@@ -33,13 +32,13 @@ def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> Diagnosis:
     forces = coupon.measured(bench.protocol, case.truth, rng)
     file = coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
     read = measurement.read([file], bench.config)
-    return diagnose(analyse_coupons(bench.simulated(read)), bench.config)
+    return diagnose(bench.analysis(read), bench.config)
 
 
 def exact(bench: Bench, case: Case[Truth], found: Diagnosis) -> Decision:
     """The answer under the true covariance, and without a discrepancy, which is not there."""
     model, off = found.analysis.problem, found.analysis.errors
-    listed = found.analysis.simulation.measurement.listed()
+    listed = found.analysis.simulation.measurement.listed
     specimen = listed["specimen"].to_numpy()
     same = specimen[:, None] == specimen
     signal = off.signal

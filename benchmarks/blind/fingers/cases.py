@@ -148,7 +148,7 @@ class Bench:
             return name in self.unhidden.unseen
         plain = np.zeros(problem.nuisance_count)
         change = problem.predicted((name,), np.r_[plain, zeta]) - problem.predicted(NONE, plain)
-        listed = self.unhidden.simulation.measurement.listed()
+        listed = self.unhidden.simulation.measurement.listed
         white = np.concatenate([
             change[(listed["experiment"] == experiment) & (listed["column"] == column)]
             / self.protocol.std(column)

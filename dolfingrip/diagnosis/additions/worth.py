@@ -10,15 +10,14 @@ told from f, too, where the odds against f rise to what refutes an effect in a v
 
 Along one loading at one rate a law with memory, fitted anew, follows any elastic law, which its
 tangent does not tell. Such a pair counts as told apart where memory shows itself alone
-(:func:`shows_memory`).
+(:func:`dolfingrip.diagnosis.data.measurement.shows_memory`).
 
 Which further experiment would tell tied causes apart.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final
@@ -38,8 +37,6 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import BASE_LAYER
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
-from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files.diagnosis import NextExperiment
 from dolfingrip.parameter import every
 from dolfingrip.parameter.nuisances import GAIN, OFFSET, wall_key
@@ -274,7 +271,7 @@ class Comparison:
 
         The noise is the median of a channel's so far.
         """
-        here, there = self.measurement.listed(), proposal.measurement.listed()
+        here, there = self.measurement.listed, proposal.measurement.listed
         coupon = there["experiment"] == "coupon"
         error = np.where(coupon, ADDITIONS.law_error, ADDITIONS.model_error)
         known = pd.Series(self.noise).groupby(here["column"].to_numpy()).median()
@@ -352,47 +349,3 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     alone.sort(key=lambda acting: -total[acting])
     leaders = posterior.leaders(acting_in)
     return [(total[acting], leaders[acting]) for acting in alone[: POLICY.compared]]
-
-
-def shows_memory(*measurements: Measurement) -> bool:
-    """Tell whether readings of the same experiments show what a material remembers.
-
-    They do where something is unloaded or waits, or is loaded at two rates.
-    """
-    rates: dict[str, list[float]] = defaultdict(list)
-    for measurement in measurements:
-        for test in measurement.tests:
-            rows = measurement.rows(test.number)
-            if (rows["branch"] != "loading").any():
-                return True
-            rate = measurement.ramp_rate(test)
-            if rate is not None:
-                rates[test.experiment].append(rate)
-    return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())
-
-
-def remembers_state(name: str) -> bool:
-    """Tell whether a cause is an effect of what was before: a material remembers, a line lags.
-
-    Args:
-        name: of the cause.
-    """
-    return name in NAMES and (effect(name).kind == "dissipative" or effect(name).clock)
-
-
-def told_by_shape(causes: Iterable[str], measurement: Measurement) -> frozenset[str]:
-    """List causes with memory that readings tell by a curve's shape alone, as a law has it, too.
-
-    An elastic law is felt in all experiments. So it is no rival of a cause that one of them does
-    not feel, as free bending does not feel a plate's friction.
-
-    Args:
-        causes: their names.
-        measurement: with the experiments.
-    """
-    if shows_memory(measurement):
-        return frozenset()
-    rigs = [EXPERIMENTS[test.experiment].parts for test in measurement.tests]
-    return frozenset(
-        name for name in causes if remembers_state(name) and all(map(effect(name).felt_on, rigs))
-    )

@@ -1,9 +1,10 @@
-"""An analysis: readings with all that could explain them."""
+"""An analysis: readings with all that could explain them, and what they do not tell."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -12,15 +13,23 @@ import scipy.linalg
 
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.additions.worth import told_by_shape
-from dolfingrip.diagnosis.answer.errors import Artefact, Errors, artefacts, smooth_curves
-from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
+from dolfingrip.diagnosis.answer.errors import Artefact, Errors, artefacts, without_memory
+from dolfingrip.diagnosis.core.evidence import (
+    LEVELS,
+    NONE,
+    InferenceProblem,
+    MapFit,
+    Subset,
+    Visibility,
+    taken,
+)
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown
-from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, shows_memory
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.simulated import Simulator, scaled_moduli
-from dolfingrip.extensions.index import NAMES
+from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.jobs.run import Say
 from dolfingrip.parameter.nuisances import WALL, wall
 
@@ -89,7 +98,7 @@ class Analysis[S: Simulator](ABC):
         remembering = told_by_shape(self.causes, self.measurement)
         if not remembering:
             return self
-        curves = smooth_curves(self.errors.along)
+        curves = without_memory(self.measurement, self.errors)
         return replace(self, problem=replace(self.problem, remembering=remembering, curves=curves))
 
     # -- artefacts of instruments -----------------------------------------------------------------
@@ -256,3 +265,142 @@ class Analysis[S: Simulator](ABC):
             The problem with what these tell, its posterior, and the largest difference of the
             leading fit's emulators from a simulation, by the noise; NaN where that did not end.
         """
+
+
+def remembers_state(name: str) -> bool:
+    """Tell whether a cause is an effect of what was before: a material remembers, a line lags.
+
+    Args:
+        name: of the cause.
+    """
+    return name in NAMES and (effect(name).kind == "dissipative" or effect(name).clock)
+
+
+def told_by_shape(causes: Iterable[str], measurement: Measurement) -> frozenset[str]:
+    """List causes with memory that readings tell by a curve's shape alone, as a law has it, too.
+
+    An elastic law is felt in all experiments. So it is no rival of a cause that one of them does
+    not feel, as free bending does not feel a plate's friction.
+
+    Args:
+        causes: their names.
+        measurement: with the experiments.
+    """
+    if shows_memory(measurement):
+        return frozenset()
+    rigs = [EXPERIMENTS[test.experiment].parts for test in measurement.tests]
+    return frozenset(
+        name for name in causes if remembers_state(name) and all(map(effect(name).felt_on, rigs))
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """A cause that follows the readings about as well as none does, other numbers being others.
+
+    Attributes:
+        fit: the hypothesis.
+        factor: its evidence by that of none, or by the best.
+        behind: numbers that take its change over.
+        stronger: the same where its cause does one standard deviation more.
+    """
+
+    fit: MapFit
+    factor: float
+    behind: tuple[str, ...]
+    stronger: MapFit
+
+
+def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...]]:
+    """List the effects of which less than what counts as visible is seen.
+
+    Args:
+        analysis: the readings with all that could explain them.
+        none: fit without causes.
+
+    Returns:
+        The numbers that take an effect's change over, by its name; none where it is faint by
+        itself.
+    """
+    problem = analysis.problem
+    seen = Visibility(problem, none.zeta[: problem.nuisance_count])
+    found: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
+    for name, cause in analysis.effects.items():
+        zeta = cause.at_strength(problem.boxes[name])
+        if seen.strength(name, zeta) < POLICY.visible_sigma:
+            _, found[name] = _taken(analysis, seen, seen.change(name, zeta))
+    return found
+
+
+def _taken(
+    analysis: Analysis, seen: Visibility, change: np.ndarray
+) -> tuple[float, tuple[str, ...]]:
+    """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
+    noise = analysis.errors.noise
+    alone = float(np.linalg.norm(change / noise))
+    if alone < POLICY.visible_sigma:
+        return alone, ()
+    always, shared = analysis.problem.always, analysis.errors.shared
+    names = [each.names[0] if each.names else each.key for each in always]
+    names += [each.name for each in shared]
+    columns = np.column_stack([seen.own, *(each.change for each in shared)]) / noise[:, None]
+    parts = np.abs(taken(change / noise, columns)) * np.linalg.norm(columns, axis=0)
+    order = np.argsort(parts)[::-1]
+    return alone, tuple(names[i] for i in order if parts[i] >= 0.5 * parts.max())
+
+
+def alternatives(
+    analysis: Analysis, posterior: ModelPosterior, *, off: bool = False
+) -> list[Alternative]:
+    """List single causes that the readings do not exclude beside none, the likeliest first.
+
+    Prior odds do not count: that none acts needs evidence as strong as that a cause does. A cause
+    whose own change could not be seen, whatever else is free, is none of them.
+
+    Args:
+        analysis: the readings with all that could explain them.
+        posterior: of all hypotheses.
+        off: whether something is off, so that the best evidence counts in the place of none's.
+    """
+    problem, evidence = posterior.problem, _evidence(posterior)
+    against = max(evidence.values()) if off else evidence[NONE]
+    fits = {(each.subset, each.level): each for each in posterior.fits}
+    found = []
+    for subset, log in evidence.items():
+        factor = float(np.exp(log - against))
+        if len(subset) != 1 or problem.causes(subset) != subset or factor < np.exp(-ADDITIONS.tied):
+            continue
+        fit, own = fits[subset, 0.0], problem.nuisance_count
+        seen = Visibility(problem, fit.zeta[:own])
+        change = problem.predicted(subset, fit.zeta) - problem.predicted(NONE, seen.at)
+        more = _room(analysis, fit, change)
+        more_of_readings = problem.slopes(subset, fit.zeta)[:, own:] @ more[own:]
+        alone, behind = _taken(analysis, seen, change + more_of_readings)
+        if alone >= POLICY.implausible_sigma:
+            box = np.vstack([problem.baseline_box, problem.box(subset)])
+            stronger = replace(fit, zeta=np.clip(fit.zeta + more, *box.T))
+            found.append(Alternative(fit, factor, behind, stronger))
+    return sorted(found, key=lambda each: -each.factor)
+
+
+def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
+    """(d,) the step of ζ that changes most by a fit's causes, one standard deviation of these.
+
+    Its sign is that of the change so far, (n,); the model's own numbers follow.
+    """
+    own = analysis.problem.nuisance_count
+    slopes = analysis.problem.slopes(fit.subset, fit.zeta)[:, own:]
+    covariance = np.linalg.inv(fit.hessian)
+    lower = np.linalg.cholesky(covariance[own:, own:])
+    white = slopes @ lower / analysis.errors.noise[:, None]
+    way = np.linalg.svd(white, full_matrices=False)[2][0]
+    step = covariance[:, own:] @ np.linalg.solve(lower.T, way)
+    return np.asarray(step if (slopes @ lower @ way) @ change >= 0 else -step)
+
+
+def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:
+    """ln p(y) of each set of causes, by all levels of a discrepancy."""
+    logs: dict[Subset, list[float]] = defaultdict(list)
+    for fit in posterior.fits:
+        logs[fit.subset].append(fit.log_evidence + float(np.log(LEVELS[fit.level])))
+    return {subset: float(np.logaddexp.reduce(each)) for subset, each in logs.items()}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
@@ -11,15 +12,14 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, changed
-from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.errors import Artefact, apart
-from dolfingrip.diagnosis.answer.gain import HeldOut
-from dolfingrip.diagnosis.answer.hiding import (
+from dolfingrip.diagnosis.answer.analysis import (
     Alternative,
+    Analysis,
     alternatives,
     hidden_effects,
-    in_words,
 )
+from dolfingrip.diagnosis.answer.errors import Artefact, apart
+from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.core.decision import (
     Decision,
     Sensitivity,
@@ -446,3 +446,19 @@ def _times(factor: float) -> str:
     if 0.5 < factor < 2:
         return f"{abs(100 * (factor - 1)):.2g} % {'above' if factor > 1 else 'below'}"
     return f"{factor:.3g} times"
+
+
+def in_words(hidden: Mapping[str, tuple[str, ...]]) -> str:
+    """Tell effects that cannot be seen by the numbers that they hide behind.
+
+    Args:
+        hidden: these numbers, by the names of the effects.
+    """
+    groups: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for name, behind in hidden.items():
+        groups[behind].append(name)
+    faint = groups.pop((), [])
+    parts = [f"behind {' and '.join(behind)}: {', '.join(own)}" for behind, own in groups.items()]
+    if faint:
+        parts.append(f"too faint for these readings: {', '.join(faint)}")
+    return "; ".join(parts)

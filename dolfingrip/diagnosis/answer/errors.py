@@ -52,7 +52,7 @@ from dolfingrip.diagnosis.simulation.simulated import Simulator
 
 @dataclass(frozen=True, slots=True)
 class InstrumentNoise:
-    """Noise of every reading, aligned with ``Measurement.listed()``.
+    """Noise of every reading, aligned with ``Measurement.listed``.
 
     Attributes:
         independent: (n,) standard deviation of the part that differs from reading to reading, in
@@ -72,7 +72,7 @@ class InstrumentNoise:
 
 def instrument_noise(measurement: Measurement) -> InstrumentNoise:
     """The noise of each reading of ``measurement``."""
-    listed = measurement.listed()
+    listed = measurement.listed
     independent, correlated, control = np.zeros((3, len(listed)))
     correlation_time_s = np.full(len(listed), np.inf)
     sentences: list[str] = []
@@ -164,7 +164,7 @@ def between(
     told = own.told
     one_curve = len({test.experiment for test in measurement.tests}) == 1
     if len(set(own.specimen)) == 1 or not one_curve:
-        coupon = (measurement.listed()["experiment"] == "coupon").to_numpy()
+        coupon = (measurement.listed["experiment"] == "coupon").to_numpy()
         shape = kernel(along) * np.outer(coupon, coupon)
         level = POLICY.single_shape if coupon.all() else 0.0
         return Scatter(0.0, told, level, estimated=False), POLICY.single_shape**2 * shape
@@ -199,7 +199,7 @@ class Individual:
     some: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        listed = self.measurement.listed()
+        listed = self.measurement.listed
         at = np.arange(len(listed)) if self.some is None else self.some
         self._listed = listed.iloc[at].reset_index(drop=True)
         self.covariance = self.covariance[np.ix_(at, at)]
@@ -333,6 +333,20 @@ def smooth_curves(along: Along) -> np.ndarray:
     return np.hstack(columns)
 
 
+def without_memory(measurement: Measurement, errors: Errors) -> np.ndarray:
+    """Columns of all that has the shape of memory along one loading, (n, k).
+
+    That is any smooth elastic curve, and friction in the rig.
+
+    Args:
+        measurement: the readings.
+        errors: of them.
+    """
+    rubs = _plays(measurement.listed, [*_shown(measurement, errors)])
+    friction = [each.wide.nuisance.change for each in rubs]
+    return np.column_stack([smooth_curves(errors.along), *friction])
+
+
 def path_of(load: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """s of one run's rows in the order of time, shape (rows,)."""
     moved = np.abs(np.diff(load, prepend=0.0))
@@ -404,7 +418,7 @@ def errors_of(simulation: Simulator) -> Errors:
     """
     measurement, rig, base = simulation.measurement, simulation.rig, simulation.base.readings
     slope = np.nan_to_num(simulation.base.by_control)
-    listed = measurement.listed()
+    listed = measurement.listed
     along = lying(simulation)
     factor, turned = followed(listed, along, base)
     control, signal = listed["control"].to_numpy(), base * factor
@@ -481,7 +495,7 @@ def lying(simulation: Simulator) -> Along:
     discrepancy.
     """
     measurement = simulation.measurement
-    listed, rows = measurement.listed(), measurement.readings.reset_index(drop=True)
+    listed, rows = measurement.listed, measurement.readings.reset_index(drop=True)
     load, path = np.zeros((2, len(rows)))
     of = rows.groupby("test").indices
     for test in measurement.tests:
@@ -551,10 +565,11 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
         measurement: the readings.
         errors: of them; artefacts that these have already are left out, and waves beside a wave.
     """
-    have, listed = {each.kind for each in errors.artefacts}, measurement.listed()
+    have, listed = {each.kind for each in errors.artefacts}, measurement.listed
     shown = [*_shown(measurement, errors)]
     every = [
-        *_jumps(listed, errors.along.path, shown), *_plays(listed, shown), *_waves(listed, shown),
+        *_jumps(listed, errors.along.path, shown), *_waves(listed, shown),
+        *(each for each in _plays(listed, shown) if np.ptp(np.sign(each.nuisance.change)) > 1),
     ]  # fmt: skip
     new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
@@ -595,7 +610,7 @@ class _Shown:
 
 def _shown(measurement: Measurement, errors: Errors) -> Iterator[_Shown]:
     """All columns and controls, of each test and of all of an experiment."""
-    listed = measurement.listed()
+    listed = measurement.listed
     column, number = listed["column"].to_numpy(), listed["test"].to_numpy()
     for who, tests in _together(measurement.tests):
         first, mine = tests[0], np.isin(number, [test.number for test in tests])
@@ -657,7 +672,7 @@ def _plays(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
                 control = listed["control"].to_numpy()[mine][first]
                 steps = np.diff(control, prepend=0.0) / max(np.ptp(control), 1e-9)
                 behind[mine] = np.fromiter(_behind(steps, length), float)[back]
-            if behind.min() < 0 < behind.max():
+            if behind.any():
                 yield _artefact(
                     f"play of {shown.name}, within {length:g} of the range",
                     ARTEFACTS.play * shown.size, shown.unit, shown.by * shown.at * behind,

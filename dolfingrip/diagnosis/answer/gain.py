@@ -75,7 +75,7 @@ def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
 
 def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
     """Iterate over what is left out in turn: its kind, and which readings, (n,) of bool."""
-    listed = analysis.measurement.listed()
+    listed = analysis.measurement.listed
     specimen = listed["specimen"].to_numpy()
     names = list(dict.fromkeys(specimen))
     if len(names) > 1:

@@ -16,14 +16,13 @@ from dolfingrip.diagnosis.additions.worth import (
     Rival,
     chance_alone,
     checks,
-    remembers_state,
-    shows_memory,
     tied,
 )
-from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.analysis import Analysis, remembers_state
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS
+from dolfingrip.diagnosis.data.measurement import shows_memory
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.files.diagnosis import NextExperiment
 from dolfingrip.jobs.run import Say

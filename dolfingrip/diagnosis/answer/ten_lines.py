@@ -197,8 +197,8 @@ def answer_sentence(found: Diagnosis) -> str:
     sentence = _one_of(found, decision.first)
     if decision.by_shape:
         sentence += (
-            ", or an elastic law by itself or with other walls, as a smooth elastic curve follows "
-            "readings of one loading at one rate as well"
+            ", or an elastic law by itself or with other walls or friction in the rig, which "
+            "follow readings of one loading at one rate as well"
         )
     told = {*decision.first, *decision.second}
     if decision.second:
@@ -250,7 +250,7 @@ def _size(found: Diagnosis) -> str:
     without = replace(fit, subset=NONE, zeta=fit.zeta[: found.analysis.problem.nuisance_count])
     change = found.analysis.exact(fit) - found.analysis.exact(without)
     place = int(np.argmax(np.abs(change / found.analysis.errors.noise)))
-    listed = found.analysis.measurement.listed().iloc[place]
+    listed = found.analysis.measurement.listed.iloc[place]
     control = CHANNELS[CONTROL[str(listed["experiment"])]]
     channel = CHANNELS[str(listed["column"])]
     return (

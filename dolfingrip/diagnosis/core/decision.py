@@ -210,7 +210,11 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
         first, second = (), ()
     nothing = answer == "none"
     best = posterior.best(NONE, level=0.0) if nothing else _leading(posterior, first, second)
-    by_shape = not all(_beyond_a_curve(posterior, best, names) for names in (first, second))
+    beyond = [each for each in (first, second) if _beyond_a_curve(posterior, best, each)]
+    if second and len(beyond) == 1:  # it is claimed without what is told by its shape alone
+        (first,), second = beyond, ()
+        probability = min(held(mass, first), _at_most(unexplained))
+    by_shape = not all(_beyond_a_curve(posterior, best, each) for each in (first, second))
     if by_shape:
         probability = min(probability, POLICY.likelier)
     nuisance_only = not second and not problem.implausible.keys().isdisjoint(first)
@@ -222,10 +226,11 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
 
 
 def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, ...]) -> bool:
-    """Tell if a set of causes does more than any smooth elastic curve would.
+    """Tell if a set of causes does more than an elastic curve or friction in the rig would.
 
-    A loading at one rate shows memory by its shape alone, and some elastic law has that shape. So
-    causes with memory are told there if no such curve in their place follows the readings as well.
+    A loading at one rate shows memory by its shape alone, and an elastic law or friction may have
+    that shape. So causes with memory are told there if neither in their place follows the readings
+    as well.
 
     Args:
         posterior: of all hypotheses.

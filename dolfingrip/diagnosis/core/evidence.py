@@ -97,7 +97,7 @@ class InferenceProblem:
             functions of the nuisances and of the numbers of all these causes.
         rig: which of the causes are numbers of the rig; they come last in every subset.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
-        curves: of any smooth elastic curve, shape (n, k); causes with memory have to do better.
+        curves: of what has the shape of memory, (n, k); causes with memory have to do better.
         baseline: what the nuisances change: all moduli, and others that are fitted in every
             hypothesis.
     """

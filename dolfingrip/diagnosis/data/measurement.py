@@ -3,7 +3,7 @@
 measurement = read([Path("finger.csv"), Path("coupons.csv")])
 measurement.readings          # pandas: a row for each row of the files
 measurement.tests             # a SpecimenTest for each specimen in each experiment of each file
-measurement.listed()          # pandas: a row for each single reading; all arrays of a
+measurement.listed          # pandas: a row for each single reading; all arrays of a
                               # diagnosis are aligned with it
 
 Of coupons readings between toe and the largest strain are compared, of a finger those up to the
@@ -13,6 +13,7 @@ pressure that the laboratory tells, if any; and of either not too many.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -26,8 +27,8 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
 from dolfingrip.diagnosis.data.motion import motion, smallest_change, travel
-from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, of_markers
-from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, of_markers, read_by
+from dolfingrip.diagnosis.policy import ADDITIONS, DATA
 from dolfingrip.sections.section import Role
 
 
@@ -132,6 +133,14 @@ class Measurement:
         """``config`` with the set-up of each test."""
         return [test.applied(config) for test in self.tests]
 
+    def lab(self, config: Config) -> Config:
+        """``config`` with the set-up of a test, of one with weight where there is one."""
+        return max(self.applied(config), key=lambda each: each.gravity.acceleration_m_s2)
+
+    def read_by(self, experiment: str) -> tuple[str, ...]:
+        """Columns that an experiment reads, with those of markers that were seen."""
+        return read_by(experiment, self.columns)
+
     def rows(self, test: int) -> pd.DataFrame:
         """The rows of a test."""
         return self.readings[self.readings["test"] == test]
@@ -151,7 +160,7 @@ class Measurement:
     def reading(self, values: np.ndarray) -> Measurement:
         """Replace single readings, (n,); those that are NaN are left out."""
         rows = self.readings.copy()
-        places = self.listed()[["row", "column"]].itertuples(index=False)
+        places = self.listed[["row", "column"]].itertuples(index=False)
         for (row, column), value in zip(places, values, strict=True):
             rows.loc[rows.index[row], column] = value
         return Measurement(rows, self.tests, self.warnings)
@@ -185,6 +194,7 @@ class Measurement:
             return None
         return float(f"{np.median(steps[moving] / times[moving]):.2g}")
 
+    @cached_property  # a fit asks for it at each place that it tries
     def listed(self) -> pd.DataFrame:
         """A row for each single reading, in the order of the rows and, within one, of columns.
 
@@ -192,10 +202,6 @@ class Measurement:
         the column's unit, ``control`` the pressure (kPa) or displacement (mm) that it was read at.
         The table is made once; a caller that changes it takes a copy.
         """
-        return self._listed
-
-    @cached_property  # a fit asks for it at each place that it tries
-    def _listed(self) -> pd.DataFrame:
         wide = self.readings[self.columns].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
         told = self.readings.iloc[row].reset_index(drop=True)
@@ -222,7 +228,7 @@ class Measurement:
         Returns:
             (…, n) where those at the rows are (…, rows).
         """
-        row = self.listed()["row"].to_numpy()
+        row = self.listed["row"].to_numpy()
         shapes = [each.shape[:-1] for columns in rows.values() for each in columns.values()]
         found = np.full((*np.broadcast_shapes(*shapes), len(row)), missing)
         for tests, columns in rows.items():
@@ -233,13 +239,13 @@ class Measurement:
 
     def channels(self) -> dict[str, np.ndarray]:
         """Tell which single readings are of each column, (n,) of bool."""
-        column = self.listed()["column"].to_numpy()
+        column = self.listed["column"].to_numpy()
         return {str(name): column == name for name in dict.fromkeys(column)}
 
     def places(self, tests: Sequence[int]) -> dict[str, np.ndarray]:
         """Where readings of these tests stand in the list, by column; found once."""
         if (key := tuple(tests)) not in self._places:
-            column, test = (self.listed()[name].to_numpy() for name in ("column", "test"))
+            column, test = (self.listed[name].to_numpy() for name in ("column", "test"))
             mine = np.isin(test, tests)
             self._places[key] = {
                 str(name): np.flatnonzero(mine & (column == name))
@@ -257,9 +263,26 @@ def in_proportion(measurement: Measurement) -> np.ndarray:
 
     How far a coupon narrows depends neither on its modulus nor on its cross-section.
     """
-    listed = measurement.listed()
+    listed = measurement.listed
     scaled = [name for name in measurement.columns if CHANNELS[name].in_proportion]
     return ((listed["experiment"] == "coupon") & listed["column"].isin(scaled)).to_numpy()
+
+
+def shows_memory(*measurements: Measurement) -> bool:
+    """Tell whether readings of the same experiments show what a material remembers.
+
+    They do where something is unloaded or waits, or is loaded at two rates.
+    """
+    rates: dict[str, list[float]] = defaultdict(list)
+    for measurement in measurements:
+        for test in measurement.tests:
+            rows = measurement.rows(test.number)
+            if (rows["branch"] != "loading").any():
+                return True
+            rate = measurement.ramp_rate(test)
+            if rate is not None:
+                rates[test.experiment].append(rate)
+    return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())
 
 
 def read(files: Sequence[Path], config: Config | None = None) -> Measurement:

@@ -79,13 +79,13 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
 
     Args:
         measurement: the readings.
-        simulated: (n,) readings of the base model, as in ``measurement.listed()``; NaN where there
+        simulated: (n,) readings of the base model, as in ``measurement.listed``; NaN where there
             is none.
 
     Returns:
         For each test, all slips that explain its readings far better than no slip.
     """
-    listed = measurement.listed().assign(simulated=simulated)
+    listed = measurement.listed.assign(simulated=simulated)
     found: list[Suspicion] = []
     for number, part in listed.dropna(subset="simulated").groupby("test", sort=True):
         test = measurement.tests[int(number)]

@@ -13,14 +13,15 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
+from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.model import FingerSimulation, model, not_reached
 from dolfingrip.diagnosis.finger.training import CauseTraining
-from dolfingrip.diagnosis.finger.unknowns import unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import simulate
+from dolfingrip.diagnosis.simulation.unknowns import WALLS
 from dolfingrip.jobs.run import silent
 
 
@@ -98,7 +99,7 @@ def analyse_fingers(
     measurement: Measurement,
     config: Config,
     workers: Workers,
-    names: Sequence[str] | None = None,
+    causes: Sequence[Cause],
     say: Callable[[str], None] = silent,
     *,
     fully: bool = False,
@@ -109,7 +110,7 @@ def analyse_fingers(
         measurement: of fingers, and of coupons beside them.
         config: the model that is diagnosed.
         workers: where simulations are computed and kept.
-        names: of the causes that are tried; the whole catalogue where None.
+        causes: that are tried, walls only where these are not fitted in every hypothesis.
         say: told what is being done.
         fully: simulate every cause as far as one that the readings may have.
 
@@ -117,7 +118,7 @@ def analyse_fingers(
         ConfigError: one line, where nothing can be simulated.
     """
     simulation, off, plain = model(measurement, config, workers, say)
-    causes = unknowns(simulation.measurement, simulation.lab, names, walls=bool(simulation.walls))
+    causes = [each for each in causes if not (simulation.walls and each.name == WALLS)]
     say(f"simulating what {len(causes)} causes change")
     training = CauseTraining(simulation, causes, plain, off.noise)
     training.run(say, fully=fully)

@@ -56,7 +56,6 @@ from dolfingrip.diagnosis.core.evidence import (
 )
 from dolfingrip.diagnosis.core.unknown import MODULUS, Nuisance, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows
-from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import MODEL, POLICY, ROUTES
 from dolfingrip.diagnosis.simulation.nuisances import base_variant, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -71,6 +70,7 @@ from dolfingrip.diagnosis.simulation.simulated import (
     simulate,
 )
 from dolfingrip.diagnosis.simulation.stops import spline_weights
+from dolfingrip.diagnosis.simulation.unknowns import WALLS
 from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.jobs.run import silent
@@ -223,7 +223,7 @@ class FingerSimulation:
         reached = np.where(np.isfinite(base.by_control), base.readings, np.nan)
         if not not_reached(measurement, measurement, reached, base.failures):
             return found
-        kept = np.where(np.isnan(reached), np.nan, measurement.listed()["value"])
+        kept = np.where(np.isnan(reached), np.nan, measurement.listed["value"])
         again = replace(self, measurement=measurement.reading(kept)).refined()
         return replace(again, failures=base.failures)
 
@@ -391,8 +391,7 @@ class FingerSimulation:
     @property
     def lab(self) -> Config:
         """A test's configuration, with weight where one has it."""
-        applied = self.measurement.applied(self.config)
-        return max(applied, key=lambda each: each.gravity.acceleration_m_s2)
+        return self.measurement.lab(self.config)
 
     def moduli(self, factor: float) -> Change:
         """Return the change that makes all moduli ``factor`` times as large as configured."""
@@ -525,8 +524,8 @@ def not_reached(
     Raises:
         NothingReached: one line, where a test has none left.
     """
-    every = measurement.listed()["test"].to_numpy()
-    reached = known.listed()["test"].to_numpy()[np.isfinite(readings)]
+    every = measurement.listed["test"].to_numpy()
+    reached = known.listed["test"].to_numpy()[np.isfinite(readings)]
     found = []
     for test in measurement.tests:
         count, left = (int((each == test.number).sum()) for each in (every, reached))
@@ -545,7 +544,7 @@ def not_reached(
 def baseline_problem(simulation: FingerSimulation, off: Errors) -> InferenceProblem:
     """The problem without causes, whose baseline is the model at any moduli and walls."""
     measurement = simulation.measurement
-    listed = measurement.listed()
+    listed = measurement.listed
     n = len(listed)
     std = max(t.setup.nuisances["modulus"] for t in measurement.tests)
     applied = measurement.applied(simulation.config)

@@ -48,9 +48,9 @@ from dolfingrip.diagnosis.finger.model import (
     plain_fit,
     spread,
 )
-from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, TILTED
 from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
+from dolfingrip.diagnosis.simulation.unknowns import IMPLAUSIBLE, TILTED
 from dolfingrip.extensions.effect import Displaying, Energetic
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter.nuisances import modulus_keys
@@ -543,7 +543,7 @@ def _assembled(
 ) -> tuple[SimulatedChanges | None, str]:
     """Changes and their derivatives by ζ; None and why where too few simulations ended well."""
     numbers = design.cause.numbers
-    experiment = simulation.measurement.listed()["experiment"].to_numpy()
+    experiment = simulation.measurement.listed["experiment"].to_numpy()
     felt = np.isin(experiment, list(design.variants[0].only_in or ()))
     values, slopes, kept = [], [], []
     at = nodes if design.scales else None

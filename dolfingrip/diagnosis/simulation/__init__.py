@@ -12,6 +12,6 @@ From the bottom up:
   and moduli by exact scaling; and the interface of a simulator, which coupons and fingers have;
 - :mod:`nuisances`: what else the readings change by.
 
-All arrays are aligned with ``Measurement.listed()``
+All arrays are aligned with ``Measurement.listed``
 (:mod:`dolfingrip.diagnosis.data.measurement`); n is the number of single readings there.
 """

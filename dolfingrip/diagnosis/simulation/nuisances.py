@@ -111,7 +111,7 @@ def nuisances(measurement: Measurement, base: SimulatedReadings) -> list[Nuisanc
         measurement: with the laboratory's standard deviations.
         base: simulated with the gradients :func:`keys`.
     """
-    listed = measurement.listed()
+    listed = measurement.listed
     test = listed["test"].to_numpy()
     configs = {number: run.config for run in base.runs for number in run.group.tests}
     forces = in_proportion(measurement)

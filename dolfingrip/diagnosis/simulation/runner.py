@@ -31,7 +31,7 @@ from pydantic import TypeAdapter
 
 from dolfingrip.channels import CHANNELS, TIME
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, read_by
+from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, READINGS
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.experiments.request import FORMAT, Answer, Request
 from dolfingrip.experiments.simulate import enter, simulate
@@ -274,7 +274,7 @@ def request(
     gradients: Sequence[str] = (),
     *,
     mesh_check: bool = False,
-    seen: Sequence[str] = (),
+    read: Sequence[str] = (),
 ) -> Request:
     """Ask for an experiment as a diagnosis simulates it.
 
@@ -286,7 +286,7 @@ def request(
         config: with the protocol of the measurement.
         gradients: keys of parameters that all readings are derived by.
         mesh_check: whether the error of the mesh is estimated, too.
-        seen: columns of the measurement, whose markers are read, too.
+        read: columns that are read; the experiment's own where empty, without markers.
 
     Returns:
         The request.
@@ -296,7 +296,7 @@ def request(
     """
     shortest = max(config.solver.min_step_kPa, POLICY.shortest_step * config.solver.max_step_kPa)
     plain = config.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
-    columns = (TIME.name, CONTROL[experiment], *read_by(experiment, seen))
+    columns = (TIME.name, CONTROL[experiment], *(read or READINGS[experiment]))
     return Request.of(experiment, plain, gradients or None, columns=columns, mesh_check=mesh_check)
 
 

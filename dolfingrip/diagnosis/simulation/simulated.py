@@ -3,7 +3,7 @@
 viscous = ModelVariant({"extensions.prony.g": [0.2]})
 variants = [ModelVariant(), viscous, ModelVariant(gradients=("material.mu_MPa",))]
 base, prony, slopes = simulate(measurement, config, variants, Workers(folder, Where(workers=2)))
-prony.readings - base.readings     # (n,), aligned with measurement.listed()
+prony.readings - base.readings     # (n,), aligned with measurement.listed
 slopes.slopes["material.mu_MPa"]   # (n,)
 
 The base model at other moduli follows exactly and without a new simulation.
@@ -263,7 +263,7 @@ class SimulatedReadings(ModelReadings):
         Args:
             measurement: that was simulated, with the gradients :func:`modulus_keys`.
         """
-        test = measurement.listed()["test"].to_numpy()
+        test = measurement.listed["test"].to_numpy()
         found = np.zeros(len(test))
         for run in self.runs:
             mine = np.isin(test, run.group.tests)
@@ -344,7 +344,7 @@ def simulate(
     parts = {h: groups(measurement, config, h) for h in {variant.headroom for variant in variants}}
     planned = [
         [
-            _planned(variant, group, measurement.columns)
+            _planned(variant, group, measurement.read_by(group.experiment))
             for group in parts[variant.headroom]
             if variant.only_in is None or group.experiment in variant.only_in
         ]
@@ -359,7 +359,7 @@ def simulate(
 
 
 def _planned(
-    variant: ModelVariant, group: SimulationGroup, seen: Sequence[str]
+    variant: ModelVariant, group: SimulationGroup, read: Sequence[str]
 ) -> tuple[SimulationGroup, Config, StopSchedule, Request]:
     config = variant.of(group)
     route = group.schedule(config)
@@ -369,7 +369,7 @@ def _planned(
         changed(config, {key_of(name): values for name, values in route.protocol().items()}),
         tuple(each for each in variant.gradients if _feels(group.experiment, config, each)),
         mesh_check=variant.mesh_check,
-        seen=seen,
+        read=read,
     )
     return group, config, route, asked
 
@@ -406,7 +406,7 @@ def _assembled(
         run
         for run in runs
         if run.result.failure_class is not None
-        and np.isnan(readings[measurement.listed()["test"].isin(run.group.tests)]).any()
+        and np.isnan(readings[measurement.listed["test"].isin(run.group.tests)]).any()
     ]
     return SimulatedReadings(readings, by_control, slopes, variant, failures, runs)
 

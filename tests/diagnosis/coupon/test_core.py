@@ -420,3 +420,20 @@ def test_memory_that_one_rate_shows_has_to_beat_any_smooth_elastic_curve(
     elastic = decide(search(replace(own, curves=None), np.random.default_rng(SEED)))
     assert not elastic.by_shape
     assert elastic.probability > 0.9
+
+
+def test_memory_that_has_the_shape_of_a_curve_is_no_second_cause() -> None:
+    """Beside a cause that no curve is in the place of, which is claimed as surely as by itself."""
+    along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
+    wave, bent = 0.5 * np.sin(9 * X), 0.8 * X**3
+    both = replace(
+        case(drawn(2 * wave + 1.5 * bent), {"wave": wave, "remembers": bent}),
+        remembering=frozenset({"remembers"}),
+    )
+    told = decide(search(both, np.random.default_rng(SEED)))
+    assert {*told.first, *told.second} == {"wave", "remembers"}
+    own = replace(both, curves=smooth_curves(along))
+    decision = decide(search(own, np.random.default_rng(SEED)))
+    assert (decision.first, decision.second) == (("wave",), ())
+    assert not decision.by_shape
+    assert decision.probability > 0.9

@@ -30,7 +30,7 @@ def test_the_slope_is_the_readings_own(simulation: CouponSimulation, off: Errors
 
     neo-Hooke, scaled to the force, is half as steep at the toe and a fifth too steep at the end.
     """
-    listed = simulation.measurement.listed()
+    listed = simulation.measurement.listed
     x, y = listed["control"].to_numpy(), listed["value"].to_numpy()
     (slack,) = (each for each in off.shared if each.name == SLACK)
     steep = slack.change / slack.std

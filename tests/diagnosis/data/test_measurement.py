@@ -21,7 +21,7 @@ def test_readings_and_set_ups(tmp_path: Path) -> None:
         ("bending", "A"), ("blocked_force", "A")
     ]  # fmt: skip
     assert found.warnings == []
-    listed = found.listed()
+    listed = found.listed
     assert list(listed["column"]) == [*4 * ["angle_deg"], "force_N", "angle_deg", "force_N"]
     np.testing.assert_array_equal(listed["value"], [0.1, 12.5, 25.2, 13.0, 0.01, 1.5, 0.3])
     np.testing.assert_array_equal(listed["control"], [0, 25, 50, 25, 0, 25, 25])
@@ -139,7 +139,7 @@ def test_a_synthetic_coupon_is_read_as_it_was_written(tmp_path: Path) -> None:
     found = read([tmp_path / "measured.csv"])
     assert isinstance(found, Measurement)
     for name in ("force_N", "transverse_strain"):
-        listed = found.listed()
+        listed = found.listed
         own = listed["value"][listed["column"] == name]
         np.testing.assert_allclose(own, [row[name] for row in made.rows], 1e-5)
         assert found.tests[0].setup.noise[name] == synthetic.NOISE[name]

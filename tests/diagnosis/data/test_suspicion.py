@@ -53,7 +53,7 @@ def found(columns: dict[str, np.ndarray], pressure: np.ndarray, wrong: float) ->
         table[name] = values
     measurement = Measurement(table, [test])
     simulated = {name: wrong * truth(pressure) for name, truth in SIMULATED.items()}
-    listed = measurement.listed()
+    listed = measurement.listed
     y0 = np.array([simulated[c][r] for r, c in zip(listed["row"], listed["column"], strict=True)])
     return suspicions(measurement, y0)
 
@@ -173,7 +173,7 @@ def coupons(travel: np.ndarray, force: np.ndarray) -> list[str]:
     table["time_s"] = np.tile(np.linspace(0.5, 6.5, len(travel)), 2)
     table["displacement_mm"], table["force_N"] = np.tile(travel, 2), np.tile(force, 2)
     measurement = Measurement(table, tests)
-    listed = measurement.listed()
+    listed = measurement.listed
     simulated = pulled_N(table["displacement_mm"].to_numpy(dtype=float))[listed["row"]]
     return sentences(suspicions(measurement, simulated))
 

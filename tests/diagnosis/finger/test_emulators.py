@@ -25,8 +25,8 @@ from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Cause, causes, factor_of_moduli
 from dolfingrip.diagnosis.finger import training
 from dolfingrip.diagnosis.finger.training import CauseTraining, box_of, coordinates_of, wider
-from dolfingrip.diagnosis.finger.unknowns import IMPLAUSIBLE, unknowns
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.unknowns import IMPLAUSIBLE, unknowns
 from dolfingrip.extensions.index import NAMES, effect
 
 SEED = 11

@@ -77,7 +77,7 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
         read([written(folder, "\n".join(lines) + "\n", TOLD)], block()), block()
     )
     assert notes == ["readings above 8 kPa (max_pressure_kPa of lab.csv) are left out"]
-    assert found.listed()["control"].max() == 8
+    assert found.listed["control"].max() == 8
     return found
 
 
@@ -103,12 +103,12 @@ def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store
         "modulus", "wall", "pressure_gain", "pressure_offset_kPa", FILM,
         "specimen_scale of A", "specimen_scale of B",
     ]  # fmt: skip
-    pressure = measurement.listed()["control"].to_numpy()
+    pressure = measurement.listed["control"].to_numpy()
     exactly = -0.2 * pressure * base.by_control
     np.testing.assert_allclose(columns["modulus"], exactly, atol=0.02 * np.abs(exactly).max())
     ends = [with_all(measurement, store, {FILM: 3 + way}).readings for way in (0.05, -0.05)]
     np.testing.assert_allclose(columns[FILM], 10 * (ends[0] - ends[1]), rtol=1e-3)
-    walls = 0.05 * np.where(measurement.listed()["specimen"] == "A", 7.0, 6.0)
+    walls = 0.05 * np.where(measurement.listed["specimen"] == "A", 7.0, 6.0)
     np.testing.assert_allclose(columns["wall"], walls * base.slopes["cast.wall_mm"])
     assert (columns["wall"] < 0).all()
 

@@ -73,7 +73,7 @@ def test_nuisances(simulation: FingerSimulation, measurement: Measurement) -> No
     assert names == ["modulus", "coupon_area", "specimen_scale of A", "specimen_scale of B"]
     np.testing.assert_allclose(nuisance(simulation, "modulus"), 0.2 * base.readings, atol=1e-4)
     np.testing.assert_allclose(nuisance(simulation, "coupon_area"), 0.18 * base.readings)
-    first = (measurement.listed()["specimen"] == "A").to_numpy()
+    first = (measurement.listed["specimen"] == "A").to_numpy()
     own = nuisance(simulation, "specimen_scale of A")
     np.testing.assert_allclose(own, 0.015 * np.where(first, base.readings, 0), atol=1e-5)
     assert all(each.change.shape == (202,) for each in simulation.nuisances)
@@ -91,7 +91,7 @@ def test_modulus_scales(
 
 
 def test_gauge_noise_counts_by_the_slope(base: SimulatedReadings, measurement: Measurement) -> None:
-    listed = measurement.listed()
+    listed = measurement.listed
     control, first = listed["control"].to_numpy(), (listed["specimen"] == "A").to_numpy()
     slope = np.gradient(base.readings[first], control[first])
     np.testing.assert_allclose(base.by_control[first][2:-2], slope[2:-2], rtol=2e-3)
@@ -174,7 +174,7 @@ def test_a_simulation_that_fails_is_told_and_leaves_no_numbers(
     (failure,) = part.failures
     assert [measurement.tests[number].specimen for number in failure.group.tests] == ["A", "B"]
     assert failure.why == "stopped at 6 mm (limit point)"
-    control = measurement.listed()["control"].to_numpy()
+    control = measurement.listed["control"].to_numpy()
     reached = part.runs[0].result.columns["displacement_mm"][-1]
     good = ~np.isnan(part.readings)
     assert good[control <= reached].all()

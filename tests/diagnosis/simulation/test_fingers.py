@@ -68,7 +68,7 @@ def one(measurement: Measurement, store: Path, overrides: Change) -> SimulatedRe
 
 
 def of(measurement: Measurement, experiment: str, column: str = "angle_deg") -> np.ndarray:
-    listed = measurement.listed()
+    listed = measurement.listed
     return ((listed["experiment"] == experiment) & (listed["column"] == column)).to_numpy()
 
 
@@ -118,7 +118,7 @@ def test_all_is_simulated_anew_where_a_plain_finger_is_softer(
     """A stiffer one is read from the same curve but for causes with memory. Moduli that grow with
     the pressure, at 20, 40 and 60 kPa, are no other modulus."""
     plain = baseline_problem(simulation, errors_of(simulation))
-    by = np.interp(measurement.listed()["control"], UP[1:], factors)
+    by = np.interp(measurement.listed["control"], UP[1:], factors)
     own = np.array([simulation.base_at(c)[place] for place, c in enumerate(by)])
     plain = replace(plain, value=own)
     assert fitted_moduli(plain, simulation) == pytest.approx(there)
@@ -143,7 +143,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     expected = 1.5 * (ends[0].readings - ends[1].readings)
     np.testing.assert_allclose(columns["pressure_gain"], expected, atol=2e-3)
     # by the exact scaling, too: dα/dln c = -p dα/dp
-    pressure = measurement.listed()["control"].to_numpy()
+    pressure = measurement.listed["control"].to_numpy()
     np.testing.assert_allclose(
         columns["modulus"][free], -0.2 * (pressure * base.by_control)[free], atol=0.02
     )
@@ -167,7 +167,7 @@ def test_a_line_that_lags_is_the_elastic_curve_behind_it(
         ):
             at = of(measurement, experiment, name)
             off = np.abs(shape - change)[at].max()
-            largest = base.readings[measurement.listed()["column"] == name].max()
+            largest = base.readings[measurement.listed["column"] == name].max()
             print(overrides, experiment, name, "off by", off, "of", np.abs(change[at]).max())
             assert off < allowed * largest
 

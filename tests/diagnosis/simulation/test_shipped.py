@@ -166,7 +166,7 @@ def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
     measurement = three_cycles()
     walls = simulated(measurement, Config(), workers).walls
     thinner, thicker = (walls[by].readings - walls[1.0].readings for by in (0.9, 1.1))
-    free = (measurement.listed()["column"] == "angle_deg").to_numpy()
+    free = (measurement.listed["column"] == "angle_deg").to_numpy()
     assert thinner[free].max() > 5.0  # degrees
     assert thicker[free].min() < -5.0
 

@@ -1,4 +1,4 @@
-"""Causes of fingers: effects of the catalogue, and nuisances far from what the laboratory told."""
+"""Causes that may be named: of the catalogue, and nuisances far from what the laboratory told."""
 
 from __future__ import annotations
 
@@ -30,23 +30,29 @@ TILTED: Final = "gravity_pitch"
 
 
 def unknowns(
-    measurement: Measurement, config: Config, names: Sequence[str] | None, *, walls: bool = False
+    measurement: Measurement, config: Config, names: Sequence[str] | None = None
 ) -> list[Cause]:
     """All that may be named: of the catalogue, and of the nuisances where all are tried.
 
     Args:
         measurement: whose set-ups tell the nuisances.
-        config: the model that is diagnosed, with the laboratory's gravity.
+        config: the model that is diagnosed.
         names: of the causes that are tried; everything where None.
-        walls: whether these are fitted in every hypothesis, and so no cause beside it.
+
+    Raises:
+        ConfigError: one line with the name of a number of a finger's rig, and the readings that
+            feel it, where no reading is of such a rig.
     """
+    for name in names or ():
+        if name in IMPLAUSIBLE and not _tests_of(name, measurement):
+            which = "a blocked finger" if name == "plate_gap" else "a finger"
+            raise ConfigError(f"--effects {name}: allowed: with readings of {which}")
+    config = measurement.lab(config)
     found = [
         _tilted(each) if each.name == TILTED and config.gravity.acceleration_m_s2 else each
         for each in causes(config, names)
     ]
-    implausible = [
-        each for each in _implausible(measurement, config) if not (walls and each.name == WALLS)
-    ]
+    implausible = _implausible(measurement, config)
     return [*found, *(each for each in implausible if names is None or each.name in names)]
 
 
@@ -58,22 +64,6 @@ def _tilted(cause: Cause) -> Cause:
     return Cause(
         cause.name, (Unknown(key, prior, -reach, reach, (-180.0, 180.0), tail=tail_of(prior)),), ()
     )
-
-
-def check_rig(names: Sequence[str] | None, measurement: Measurement) -> None:
-    """Refuse numbers of a finger's rig where no reading is of such a rig.
-
-    Args:
-        names: of effects; None for the whole catalogue.
-        measurement: the readings.
-
-    Raises:
-        ConfigError: one line with the name and the readings that feel it.
-    """
-    for name in names or ():
-        if name in IMPLAUSIBLE and not _tests_of(name, measurement):
-            which = "a blocked finger" if name == "plate_gap" else "a finger"
-            raise ConfigError(f"--effects {name}: allowed: with readings of {which}")
 
 
 def _tests_of(name: str, measurement: Measurement) -> list[SpecimenTest]:
