@@ -94,7 +94,7 @@ class Analysis[S: Simulator](ABC):
         return {name: float(each) for name, each in rms.items() if each}
 
     def judged_by_shape(self) -> Self:
-        """With curves that causes with memory have to do better than, where none shows itself."""
+        """With curves that causes with memory have to do better than, where these have rivals."""
         remembering = told_by_shape(self.causes, self.measurement)
         if not remembering:
             return self
@@ -277,16 +277,17 @@ def remembers_state(name: str) -> bool:
 
 
 def told_by_shape(causes: Iterable[str], measurement: Measurement) -> frozenset[str]:
-    """List causes with memory that readings tell by a curve's shape alone, as a law has it, too.
+    """List causes with memory that readings tell by a shape that something else has, too.
 
-    An elastic law is felt in all experiments. So it is no rival of a cause that one of them does
-    not feel, as free bending does not feel a plate's friction.
+    Along one loading an elastic law has it. Along the loop of a coupon friction in the testing
+    machine has it. An elastic law is felt in all experiments. So it is no rival of a cause that one
+    of them does not feel, as free bending does not feel a plate's friction.
 
     Args:
         causes: their names.
         measurement: with the experiments.
     """
-    if shows_memory(measurement):
+    if shows_memory(measurement) and any(test.of_finger for test in measurement.tests):
         return frozenset()
     rigs = [EXPERIMENTS[test.experiment].parts for test in measurement.tests]
     return frozenset(

@@ -334,7 +334,7 @@ def smooth_curves(along: Along) -> np.ndarray:
 
 
 def without_memory(measurement: Measurement, errors: Errors) -> np.ndarray:
-    """Columns of all that has the shape of memory along one loading, (n, k).
+    """Columns of all that has the shape of memory along one loading or in a loop, (n, k).
 
     That is any smooth elastic curve, and friction in the rig.
 

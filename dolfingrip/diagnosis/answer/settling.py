@@ -168,6 +168,8 @@ def advice(found: Diagnosis, told: Collection[str] = ()) -> str:
     """
     decision, analysis = found.decision, found.analysis
     coupons = analysis.closed_form
+    if decision.by_shape and coupons and shows_memory(analysis.measurement):
+        return "run the testing machine without a specimen: its friction shows itself alone"
     if decision.by_shape and not coupons:
         return "unloading, a wait at the highest pressure, or a slow cycle: each shows memory alone"
     if decision.nuisance_only and coupons:

@@ -197,8 +197,8 @@ def answer_sentence(found: Diagnosis) -> str:
     sentence = _one_of(found, decision.first)
     if decision.by_shape:
         sentence += (
-            ", or an elastic law by itself or with other walls or friction in the rig, which "
-            "follow readings of one loading at one rate as well"
+            ", or an elastic law by itself, with other walls or with friction in the rig, which "
+            "follows these readings as well"
         )
     told = {*decision.first, *decision.second}
     if decision.second:

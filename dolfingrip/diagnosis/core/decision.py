@@ -132,8 +132,8 @@ class Decision:
         discrepancy: probability that something stays beside the causes.
         subsets: probability of each set of visible causes.
         best: the most probable fit that the answer is about.
-        by_shape: whether a cause with memory is named that readings tell by the shape of a curve
-            alone, which a smooth elastic curve has, too.
+        by_shape: whether a cause with memory is named that readings tell by a shape alone, which an
+            elastic curve with friction in the rig has, too.
         nuisance_only: whether nothing is named but a nuisance of the model, or causes that do as
             well.
     """
@@ -210,13 +210,11 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
         first, second = (), ()
     nothing = answer == "none"
     best = posterior.best(NONE, level=0.0) if nothing else _leading(posterior, first, second)
-    beyond = [each for each in (first, second) if _beyond_a_curve(posterior, best, each)]
-    if second and len(beyond) == 1:  # it is claimed without what is told by its shape alone
-        (first,), second = beyond, ()
-        probability = min(held(mass, first), _at_most(unexplained))
-    by_shape = not all(_beyond_a_curve(posterior, best, each) for each in (first, second))
+    by_shape = not _beyond_a_curve(posterior, best, first)
     if by_shape:
         probability = min(probability, POLICY.likelier)
+    elif not _beyond_a_curve(posterior, best, second):  # the first is claimed without it
+        second, probability = (), min(held(mass, first), _at_most(unexplained))
     nuisance_only = not second and not problem.implausible.keys().isdisjoint(first)
     return Decision(
         answer, _all_names(problem, first), _all_names(problem, second), nearest,
@@ -228,9 +226,9 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
 def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, ...]) -> bool:
     """Tell if a set of causes does more than an elastic curve or friction in the rig would.
 
-    A loading at one rate shows memory by its shape alone, and an elastic law or friction may have
-    that shape. So causes with memory are told there if neither in their place follows the readings
-    as well.
+    A loading at one rate, or the loop of a coupon, shows memory by its shape alone. An elastic law
+    or friction may have that shape. So causes with memory are told there if these in their place do
+    not follow the readings as well.
 
     Args:
         posterior: of all hypotheses.
@@ -240,7 +238,9 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     problem = posterior.problem
     if problem.curves is None or not names or not problem.remembering.issuperset(names):
         return True
-    others = tuple(name for name in problem.causes(best.subset) if name not in names)
+    # the curve is in the place of all memory: what else remembers would be fitted without it
+    acting = problem.causes(best.subset)
+    others = tuple(name for name in acting if name not in problem.remembering)
     rest = posterior.best(others, level=best.level)
     total = problem.covariance + best.level**2 * problem.kernel
     total = total + problem.curves @ problem.curves.T
