@@ -17,7 +17,9 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.errors import smooth_curves, without_memory
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.answer.ten_lines import ten_lines
+from dolfingrip.diagnosis.core.decision import Decision, decide
 from dolfingrip.diagnosis.core.evidence import Visibility
+from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.policy import POLICY
@@ -44,9 +46,10 @@ def pulled(tmp_path_factory: pytest.TempPathFactory) -> Analysis[Any]:
 
 
 def analysed(folder: Path, travels_mm: np.ndarray, effects: Sequence[str]) -> Analysis[Any]:
-    """A coupon that is pulled once, read at travels, (n,)."""
-    rows = "\n".join(f"loading,{u / 0.5},{u},{u}" for u in map(float, travels_mm))
-    csv = f"branch,time_s,displacement_mm,force_N\n{rows}\n"
+    """A coupon that is pulled at 0.5 mm/s, read at travels, (n,)."""
+    times_s = np.cumsum(np.abs(np.diff(travels_mm, prepend=0.0))) / 0.5
+    rows = "\n".join(f"{t},{u},{u}" for t, u in zip(times_s, travels_mm, strict=True))
+    csv = f"time_s,displacement_mm,force_N\n{rows}\n"
     measurement, config = read([written(folder, csv, TOLD)], Config()), Config()
     causes = unknowns(measurement, config, effects)
     return analyse_coupons(CouponSimulation(measurement, config), causes)
@@ -194,3 +197,31 @@ def test_friction_in_the_rig_has_the_shape_of_memory(tmp_path: Path) -> None:
     print(left(smooth), left(every))
     assert left(smooth) > 30
     assert left(every) < 10
+
+
+def test_a_loop_of_friction_is_not_claimed_as_one_of_the_material(tmp_path: Path) -> None:
+    """Guides that rub either way, beside a network that yields, both pulled up and down; no
+    artefact is looked for. Reference: the changes are what they are called."""
+    way = np.r_[np.linspace(0.0, 16.5, 30), np.linspace(16.5, 0.0, 30)[1:]]
+    own = analysed(tmp_path, way, ["permanent_set"]).judged_by_shape()
+    problem, behind, rubs = own.problem, 0.0, []
+    for step in np.diff(own.measurement.listed["control"], prepend=0.0):
+        behind = np.sign(step) + (behind - np.sign(step)) * np.exp(-abs(step) / 0.8)
+        rubs.append(0.6 * behind)
+    seen = Visibility(problem, np.zeros(problem.nuisance_count))
+    zeta = own.causes["permanent_set"].at_strength(problem.boxes["permanent_set"])
+    noise = own.errors.noise * np.random.default_rng(SEED).standard_normal(len(rubs))
+
+    def decided(change: np.ndarray, curves: np.ndarray | None) -> Decision:
+        read = replace(problem, value=problem.base + change + noise, curves=curves)
+        return decide(search(read, np.random.default_rng(SEED)))
+
+    yields = decided(seen.change("permanent_set", zeta), problem.curves)
+    assert (yields.first, yields.by_shape) == (("permanent_set",), False)
+    assert yields.probability > 0.9
+    claimed = decided(np.array(rubs), None)
+    assert (claimed.first, claimed.by_shape) == (("permanent_set",), False)
+    assert claimed.probability > POLICY.claimed
+    rubbed = decided(np.array(rubs), problem.curves)
+    assert (rubbed.answer, rubbed.by_shape) == ("cause", True)
+    assert rubbed.probability <= 0.5
