@@ -178,7 +178,7 @@ def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any]) -> Non
     assert found.decision.by_shape
     assert found.probability <= 0.5
     page = ten_lines(found, Path("out"))
-    assert "or an elastic law by itself" in page.result
+    assert "An elastic law by itself" in page.result
     assert not contradictions(found, page)
 
 

@@ -195,11 +195,6 @@ def answer_sentence(found: Diagnosis) -> str:
     if decision.nuisance_only and own and decision.probability >= POLICY.likelier:
         return f"Nothing else is off: {_one_of(found, decision.first)}; probability {sure}."
     sentence = _one_of(found, decision.first)
-    if decision.by_shape:
-        sentence += (
-            ", or an elastic law by itself, with other walls or with friction in the rig, which "
-            "follows these readings as well"
-        )
     told = {*decision.first, *decision.second}
     if decision.second:
         sentence += f", together with {_one_of(found, decision.second)}"
@@ -214,6 +209,11 @@ def answer_sentence(found: Diagnosis) -> str:
     likelier = decision.probability >= POLICY.likelier and not decision.by_shape
     named = "The cause of the rest" if likelier else "Nearest comes"
     explains = f"It explains {share} of what the model misses.{_of_both(decision.first)}"
+    if decision.by_shape:
+        explains += (
+            " An elastic law by itself, with other walls or with friction in the rig, follows "
+            "these readings as well."
+        )
     return f"{named}: {sentence}; probability {sure}{doubt}. {explains}"
 
 
