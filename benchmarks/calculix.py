@@ -82,7 +82,11 @@ class Printed(NamedTuple):
     rows: np.ndarray
 
     def on(self, mesh: SolidMesh) -> np.ndarray:
-        """Return the values at all points of a mesh, (n, 3); NaN where none were printed."""
+        """Return the values at all points of a mesh, (n, 3); NaN where none were printed.
+
+        Args:
+            mesh: whose nodes the rows are of, numbered from 1.
+        """
         found = np.full_like(mesh.points, np.nan)
         found[self.rows[:, 0].astype(int) - 1] = self.rows[:, 1:]
         return found

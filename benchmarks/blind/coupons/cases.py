@@ -88,16 +88,10 @@ class Bench:
         self._lower = scipy.linalg.cholesky(self.plain.problem.covariance, lower=True)
 
     def analysed(self, file: Path) -> CouponAnalysis:
-        """Analyse a measurement."""
-        return self.analysis(measurement.read([file], self.config))
-
-    def analysis(self, read: measurement.Measurement) -> CouponAnalysis:
-        """Analyse a measurement that was read, by the whole catalogue."""
-        return analyse_coupons(self.simulated(read), unknowns(read, self.config))
-
-    def simulated(self, read: measurement.Measurement) -> CouponSimulation:
-        """Simulate a measurement with what is known of others."""
-        return Remembering(read, self.config, self.kept)
+        """Analyse a measurement by the whole catalogue, with what is known of others."""
+        read = measurement.read([file], self.config)
+        simulation = Remembering(read, self.config, self.kept)
+        return analyse_coupons(simulation, unknowns(read, self.config))
 
     def sigma(self, change: np.ndarray) -> float:
         """Length of a change of the readings after the modulus."""

@@ -17,7 +17,6 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed as diagnose
 from dolfingrip.diagnosis.core.decision import Decision, sensitivity
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.data import measurement
 
 
 def bench(protocol: str, scratch: Path) -> said.Bench[Case[Truth]]:
@@ -31,8 +30,7 @@ def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> Diagnosis:
     rng = np.random.default_rng((*case.seed, 1))
     forces = coupon.measured(bench.protocol, case.truth, rng)
     file = coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
-    read = measurement.read([file], bench.config)
-    return diagnose(bench.analysis(read), bench.config)
+    return diagnose(bench.analysed(file), bench.config)
 
 
 def exact(bench: Bench, case: Case[Truth], found: Diagnosis) -> Decision:

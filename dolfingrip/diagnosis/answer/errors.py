@@ -569,7 +569,7 @@ def artefacts(measurement: Measurement, errors: Errors) -> list[Artefact]:
     shown = [*_shown(measurement, errors)]
     every = [
         *_jumps(listed, errors.along.path, shown), *_waves(listed, shown),
-        *(each for each in _plays(listed, shown) if np.ptp(np.sign(each.nuisance.change)) > 1),
+        *filter(_either_way, _plays(listed, shown)),
     ]  # fmt: skip
     new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
@@ -680,6 +680,12 @@ def _plays(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
                     "on the way down, as of friction or a play",
                     f"play of {shown.name}",
                 )  # fmt: skip
+
+
+def _either_way(play: Artefact) -> bool:
+    """Tell if readings are off to either side; else much has the shape of a play."""
+    change = play.nuisance.change
+    return bool(change.min() < 0 < change.max())
 
 
 def _behind(steps: np.ndarray, length: float) -> Iterator[float]:

@@ -134,11 +134,22 @@ class Measurement:
         return [test.applied(config) for test in self.tests]
 
     def lab(self, config: Config) -> Config:
-        """``config`` with the set-up of a test, of one with weight where there is one."""
+        """``config`` with the set-up of a test, of one with weight where there is one.
+
+        Args:
+            config: that set-ups are differences from.
+
+        Raises:
+            ConfigError: one line naming the key, its value and the allowed range.
+        """
         return max(self.applied(config), key=lambda each: each.gravity.acceleration_m_s2)
 
     def read_by(self, experiment: str) -> tuple[str, ...]:
-        """Columns that an experiment reads, with those of markers that were seen."""
+        """Columns that an experiment reads, with those of markers that were seen.
+
+        Args:
+            experiment: its name.
+        """
         return read_by(experiment, self.columns)
 
     def rows(self, test: int) -> pd.DataFrame:

@@ -10,7 +10,8 @@ From the bottom up:
   ``simulate(measurement, config, variants, workers)`` gives all readings of a measurement, and
   their derivatives, for each of several variants: this is what fits call, too; and at other walls,
   and moduli by exact scaling; and the interface of a simulator, which coupons and fingers have;
-- :mod:`nuisances`: what else the readings change by.
+- :mod:`nuisances`: what else the readings change by;
+- :mod:`unknowns`: the causes that may be named.
 
 All arrays are aligned with ``Measurement.listed``
 (:mod:`dolfingrip.diagnosis.data.measurement`); n is the number of single readings there.
