@@ -69,7 +69,8 @@ class Bench:
         scratch: folder of measurements and simulations.
         workers: processes.
         effects: that are hidden and tried; the whole catalogue where None.
-        screened: whether draws are simulated only where the analyser's emulators leave hope.
+        screened: whether the analyser's emulators tell a draw's strength first: draws that have
+            no hope by them are not simulated, none is where the protocol counts by them.
     """
 
     def __init__(
@@ -134,18 +135,26 @@ class Bench:
         )
         return after_modulus(white, along)
 
-    def hopeless(self, name: str, zeta: np.ndarray) -> bool:
-        """Tell if a cause's numbers are far too weak to be seen, without their simulation.
+    def strength_of(self, name: str, zeta: np.ndarray) -> float:
+        """Length of what a cause changes after the modulus and what nuisances may change.
 
         Args:
             name: of the cause.
             zeta: its numbers, shape (d,).
+
+        Returns:
+            Standard deviations, by the analyser's emulators where these suffice, else simulated.
         """
-        if not self.screened:
-            return False
+        emulated = self._emulated(name, zeta) if self.screened else None
+        if emulated is None:
+            return self.sigma(Truth(self.causes[name].overrides(zeta)))
+        return emulated
+
+    def _emulated(self, name: str, zeta: np.ndarray) -> float | None:
+        """The length by the emulators; None where a simulation has to tell it."""
         problem = self.unhidden.problem
         if name not in problem.emulators:
-            return name in self.unhidden.unseen
+            return 0.0 if name in self.unhidden.unseen else None
         plain = np.zeros(problem.nuisance_count)
         change = problem.predicted((name,), np.r_[plain, zeta]) - problem.predicted(NONE, plain)
         listed = self.unhidden.simulation.measurement.listed
@@ -154,7 +163,8 @@ class Bench:
             / self.protocol.std(column)
             for experiment, columns in self.protocol.columns.items() for column in columns
         ])  # fmt: skip
-        return self.strength(white) < HOPELESS * SEEN
+        found = self.strength(white)
+        return found if self.protocol.emulated or found < HOPELESS * SEEN else None
 
     @cached_property
     def unhidden(self) -> Analysis[Any]:
@@ -179,10 +189,8 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
         for name in names:
             cause = bench.causes[name]
             own = ordinary(rng, cause, 2.0 if wide else 1.0, REACH)
-            overrides = cause.overrides(own)
-            weak = bench.hopeless(name, own)
-            sigma.append(0.0 if weak else bench.sigma(Truth(overrides)))
-            truth = replace(truth, causes={**truth.causes, **overrides})
+            sigma.append(bench.strength_of(name, own))
+            truth = replace(truth, causes={**truth.causes, **cause.overrides(own)})
             zeta += own.tolist()
             if sigma[-1] < SEEN:
                 break
