@@ -157,13 +157,17 @@ class Bench:
             return 0.0 if name in self.unhidden.unseen else None
         plain = np.zeros(problem.nuisance_count)
         change = problem.predicted((name,), np.r_[plain, zeta]) - problem.predicted(NONE, plain)
-        listed = self.unhidden.simulation.measurement.listed
-        white = np.concatenate([
-            change[(listed["experiment"] == experiment) & (listed["column"] == column)]
-            / self.protocol.std(column)
-            for experiment, columns in self.protocol.columns.items() for column in columns
-        ])  # fmt: skip
-        found = self.strength(white)
+        measurement, white = self.unhidden.simulation.measurement, []
+        listed, experiments = measurement.listed, measurement.readings["experiment"].to_numpy()
+        for experiment, columns in self.protocol.columns.items():
+            first = int(np.argmax(experiments == experiment))
+            for column in columns:
+                own = (listed["experiment"] == experiment) & (listed["column"] == column)
+                # what the analyser's simulation does not come to does not count
+                shown = np.zeros(len(self.protocol.tests[experiment]))
+                shown[listed["row"][own] - first] = change[own] / self.protocol.std(column)
+                white.append(shown)
+        found = self.strength(np.concatenate(white))
         return found if self.protocol.emulated or found < HOPELESS * SEEN else None
 
     @cached_property
