@@ -254,14 +254,14 @@ class CouponAnalysis(Analysis[CouponSimulation]):
                 coupons.problem, np.random.default_rng(0), before=posterior, changed=changed
             )
         # of effects at whose numbers some reading has no equilibrium no emulator tells
-        impossible: list[Subset] = []
+        impossible: dict[Subset, float] = {}
         while True:
             best = sensitivity(posterior)[0].best
             left = coupons.emulator_error(best, coupons.exact(best))
             if np.isfinite(left):
                 return coupons, posterior, left
-            impossible.append(coupons.problem.effects(best.subset))
-            posterior = posterior.without(impossible)
+            impossible[coupons.problem.effects(best.subset)] = np.inf
+            posterior = posterior.weakened(impossible, coupons.problem.effects)
 
     def _doubtful(
         self, posterior: ModelPosterior, known: Mapping[Subset, Sequence[tuple[MapFit, float]]]

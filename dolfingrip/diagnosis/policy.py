@@ -340,6 +340,7 @@ class InferencePolicy:
         correction_length: of what an exact simulation tells of an emulator's error, in ζ.
         walls_reach: standard deviations that walls may be off by.
         rounds: how often leading fits are simulated and all is compared anew, at most.
+        simulated_fits: how many leading fits of fingers are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit of
             coupons, by the noise; beyond it the emulator is corrected there.
@@ -443,6 +444,7 @@ class InferencePolicy:
     correction_length: float = 1.0
     walls_reach: float = 5.0
     rounds: int = 6
+    simulated_fits: int = 12
     interval: float = 0.9
     exact: float = 0.5
     joint: float = 0.01

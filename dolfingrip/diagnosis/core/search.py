@@ -99,15 +99,17 @@ class ModelPosterior:
             found.setdefault(of(fit), fit)
         return found
 
-    def without(self, impossible: Collection[Subset]) -> ModelPosterior:
-        """Leave out the hypotheses of some sets of effects.
+    def weakened(
+        self, by: Mapping[Subset, float], of: Callable[[Subset], Subset]
+    ) -> ModelPosterior:
+        """Take evidence from some hypotheses.
 
         Args:
-            impossible: these sets.
+            by: ln of how much less probable the readings are; infinite where they are impossible.
+            of: what of a hypothesis' causes it goes by.
         """
-        effects = self.problem.effects
-        out = np.array([effects(fit.subset) in impossible for fit in self.fits])
-        rest = np.where(out, 0.0, self.probability + np.finfo(float).tiny)
+        left = np.exp([-by.get(of(fit.subset), 0.0) for fit in self.fits])
+        rest = (self.probability + np.finfo(float).tiny) * left
         return replace(self, probability=rest / rest.sum())
 
 
