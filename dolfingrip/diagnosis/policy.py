@@ -339,7 +339,7 @@ class InferencePolicy:
         surer: error of an emulator by that before, where a simulation has corrected it.
         correction_length: of what an exact simulation tells of an emulator's error, in ζ.
         walls_reach: standard deviations that walls may be off by.
-        rounds: how often leading fits are simulated and all is compared anew, at most.
+        rounds: how often likely fits of coupons are simulated and all is compared anew, at most.
         simulated_fits: how many leading fits of fingers are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit of

@@ -88,7 +88,11 @@ class Bench:
         self._lower = scipy.linalg.cholesky(self.plain.problem.covariance, lower=True)
 
     def analysed(self, file: Path) -> CouponAnalysis:
-        """Analyse a measurement by the whole catalogue, with what is known of others."""
+        """Analyse a measurement by the whole catalogue, with what is known of others.
+
+        Args:
+            file: the CSV, with its TOML beside it.
+        """
         read = measurement.read([file], self.config)
         simulation = Remembering(read, self.config, self.kept)
         return analyse_coupons(simulation, unknowns(read, self.config))

@@ -69,8 +69,7 @@ class Bench:
         scratch: folder of measurements and simulations.
         workers: processes.
         effects: that are hidden and tried; the whole catalogue where None.
-        screened: whether the analyser's emulators tell a draw's strength first: draws that have
-            no hope by them are not simulated, none is where the protocol counts by them.
+        screened: whether the analyser's emulators tell a draw's strength before it is simulated.
     """
 
     def __init__(
@@ -157,17 +156,10 @@ class Bench:
             return 0.0 if name in self.unhidden.unseen else None
         plain = np.zeros(problem.nuisance_count)
         change = problem.predicted((name,), np.r_[plain, zeta]) - problem.predicted(NONE, plain)
-        measurement, white = self.unhidden.simulation.measurement, []
-        listed, experiments = measurement.listed, measurement.readings["experiment"].to_numpy()
-        for experiment, columns in self.protocol.columns.items():
-            first = int(np.argmax(experiments == experiment))
-            for column in columns:
-                own = (listed["experiment"] == experiment) & (listed["column"] == column)
-                # what the analyser's simulation does not come to does not count
-                shown = np.zeros(len(self.protocol.tests[experiment]))
-                shown[listed["row"][own] - first] = change[own] / self.protocol.std(column)
-                white.append(shown)
-        found = self.strength(np.concatenate(white))
+        shown = self.unhidden.simulation.measurement.reading(change).readings
+        tables = [shown[shown["experiment"] == each] for each in self.protocol.tests]
+        # what the analyser's simulation does not come to does not count
+        found = self.strength(np.nan_to_num(finger.flat(self.protocol, tables)))
         return found if self.protocol.emulated or found < HOPELESS * SEEN else None
 
     @cached_property

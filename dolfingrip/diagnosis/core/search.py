@@ -102,7 +102,7 @@ class ModelPosterior:
     def weakened(
         self, by: Mapping[Subset, float], of: Callable[[Subset], Subset]
     ) -> ModelPosterior:
-        """Take evidence from some hypotheses.
+        """Take evidence from some hypotheses; from none where all would be impossible.
 
         Args:
             by: ln of how much less probable the readings are; infinite where they are impossible.
@@ -110,7 +110,7 @@ class ModelPosterior:
         """
         left = np.exp([-by.get(of(fit.subset), 0.0) for fit in self.fits])
         rest = (self.probability + np.finfo(float).tiny) * left
-        return replace(self, probability=rest / rest.sum())
+        return replace(self, probability=rest / rest.sum()) if rest.any() else self
 
 
 def search(

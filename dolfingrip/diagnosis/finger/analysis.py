@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal
@@ -94,6 +93,8 @@ class FingerAnalysis(Analysis[FingerSimulation]):
             posterior = plain.weakened(short, finger.problem.causes)
             if ends:
                 break
+        if np.isinf([*short.values()]).all():  # nothing could be simulated: the screen's answer
+            posterior = plain
         return finger, posterior, worst
 
     def promised_too_much(self, fit: MapFit, exact: np.ndarray) -> float:
@@ -103,11 +104,8 @@ class FingerAnalysis(Analysis[FingerSimulation]):
             fit: the hypothesis.
             exact: its simulated readings, shape (n,).
         """
-        total = self.problem.covariance + fit.level**2 * self.problem.kernel
-        rest = self.problem.value - np.stack([exact, self.exact(fit)])
-        true, told = np.einsum(
-            "kn,kn->k", rest, scipy.linalg.solve(total, rest.T, assume_a="pos").T
-        )
+        rest = self.problem.value[:, None] - np.column_stack([exact, self.exact(fit)])
+        true, told = np.square(self.problem.levels[fit.level].whitened(rest)).sum(axis=0)
         return max(0.5 * float(true - told), 0.0)
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
+from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit
@@ -51,6 +52,15 @@ class Simulated(FingerAnalysis):
         return exact, self.problem.slopes(fit.subset, fit.zeta)
 
 
+class Failing(FingerAnalysis):
+    """No simulation reaches all readings."""
+
+    def simulated(
+        self, fit: MapFit, addition: Any = None, *, derived: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        raise ConfigError("stopped at 153 kPa")
+
+
 def problem() -> InferenceProblem:
     """Readings, noise 1, that the emulator of a false cause follows better than the true one."""
     print("seed", SEED)
@@ -72,10 +82,17 @@ def test_a_cause_whose_simulations_do_not_keep_what_emulators_promise_is_not_nam
     case = problem()
     before = search(case, np.random.default_rng(0))
     assert sensitivity(before)[0].first == ("false",)
-    off: Any = SimpleNamespace(noise=np.ones(N))
-    unused: Any = None
+    off, unused = cast("Any", SimpleNamespace(noise=np.ones(N))), cast("Any", None)
     _, posterior, left = Simulated(case, {}, off, unused, ()).verified(before, silent)
     assert len(Simulated.misses) > 1
     decision, _ = sensitivity(posterior)
     assert (decision.answer, decision.first) == ("cause", ("true",))
     assert left < 1.0
+
+
+def test_where_nothing_can_be_simulated_the_answer_is_that_of_the_screen() -> None:
+    case = problem()
+    before, unused = search(case, np.random.default_rng(0)), cast("Any", None)
+    _, posterior, left = Failing(case, {}, unused, unused, ()).verified(before, silent)
+    np.testing.assert_array_equal(posterior.probability, before.probability)
+    assert np.isnan(left)
