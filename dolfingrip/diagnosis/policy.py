@@ -282,6 +282,7 @@ class InferencePolicy:
         shortest_step: shortest step of a simulation, by the longest; how far a path goes on beyond
             its last stop is not read.
         first_error: part of what a cause explains that its first simulation alone may miss.
+        indifferent: a change of the ln of a likelihood that changes no answer: odds of 1.5.
         finger_places: simulations of a finger by the number of a cause's arguments.
         implausible_places: simulations of a nuisance that is implausible by its prior.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
@@ -395,6 +396,7 @@ class InferencePolicy:
     slope_weight: float = 0.5
     shortest_step: float = 1 / 8
     first_error: float = 0.15
+    indifferent: float = 0.4
     finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
     implausible_places: int = 6
     finger_reach: float = 2.5

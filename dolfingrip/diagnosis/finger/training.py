@@ -77,7 +77,8 @@ def worth_simulating(
     A hypothesis may be likely where its largest likelihood is not hopelessly below that of any
     other. A cause is seen in it where the readings are so much better explained with it. Single
     causes come first, then pairs: these also mend what a first simulation of one of them misses.
-    Last, what first simulations may miss counts, too.
+    A pair is known well enough where what first simulations may miss of it hardly changes its
+    likelihood. Last, what they may miss counts in favour of a pair.
 
     Args:
         plain: the model without causes.
@@ -85,15 +86,17 @@ def worth_simulating(
         finished: causes that have all their simulations.
     """
     explained, largest = _bounds(plain, columns)
-    for count, share in ((1, 0.0), (2, 0.0), (2, POLICY.first_error)):
+    for count, in_favour in ((1, False), (2, False), (2, True)):
         tried = {each: value for each, value in largest.items() if len(each[0]) <= count}
         best = max(tried.values())
         found: set[str] = set()
         for (subset, size), value in tried.items():
             gain = explained[subset, size]
             known = tuple(name for name in subset if name in finished)
-            missed = 0.5 * share**2 * (gain - explained[known, size])
-            if value < best - POLICY.hopeless - missed:
+            missed = 0.5 * POLICY.first_error**2 * (gain - explained[known, size])
+            if value < best - POLICY.hopeless - in_favour * missed:
+                continue
+            if len(subset) > 1 and missed < POLICY.indifferent:
                 continue
             for name in set(subset) - finished:
                 without = tuple(each for each in subset if each != name)
