@@ -16,7 +16,7 @@ import numpy as np
 from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError, changed
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.analysis import Analysis, told_error
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear, places, trained
@@ -283,14 +283,7 @@ class CouponAnalysis(Analysis[CouponSimulation]):
                     yield fit
             elif len(own) > 1 and leading & {*own}:
                 fit = exactly[own, 0.0]
-                # with value and slopes known at a place, errors grow by the square from there
-                left = min(
-                    (
-                        missed * 0.5 * float(((each.zeta - fit.zeta) ** 2).sum())
-                        for each, missed in known[own]
-                    ),
-                    default=np.inf,
-                )
+                left = told_error(known[own], fit)
                 if left > POLICY.surer * POLICY.exact and {*own} <= {*fit.visible}:
                     yield fit
 

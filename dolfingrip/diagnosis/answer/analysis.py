@@ -267,6 +267,22 @@ class Analysis[S: Simulator](ABC):
         """
 
 
+def told_error(known: Iterable[tuple[MapFit, float]], fit: MapFit) -> float:
+    """Estimate what emulators miss at a fit that simulations near by have corrected.
+
+    With value and slopes known at a place, errors grow by the square from there.
+
+    Args:
+        known: simulated fits of the same causes, and what emulators missed there, by the noise.
+        fit: another one of these.
+
+    Returns:
+        The least of these estimates, by the noise; infinity where nothing is known.
+    """
+    grown = (0.5 * missed * float(np.square(e.zeta - fit.zeta).sum()) for e, missed in known)
+    return min(grown, default=np.inf)
+
+
 def remembers_state(name: str) -> bool:
     """Tell whether a cause is an effect of what was before: a material remembers, a line lags.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.analysis import Analysis, told_error
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
@@ -59,12 +60,17 @@ class FingerAnalysis(Analysis[FingerSimulation]):
 
         Where they still promise more than a simulation gives, the causes are as likely as it tells,
         and others lead; so they do where it fails.
+        It ends where the leading fit is that near to one that was simulated.
         """
         finger, worst, plain = self, float("nan"), posterior
         short: dict[Subset, float] = {}
+        known = defaultdict[Subset, list[tuple[MapFit, float]]](list)
         for _ in range(POLICY.simulated_fits):
             fit = _leading(posterior, short)
             causes = finger.problem.causes(fit.subset)
+            if (told := told_error(known[causes], fit)) <= POLICY.surer:
+                worst = told
+                break
             name = " with ".join(causes) or "the model"
             try:
                 exact = np.column_stack(finger.simulated(fit))
@@ -75,6 +81,7 @@ class FingerAnalysis(Analysis[FingerSimulation]):
                 posterior = plain.weakened(short, finger.problem.causes)
                 continue
             worst = finger.emulator_error(fit, exact[:, 0])
+            known[causes].append((fit, worst))
             say(
                 f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
                 "deviations of the noise at most"
