@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, ClassVar, cast
 
@@ -52,6 +52,18 @@ class Simulated(FingerAnalysis):
         return exact, self.problem.slopes(fit.subset, fit.zeta)
 
 
+class Nearly(FingerAnalysis):
+    """Emulators are off by half a standard deviation of the noise."""
+
+    count: ClassVar[int] = 0
+
+    def simulated(
+        self, fit: MapFit, addition: Any = None, *, derived: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        Nearly.count += 1
+        return self.exact(fit) + 0.5 * np.cos(9 * X), self.problem.slopes(fit.subset, fit.zeta)
+
+
 class Failing(FingerAnalysis):
     """No simulation reaches all readings."""
 
@@ -96,3 +108,17 @@ def test_where_nothing_can_be_simulated_the_answer_is_that_of_the_screen() -> No
     _, posterior, left = Failing(case, {}, unused, unused, ()).verified(before, silent)
     np.testing.assert_array_equal(posterior.probability, before.probability)
     assert np.isnan(left)
+
+
+def test_a_fit_that_is_near_to_a_simulated_one_is_not_simulated() -> None:
+    case = problem()
+    only = {"true": case.emulators["true"]}
+    case = replace(
+        case, value=BASE + 2.0 * TRUE, emulators=only, boxes={"true": case.boxes["true"]}
+    )
+    off, unused = cast("Any", SimpleNamespace(noise=np.ones(N))), cast("Any", None)
+    before = search(case, np.random.default_rng(0))
+    _, posterior, left = Nearly(case, {}, off, unused, ()).verified(before, silent)
+    assert sensitivity(posterior)[0].first == ("true",)
+    assert Nearly.count == 1
+    assert left < 0.2

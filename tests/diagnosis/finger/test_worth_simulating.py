@@ -9,6 +9,7 @@ from dolfingrip.diagnosis.core.emulator import Scaled, SimulatedChanges
 from dolfingrip.diagnosis.core.evidence import InferenceProblem
 from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.finger.training import columns_of, worth_simulating
+from dolfingrip.diagnosis.policy import POLICY
 
 SEED = 23
 X = np.linspace(0.05, 1.0, 40)
@@ -51,6 +52,20 @@ def test_a_weak_cause_beside_a_strong_one_is_simulated() -> None:
     readings = read(waver=40.0, offset=12.0)
     assert worth_simulating(readings, columns(), set()) == {"waver"}
     assert "offset" in worth_simulating(readings, columns(), {"waver"})
+
+
+def test_what_a_first_simulation_tells_well_enough_needs_no_further_one() -> None:
+    """The cause can be seen, but what its first simulation may miss changes no odds."""
+    readings = read(waver=40.0, offset=8.0)
+    known = np.column_stack([BASE, CHANGES["waver"]])
+    both = np.column_stack([known, CHANGES["offset"]])
+    missed = [
+        readings.value - each @ np.linalg.lstsq(each, readings.value, rcond=None)[0]
+        for each in (known, both)
+    ]
+    less, least = (float(np.square(each / NOISE).sum()) for each in missed)
+    assert less - least > POLICY.visible_sigma**2 + 1
+    assert "offset" not in worth_simulating(readings, columns(), {"waver"})
 
 
 def test_what_a_finished_cause_explains_needs_no_other() -> None:
