@@ -78,7 +78,7 @@ class CouponSimulation:
         self.measurement = measurement
         self.config = config
         self.groups: Sequence[SimulationGroup] = groups(measurement, config)
-        self.mesh = np.zeros((len(measurement.listed), 0))
+        self.mesh = np.zeros(len(measurement.listed))
 
     @cached_property
     def _plain(self) -> Solved:

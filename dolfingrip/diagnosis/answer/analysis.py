@@ -89,7 +89,7 @@ class Analysis[S: Simulator](ABC):
     @property
     def mesh_errors(self) -> dict[str, float]:
         """Root mean square of what the mesh gets wrong, by channel; empty where it is not known."""
-        error, channels = self.simulation.mesh.sum(axis=1), self.measurement.channels()
+        error, channels = self.simulation.mesh, self.measurement.channels()
         rms = {name: np.sqrt(np.mean(error[own] ** 2)) for name, own in channels.items()}
         return {name: float(each) for name, each in rms.items() if each}
 

@@ -428,7 +428,8 @@ def errors_of(simulation: Simulator) -> Errors:
     steep = slope * factor + base * turned * by_control
     by = factor if simulation.closed_form else np.ones(len(test))
     shared = [replace(each, change=each.change * by) for each in rig]
-    fitted = simulation.mesh @ simulation.mesh.T
+    off = of_mesh(simulation.mesh, listed["experiment"], along.load)
+    fitted = off @ off.T
     slack_mm = np.array([
         test.setup.nuisances[SLACK] if test.experiment == "coupon" else 0.0
         for test in measurement.tests
@@ -457,6 +458,23 @@ def errors_of(simulation: Simulator) -> Errors:
         covariance + apart, noise, steep, along, signal, tuple(shared), fitted, scatter,
         instrument.sentences,
     )  # fmt: skip
+
+
+def of_mesh(error: np.ndarray, experiment: pd.Series, load: np.ndarray) -> np.ndarray:
+    """Ways in which a mesh may be wrong, (n, k), one standard deviation each.
+
+    Together they are ``error``. In each experiment a mesh may be wrong by another part at small
+    loads than at large ones: a finger that presses has contact, and the error of a mesh is no
+    multiple of what grading changes.
+
+    Args:
+        error: of the mesh, with its sign, shape (n,).
+        experiment: of each reading, (n,).
+        load: by the largest of the experiment, shape (n,).
+    """
+    own = error[:, None] * pd.get_dummies(experiment).to_numpy(float)
+    part = np.abs(load)[:, None]
+    return np.hstack([own * (1 - part), own * part])
 
 
 def _in_a_mean(measurement: Measurement) -> np.ndarray:

@@ -59,8 +59,11 @@ class FingerAnalysis(Analysis[FingerSimulation]):
         """Simulate the leading fit; what its emulators missed they learn.
 
         Where they still promise more than a simulation gives, the causes are as likely as it tells,
-        and others lead; so they do where it fails.
-        It ends where the leading fit is that near to one that was simulated.
+        and others lead; so they do where it fails. A fit near to a simulated one is not simulated.
+
+        Args:
+            posterior: of all hypotheses.
+            say: told what is being done.
         """
         finger, worst, plain = self, float("nan"), posterior
         short: dict[Subset, float] = {}

@@ -36,7 +36,6 @@ from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
-import pandas as pd
 from scipy.interpolate import PchipInterpolator
 
 from dolfingrip.channels import CHANNELS
@@ -351,23 +350,15 @@ class FingerSimulation:
 
     @cached_property
     def mesh(self) -> np.ndarray:
-        """(n, k) what the mesh may get wrong, with its sign, a part of what grading changes in all.
+        """(n,) what the mesh may get wrong, with its sign; 0 where it cannot be told.
 
-        Where there is no other mesh, one bisection tells it; (n, 0) where that cannot. In each
-        experiment it may be wrong by another part at small loads than at large ones: a finger that
-        presses has contact, and the error of a mesh is no multiple of what grading changes.
+        It is a part of what grading changes, or as one bisection tells it.
         """
         none = np.zeros(len(self.base.readings))
         error = none if self.rough else self.base.slopes.get(MESH, none)
         if self.flat and not self.rough:
             error = MODEL.mesh_share * (self.base.readings - self.plain.readings)
-        listed = self.measurement.listed
-        columns = pd.get_dummies(listed["experiment"]).to_numpy(float)
-        columns *= np.nan_to_num(error)[:, None]
-        load = np.abs(listed[["control"]].to_numpy(float))
-        part = load / np.maximum((load * (columns != 0)).max(axis=0), 1e-9)
-        columns = np.hstack([columns * (1 - part), columns * part])
-        return columns[:, columns.any(axis=0)]
+        return np.nan_to_num(error)
 
     @cached_property
     def configured(self) -> np.ndarray:

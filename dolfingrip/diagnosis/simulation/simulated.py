@@ -304,7 +304,7 @@ class Simulator(Protocol):
 
     @property
     def mesh(self) -> np.ndarray:
-        """(n, k) what the mesh may get wrong, one standard deviation each."""
+        """(n,) what the mesh may get wrong, one standard deviation with its sign."""
 
     def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> ModelReadings:
         """Simulate the model at other values.

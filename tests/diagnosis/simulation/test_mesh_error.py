@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.errors import of_mesh
 from dolfingrip.diagnosis.finger.model import FingerSimulation
 from dolfingrip.diagnosis.policy import MODEL
 
@@ -30,7 +31,9 @@ def test_each_experiment_is_off_by_another_part_at_small_loads_than_at_large_one
     plain = np.r_[0.3 * PRESSURES_kPa, 0.01 * PRESSURES_kPa]
     vars(simulation)["plain"] = SimpleNamespace(readings=plain)
     vars(simulation)["base"] = SimpleNamespace(readings=1.1 * plain, slopes={})
-    columns, whole = simulation.mesh, MODEL.mesh_share * 0.1 * plain
+    whole = MODEL.mesh_share * 0.1 * plain
+    load = control / PRESSURES_kPa[-1]
+    columns = of_mesh(simulation.mesh, measurement.listed["experiment"], load)
     np.testing.assert_allclose(columns.sum(axis=1), whole, rtol=1e-12)
     for own in (FREE, ~FREE):
         mine = columns[own][:, columns[own].any(axis=0)]
