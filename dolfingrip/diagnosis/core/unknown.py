@@ -165,10 +165,19 @@ class Cause:
     def overrides(self, zeta: Sequence[float] | np.ndarray, factor: float = 1.0) -> Change:
         """Return the change that switches the effect on at ζ, its moduli times a factor."""
         fitted = [(n, float(n.at(z))) for n, z in zip(self.numbers, zeta, strict=True)]
+        return self._change([*fitted, *self.held], factor)
+
+    @staticmethod
+    def _change(values: Sequence[tuple[Unknown, float]], factor: float) -> Change:
         found: dict[str, Any] = {}
-        for number, value in (*fitted, *self.held):
+        for number, value in values:
             found |= number.change(value * factor if number.modulus else value)
         return found
+
+    def resting(self, factor: float = 1.0) -> Change:
+        """Return the change by which the effect is there and does nothing; moduli as above."""
+        own = [(n, self.neutral(n) if n.amplitude else float(n.at(0.0))) for n in self.numbers]
+        return self._change([*own, *self.held], factor)
 
     def box(self) -> np.ndarray:
         """Ranges of ζ, (numbers, 2)."""

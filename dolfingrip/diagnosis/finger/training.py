@@ -1,9 +1,10 @@
 """Emulators of what causes change about fingers, from closed forms and simulations with slopes.
 
-Those causes are simulated further that could be seen beside others. A cause is simulated once at
-first. What it changes there, and its derivatives, may be taken in any amount: that says the most
-that it can explain, alone and beside each other cause. Where that is too little to be seen, no
-further simulation can tell of it.
+Those causes are simulated further that could be seen beside others. At first one simulation of the
+model has its derivatives by the amplitudes of all causes that moduli scale, at which these do
+nothing; any other cause is simulated once. What a cause changes there, and its derivatives, may be
+taken in any amount: that says the most that it can explain, alone and beside each other cause.
+Where that is too little to be seen, no further simulation can tell of it.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.finger import closed_forms
+from dolfingrip.diagnosis.finger.expansion import Expansion
 from dolfingrip.diagnosis.finger.model import (
     FingerSimulation,
     even,
@@ -153,6 +155,7 @@ def _basis(white: np.ndarray) -> np.ndarray:
     return np.asarray(left[:, sizes > 1e-8 * max(sizes[0], 1e-300)])
 
 
+CURVED = ("bulk_modulus", "mooney_rivlin")
 FINGERS: Final = frozenset({"bending", "blocked_force"})
 
 
@@ -170,6 +173,22 @@ class _Design:
     zeta: np.ndarray
     scales: bool
     variants: list[ModelVariant]
+
+    @property
+    def straight(self) -> bool:
+        """Whether the change is taken as linear, so that derivatives tell all."""
+        return effect(self.cause.name).by_slopes
+
+    @property
+    def expands(self) -> bool:
+        """Whether derivatives where the cause does nothing tell what it changes at first."""
+        kind, nuisance = effect(self.cause.name), self.cause.name in IMPLAUSIBLE
+        return self.scales and not (nuisance or kind.lopsided or self.cause.name in CURVED)
+
+    @property
+    def felt_in(self) -> frozenset[str]:
+        """Experiments that can feel the cause."""
+        return self.variants[0].only_in or frozenset()
 
     def first(self) -> _Design:
         """The place nearest to the middle alone, on either side where these differ."""
@@ -231,10 +250,18 @@ class CauseTraining:
             ConfigError: one line, where nothing can be simulated.
         """
         designs, more = self._designs, self._designs
-        if not fully:
-            self._compute({name: each.first() for name, each in designs.items()})
+        expanded = self._expanded()
+        self._told |= expanded
+        if fully:
+            more = {
+                n: each for n, each in designs.items() if not (expanded.get(n) and each.straight)
+            }
+        else:
+            self._compute(
+                {name: each.first() for name, each in designs.items() if name not in expanded}
+            )
             more = {name: each for name, each in designs.items() if self._told[name] is None}
-        further = {name for name in designs if name not in more and effect(name).by_slopes}
+        further = {name for name, each in designs.items() if name not in more and each.straight}
         closed = set(self._told) - set(designs)
         while True:
             self._compute(more)
@@ -304,6 +331,19 @@ class CauseTraining:
             if why:
                 self.failed[name] = why
 
+    def _expanded(self) -> dict[str, SimulatedChanges | None]:
+        """Changes by causes, expanded about the model without them, by one simulation of it."""
+        simulation = self.simulation
+        some = {name: each for name, each in self._designs.items() if each.expands}
+        if not some:
+            return {}
+        about = Expansion.about(
+            simulation, [each.cause for each in some.values()],
+            frozenset[str]().union(*(each.felt_in for each in some.values())),
+            self._nodes, self.plain.factor, self.scale,
+        )  # fmt: skip
+        return {name: _expanded(about, each) for name, each in some.items()}
+
     def _emulator(self, cause: Cause) -> Emulator:
         """The emulator of a cause, trained anew where its simulations or its ranges are others."""
         own, box = self._told[cause.name], self.boxes[cause.name]
@@ -323,7 +363,7 @@ class CauseTraining:
         degree = POLICY.curved_degree
         if name not in self._designs:
             degree = POLICY.closed_form_places - 1
-        elif effect(name).by_slopes:
+        elif self._designs[name].straight:
             degree = 1
         own_coordinates = coordinates_of(cause, self.boxes[name])
         return trained_on(own, own_coordinates, self.scale, degree=degree)
@@ -546,8 +586,7 @@ def _assembled(
 ) -> tuple[SimulatedChanges | None, str]:
     """Changes and their derivatives by ζ; None and why where too few simulations ended well."""
     numbers = design.cause.numbers
-    experiment = simulation.measurement.listed["experiment"].to_numpy()
-    felt = np.isin(experiment, list(design.variants[0].only_in or ()))
+    felt = simulation.measurement.listed["experiment"].isin(design.felt_in).to_numpy()
     values, slopes, kept = [], [], []
     at = nodes if design.scales else None
     keys = [number.gradient for number in numbers]
@@ -592,7 +631,7 @@ def _assembled(
             kept.append(place)
             values.append(change)
             slopes.append(np.array(derived))
-    if kept and effect(design.cause.name).by_slopes:
+    if kept and design.straight:
         return _tangent(design.zeta[0], slopes[0], at), ""
     least = 1 if len(runs) < 3 else max(2, len(numbers))
     if len(kept) < least:
@@ -603,6 +642,15 @@ def _assembled(
             design.zeta[kept], np.stack(values, axis=1), np.stack(slopes, axis=1), at
         ), "",
     )  # fmt: skip
+
+
+def _expanded(about: Expansion, design: _Design) -> SimulatedChanges | None:
+    """Changes at a design's first place, or those by its derivatives, by an expansion."""
+    cause, neutral = design.cause, design.zeta[0]
+    if not design.straight:
+        return about.changes(cause, design.first().zeta, design.felt_in)
+    rates = np.array([n.slope(z) for n, z in zip(cause.numbers, neutral, strict=True)])
+    return _tangent(neutral, about.slopes(cause) * rates[:, None], about.nodes)
 
 
 def _tangent(neutral: np.ndarray, slopes: np.ndarray, nodes: np.ndarray | None) -> SimulatedChanges:

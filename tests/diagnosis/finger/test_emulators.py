@@ -336,7 +336,8 @@ def test_a_cause_that_a_likely_fit_sees_is_simulated_further(
 
     class Trained(CauseTraining):
         def __post_init__(self) -> None:
-            self._designs = {cause.name: SimpleNamespace(first=lambda: None)}
+            alone = SimpleNamespace(first=lambda: None, expands=False, straight=False)
+            self._designs = {cause.name: alone}
             self._told = {cause.name: turned_in(np.array([0.3]))}
 
         problem = property(lambda self: problem)
