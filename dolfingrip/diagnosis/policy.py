@@ -281,7 +281,8 @@ class InferencePolicy:
         slope_weight: weight of a derivative by ζ beside a value.
         shortest_step: shortest step of a simulation, by the longest; how far a path goes on beyond
             its last stop is not read.
-        first_error: part of what a cause explains that its first simulation alone may miss.
+        first_error: part of what a cause explains that its derivatives, or its first simulation,
+            may miss.
         indifferent: a change of the ln of a likelihood that changes no answer: odds of 1.5.
         finger_places: simulations of a finger by the number of a cause's arguments.
         implausible_places: simulations of a nuisance that is implausible by its prior.

@@ -29,6 +29,7 @@ class BulkModulus(Elastic):
 
     # in the displacement alone it would lock, as the mixed element is to avoid
     mixed: ClassVar = False
+    curved: ClassVar = True
 
     more_MPa: Annotated[float, Prior(100.0, 100.0, "engineering guess", positive=True)] = Field(
         100.0, ge=0, le=1e5, description="added to the bulk modulus"

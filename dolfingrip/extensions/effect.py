@@ -201,6 +201,8 @@ class Effect(Section):
             change the readings in nearly the same way.
         lopsided: whether positive and negative values change the readings in different ways, so
             that both are tried.
+        curved: whether its ordinary value changes the readings in another way than a small one, so
+            that a derivative where it does nothing tells little.
         either: words of its first line, one for values above the neutral one and one for those
             below, with "or" between them.
         by_slopes: whether a diagnosis takes its change as linear in its numbers, by their slopes
@@ -218,6 +220,7 @@ class Effect(Section):
     shapeless: ClassVar[tuple[str, ...]] = ()
     alike: ClassVar[tuple[str, ...]] = ()
     lopsided: ClassVar[bool] = False
+    curved: ClassVar[bool] = False
     either: ClassVar[str] = ""
     by_slopes: ClassVar[bool] = False
 

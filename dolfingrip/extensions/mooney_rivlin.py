@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 from ufl.core.expr import Expr
@@ -28,6 +28,8 @@ class MooneyRivlin(Elastic):
     Confused with: a smaller modulus or thinner walls, if there are readings at one pressure only;
     Mullins softening, which unloads on another curve.
     """
+
+    curved: ClassVar = True
 
     C01_MPa: Annotated[
         float,

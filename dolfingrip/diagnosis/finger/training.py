@@ -41,7 +41,6 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.finger import closed_forms
-from dolfingrip.diagnosis.finger.expansion import Expansion
 from dolfingrip.diagnosis.finger.model import (
     FingerSimulation,
     even,
@@ -155,12 +154,11 @@ def _basis(white: np.ndarray) -> np.ndarray:
     return np.asarray(left[:, sizes > 1e-8 * max(sizes[0], 1e-300)])
 
 
-CURVED = ("bulk_modulus", "mooney_rivlin")
 FINGERS: Final = frozenset({"bending", "blocked_force"})
 
 
 @dataclass(frozen=True, eq=False)
-class _Design:
+class CauseDesign:
     """Simulations of a cause.
 
     Attributes:
@@ -176,21 +174,21 @@ class _Design:
 
     @property
     def straight(self) -> bool:
-        """Whether the change is taken as linear, so that derivatives tell all."""
+        """True if the change is taken as linear, so that derivatives tell all of it."""
         return effect(self.cause.name).by_slopes
 
     @property
     def expands(self) -> bool:
-        """Whether derivatives where the cause does nothing tell what it changes at first."""
+        """True if derivatives where the cause does nothing tell what it changes at first."""
         kind, nuisance = effect(self.cause.name), self.cause.name in IMPLAUSIBLE
-        return self.scales and not (nuisance or kind.lopsided or self.cause.name in CURVED)
+        return self.scales and not (nuisance or kind.lopsided or kind.curved)
 
     @property
     def felt_in(self) -> frozenset[str]:
         """Experiments that can feel the cause."""
         return self.variants[0].only_in or frozenset()
 
-    def first(self) -> _Design:
+    def first(self) -> CauseDesign:
         """The place nearest to the middle alone, on either side where these differ."""
         size = np.linalg.norm(self.zeta, axis=1)
         sides = [self.zeta[:, -1] >= 0, self.zeta[:, -1] < 0]
@@ -204,8 +202,8 @@ class _Design:
 class CauseTraining:
     """Simulations of causes, and emulators of what they change.
 
-    Each is simulated once at first, further where it could be seen, and beyond the ordinary part of
-    its prior where the readings ask for that.
+    Each is known by derivatives or one simulation at first. It is simulated further where it could
+    be seen, and beyond the ordinary part of its prior where the readings ask for that.
 
     Attributes:
         simulation: of the model without them.
@@ -214,6 +212,9 @@ class CauseTraining:
         scale: noise of the readings, shape (n,).
         failed: why causes could not be simulated, by name.
         boxes: ranges of ζ that each emulator is read in, (d, 2), by name.
+        nodes: ζ of the moduli that simulations are read at.
+        designs: simulations of each cause that needs any, by name.
+        changes: what is known of each cause, by name; None where it could not be simulated.
     """
 
     simulation: FingerSimulation
@@ -227,17 +228,17 @@ class CauseTraining:
         # where causes are simulated that moduli do not scale
         middle = np.log(fitted_moduli(plain, simulation, scaled=False)) / plain.factor.log_std
         self._middle = float(np.clip(middle, *plain.baseline_box[0]))
-        self._nodes = nodes_of(plain.baseline_box[0])
+        self.nodes = nodes_of(plain.baseline_box[0])
         self.boxes = {each.name: box_of(each) for each in self.causes}
-        self._designs: dict[str, _Design] = {}
-        self._told: dict[str, SimulatedChanges | None] = {}
+        self.designs: dict[str, CauseDesign] = {}
+        self.changes: dict[str, SimulatedChanges | None] = {}
         self._trained: dict[str, tuple[SimulatedChanges, np.ndarray, Emulator]] = {}
         for each in self.causes:
             if closed_forms.known(simulation, each):
-                self._told[each.name] = self._closed_form(each)
+                self.changes[each.name] = self._closed_form(each)
             else:
                 zeta = _zeta(each, None if _scales(simulation, each) else self._middle)
-                self._designs[each.name] = _design(simulation, each, plain.factor, zeta)
+                self.designs[each.name] = _design(simulation, each, plain.factor, zeta)
 
     def run(self, say: Callable[[str], None], *, fully: bool) -> None:
         """Simulate all causes.
@@ -249,28 +250,25 @@ class CauseTraining:
         Raises:
             ConfigError: one line, where nothing can be simulated.
         """
-        designs, more = self._designs, self._designs
-        expanded = self._expanded()
-        self._told |= expanded
-        if fully:
-            more = {
-                n: each for n, each in designs.items() if not (expanded.get(n) and each.straight)
-            }
-        else:
-            self._compute(
-                {name: each.first() for name, each in designs.items() if name not in expanded}
-            )
-            more = {name: each for name, each in designs.items() if self._told[name] is None}
+        designs, expanded = self.designs, self.expanded()
+        self.changes |= expanded
+        if not fully:
+            self.compute({n: each.first() for n, each in designs.items() if n not in expanded})
+        more = {
+            name: each
+            for name, each in designs.items()
+            if not self.changes.get(name) or (fully and not each.straight)
+        }
         further = {name for name, each in designs.items() if name not in more and each.straight}
-        closed = set(self._told) - set(designs)
+        closed = set(self.changes) - set(designs)
         while True:
-            self._compute(more)
+            self.compute(more)
             further |= set(more)
             if further == set(designs):
                 break
             known = {
                 name: columns_of(each, self.scale)
-                for name, each in self._told.items() if each is not None
+                for name, each in self.changes.items() if each is not None
             }  # fmt: skip
             wanted = worth_simulating(self.plain, known, further | closed)
             wanted = wanted or self._seen() - further  # a fit may see what bounds do not
@@ -287,7 +285,7 @@ class CauseTraining:
         posterior = one_at_a_time(self.problem.levels, {})
         least = POLICY.rival * posterior.probability.max()
         visible = {name for p, fit in posterior.weighed if p >= least for name in fit.visible}
-        return visible & self._designs.keys()
+        return visible & self.designs.keys()
 
     @property
     def problem(self) -> InferenceProblem:
@@ -302,51 +300,51 @@ class CauseTraining:
     @property
     def felt(self) -> list[Cause]:
         """Causes that some reading feels."""
-        return [each for each in self.causes if self._told[each.name] and not self._faint(each)]
+        return [each for each in self.causes if self.changes[each.name] and not self._faint(each)]
 
     @property
     def unseen(self) -> tuple[str, ...]:
         """Names of those that no reading feels."""
-        return tuple(e.name for e in self.causes if self._told[e.name] and self._faint(e))
+        return tuple(e.name for e in self.causes if self.changes[e.name] and self._faint(e))
 
     def _faint(self, cause: Cause) -> bool:
-        own = self._told[cause.name]
+        own = self.changes[cause.name]
         assert own is not None
         rms = np.sqrt(np.square(own.values / self.scale).mean(axis=2))
         return float(rms.max()) < POLICY.invisible
 
     def _closed_form(self, cause: Cause) -> SimulatedChanges:
         box, factor = self.boxes[cause.name], self.plain.factor
-        return closed_forms.simulations(self.simulation, cause, box, self._nodes, factor)
+        return closed_forms.simulations(self.simulation, cause, box, self.nodes, factor)
 
-    def _compute(self, some: Mapping[str, _Design]) -> None:
+    def compute(self, some: Mapping[str, CauseDesign]) -> None:
         """Simulate designs, beside what is known of their causes."""
         simulation, factor = self.simulation, self.plain.factor
         every = [variant for each in some.values() for variant in each.variants]
         runs = iter(simulate(simulation.measurement, simulation.config, every, simulation.workers))
         for name, each in some.items():
             own = [next(runs) for _ in each.variants]
-            self._told[name], why = _assembled(simulation, each, own, self._nodes, factor)
+            self.changes[name], why = _assembled(simulation, each, own, self.nodes, factor)
             self.failed.pop(name, None)
             if why:
                 self.failed[name] = why
 
-    def _expanded(self) -> dict[str, SimulatedChanges | None]:
+    def expanded(self) -> dict[str, SimulatedChanges | None]:
         """Changes by causes, expanded about the model without them, by one simulation of it."""
         simulation = self.simulation
-        some = {name: each for name, each in self._designs.items() if each.expands}
+        some = {name: each for name, each in self.designs.items() if each.expands}
         if not some:
             return {}
-        about = Expansion.about(
+        about = closed_forms.Expansion.about(
             simulation, [each.cause for each in some.values()],
             frozenset[str]().union(*(each.felt_in for each in some.values())),
-            self._nodes, self.plain.factor, self.scale,
+            self.nodes, self.plain.factor, self.scale,
         )  # fmt: skip
         return {name: _expanded(about, each) for name, each in some.items()}
 
     def _emulator(self, cause: Cause) -> Emulator:
         """The emulator of a cause, trained anew where its simulations or its ranges are others."""
-        own, box = self._told[cause.name], self.boxes[cause.name]
+        own, box = self.changes[cause.name], self.boxes[cause.name]
         assert own is not None
         known = self._trained.get(cause.name)
         if known is None or known[0] is not own or not np.array_equal(known[1], box):
@@ -355,15 +353,15 @@ class CauseTraining:
 
     def _trained_on(self, cause: Cause, own: SimulatedChanges) -> Emulator:
         name = cause.name
-        if name in self._designs and not self._designs[name].scales:
+        if name in self.designs and not self.designs[name].scales:
             return _by_moduli(
                 self.simulation, cause, own, self.boxes[name], self.scale, self.plain.factor,
                 self._middle,
             )  # fmt: skip
         degree = POLICY.curved_degree
-        if name not in self._designs:
+        if name not in self.designs:
             degree = POLICY.closed_form_places - 1
-        elif self._designs[name].straight:
+        elif self.designs[name].straight:
             degree = 1
         own_coordinates = coordinates_of(cause, self.boxes[name])
         return trained_on(own, own_coordinates, self.scale, degree=degree)
@@ -381,10 +379,10 @@ class CauseTraining:
         """
         before: dict[str, float] = {}
         for _ in range(POLICY.finer):
-            wanted: dict[str, _Design] = {}
+            wanted: dict[str, CauseDesign] = {}
             for cause in self.felt:
-                name, own, emulator = cause.name, self._told[cause.name], self._emulator(cause)
-                if own is None or name not in some & self._designs.keys():
+                name, own, emulator = cause.name, self.changes[cause.name], self._emulator(cause)
+                if own is None or name not in some & self.designs.keys():
                     continue
                 if own.zeta.shape[1] > 1 or not isinstance(emulator, PolynomialEmulator):
                     continue
@@ -399,14 +397,14 @@ class CauseTraining:
             for name in self._added(wanted):
                 say(f"{name} could not be simulated there: {self.failed.pop(name)}")
 
-    def _added(self, some: Mapping[str, _Design]) -> list[str]:
+    def _added(self, some: Mapping[str, CauseDesign]) -> list[str]:
         """Simulate designs beside those before; return the names of those that did not end."""
-        before = {name: self._told[name] for name in some}
-        self._compute(some)
+        before = {name: self.changes[name] for name in some}
+        self.compute(some)
         lost = []
         for name, known in before.items():
-            more = self._told[name]
-            self._told[name] = known.beside(more) if known and more else known
+            more = self.changes[name]
+            self.changes[name] = known.beside(more) if known and more else known
             if more is None:
                 lost.append(name)
         return lost
@@ -424,10 +422,10 @@ class CauseTraining:
             name, own = cause.name, zeta[1:]
             say(f"the best numbers of {name} lie beyond what was simulated; simulating there")
             self.boxes[name], before = _as_far_as(self.boxes[name], own), self.boxes[name]
-            if name not in self._designs:
-                self._told[name] = self._closed_form(cause)
+            if name not in self.designs:
+                self.changes[name] = self._closed_form(cause)
                 continue
-            place = own if self._designs[name].scales else zeta
+            place = own if self.designs[name].scales else zeta
             there = _design(self.simulation, cause, self.plain.factor, place[None])
             if self._added({name: there}):
                 say(f"{name} could not be simulated there: {self.failed.pop(name)}")
@@ -511,7 +509,7 @@ def _scales(simulation: FingerSimulation, cause: Cause) -> bool:
 
 def _design(
     simulation: FingerSimulation, cause: Cause, factor: Unknown, zeta: np.ndarray
-) -> _Design:
+) -> CauseDesign:
     """Simulations at places, the moduli's ζ first where these do not scale the cause."""
     scales = _scales(simulation, cause)
     experiments = _felt_in(cause.name, simulation.lab)
@@ -534,7 +532,7 @@ def _design(
                 tilt_deg=tilt_deg,
             )
         )  # fmt: skip
-    return _Design(cause, zeta, scales, variants)
+    return CauseDesign(cause, zeta, scales, variants)
 
 
 def _zeta(cause: Cause, middle: float | None) -> np.ndarray:
@@ -579,7 +577,7 @@ def _places(box: np.ndarray, count: int, cause: Cause) -> np.ndarray:
 
 def _assembled(
     simulation: FingerSimulation,
-    design: _Design,
+    design: CauseDesign,
     runs: Sequence[SimulatedReadings],
     nodes: np.ndarray,
     factor: Unknown,
@@ -644,7 +642,7 @@ def _assembled(
     )  # fmt: skip
 
 
-def _expanded(about: Expansion, design: _Design) -> SimulatedChanges | None:
+def _expanded(about: closed_forms.Expansion, design: CauseDesign) -> SimulatedChanges | None:
     """Changes at a design's first place, or those by its derivatives, by an expansion."""
     cause, neutral = design.cause, design.zeta[0]
     if not design.straight:

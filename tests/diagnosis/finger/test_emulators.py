@@ -336,14 +336,15 @@ def test_a_cause_that_a_likely_fit_sees_is_simulated_further(
 
     class Trained(CauseTraining):
         def __post_init__(self) -> None:
-            alone = SimpleNamespace(first=lambda: None, expands=False, straight=False)
-            self._designs = {cause.name: alone}
-            self._told = {cause.name: turned_in(np.array([0.3]))}
+            self.designs = {
+                cause.name: SimpleNamespace(first=lambda: None, expands=False, straight=False)
+            }
+            self.changes = {cause.name: turned_in(np.array([0.3]))}
 
         problem = property(lambda self: problem)
         felt = property(lambda self: [])
 
-        def _compute(self, some: dict[str, SimpleNamespace]) -> None:
+        def compute(self, some: dict[str, SimpleNamespace]) -> None:
             computed.extend(some)
 
     monkeypatch.setattr(training, "worth_simulating", lambda *asked: set())
@@ -369,8 +370,8 @@ def test_places_are_added_until_an_emulator_is_right_or_no_longer_better(
 
     class Trained(CauseTraining):
         def __post_init__(self) -> None:
-            self._told = {cause.name: simulated(np.array([-2.1, -0.7, 0.7, 2.1]))}
-            self._designs, self._trained = {cause.name: None}, {}
+            self.changes = {cause.name: simulated(np.array([-2.1, -0.7, 0.7, 2.1]))}
+            self.designs, self._trained = {cause.name: None}, {}
             self.boxes = {cause.name: box_of(cause)}
             self.added: list[float] = []
             self.left: list[float] = []
@@ -385,7 +386,7 @@ def test_places_are_added_until_an_emulator_is_right_or_no_longer_better(
         def _added(self, some: dict[str, np.ndarray]) -> list[str]:
             for name, zeta in some.items():
                 self.added += zeta.tolist()
-                self._told[name] = self._told[name].beside(simulated(zeta))
+                self.changes[name] = self.changes[name].beside(simulated(zeta))
             return []
 
     monkeypatch.setattr(training, "_design", lambda *asked: asked[-1][:, 0])
