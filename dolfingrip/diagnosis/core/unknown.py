@@ -175,7 +175,11 @@ class Cause:
         return found
 
     def resting(self, factor: float = 1.0) -> Change:
-        """Return the change by which the effect is there and does nothing; moduli as above."""
+        """Return the change by which the effect is there and does nothing.
+
+        Args:
+            factor: of its moduli.
+        """
         own = [(n, self.neutral(n) if n.amplitude else float(n.at(0.0))) for n in self.numbers]
         return self._change([*own, *self.held], factor)
 

@@ -62,7 +62,7 @@ from dolfingrip.extensions.effect import Displaying, Drifting, Flow, Relaxing, S
 from dolfingrip.extensions.index import effect
 
 STEP: Final = 1e-3
-"""Of differences of ln c, and of ζ."""
+"""Of differences of ζ."""
 
 SOFTEST: Final = 0.5
 """Least s that is taken: with still softer moduli a finger may lose its equilibrium."""
@@ -314,33 +314,41 @@ class Expansion:
         return cls(simulation, run, nodes, factor, scale)
 
     @cached_property
-    def _model(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
-        """At each node c, readings of the model, (n,), and their derivatives by ln c, (n,)."""
-        at, found = self.simulation.graded_at, []
-        for c in map(float, self.factor.at(self.nodes)):
-            more, less = (at(c * np.exp(sign * STEP)) for sign in (1, -1))
-            found.append((c, at(c), (more - less) / (2 * STEP)))
-        return found
+    def _model(self) -> list[tuple[float, np.ndarray, np.ndarray, np.ndarray]]:
+        """At each node c, readings of the run, of the graded mesh, and these by ln c, (n,) each."""
+        simulation = self.simulation
+        return [
+            (
+                c, simulation.read(self.run, c / simulation.centre), simulation.graded_at(c),
+                simulation.graded_by_log(c),
+            )
+            for c in map(float, self.factor.at(self.nodes))
+        ]  # fmt: skip
 
     def slopes(self, cause: Cause) -> np.ndarray:
-        """(nodes, amplitudes, n) derivatives by the amplitudes, for each unit of these."""
+        """Return derivatives by a cause's amplitudes, for each unit of these.
+
+        Args:
+            cause: one of those that were expanded.
+
+        Returns:
+            Shape (nodes, amplitudes, n).
+        """
         simulation, found = self.simulation, []
         amplitudes = [number for number in cause.numbers if number.amplitude]
-        for c, *_ in self._model:
-            by = c / simulation.centre
+        for c, readings, *_ in self._model:
             own = [
-                simulation.read(self.run, by, number.gradient)
+                simulation.read(self.run, c / simulation.centre, number.gradient)
                 * (simulation.centre if number.modulus else 1.0)
                 for number in amplitudes
             ]
-            readings = simulation.read(self.run, by)
             found.append(simulation.graded(readings, c, np.column_stack(own))[1].T)
         return np.array(found)
 
     def changes(
         self, cause: Cause, zeta: np.ndarray, experiments: frozenset[str]
-    ) -> SimulatedChanges | None:
-        """Return what a cause changes; None where that is not known.
+    ) -> SimulatedChanges:
+        """Return what a cause changes; NaN where the run does not come to a reading.
 
         Args:
             cause: one of those that were expanded.
@@ -356,15 +364,13 @@ class Expansion:
             for node, own in enumerate(self.slopes(cause))
         ])  # fmt: skip
         told = np.where(felt, told, 0.0)
-        if not np.isfinite(told).all():
-            return None
         slopes = (told[:, :, 1 : d + 1] - told[:, :, d + 1 :]) / (2 * STEP)
         slopes[:, :, [not number.amplitude for number in cause.numbers]] = np.nan
         return SimulatedChanges(zeta, told[:, :, 0], slopes, self.nodes)
 
     def _moved(self, node: int, slopes: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(n,) change by amplitudes v, (a,), of which slopes are the derivatives, (a, n)."""
-        c, base, stiffer = self._model[node]
+        c, _, base, stiffer = self._model[node]
         white = slopes / self.scale
         by_modulus = np.where(slopes.any(axis=0), stiffer / self.scale, 0.0)
         share = white @ by_modulus / max(float(by_modulus @ by_modulus), 1e-300)

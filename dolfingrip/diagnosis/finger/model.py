@@ -502,6 +502,12 @@ class FingerSimulation:
         plain = self.measurement.collected(self._between(self.coarse, factor))
         return self.graded(plain, factor)[0]
 
+    def graded_by_log(self, factor: float) -> np.ndarray:
+        """(n,) derivatives of :meth:`graded_at` by the logarithm of the moduli."""
+        step = 1e-3
+        more, less = (self.graded_at(factor * np.exp(way * step)) for way in (1, -1))
+        return np.asarray((more - less) / (2 * step))
+
 
 class NothingReached(ConfigError):
     """A test has no reading to which the base simulation comes."""

@@ -318,7 +318,11 @@ class CauseTraining:
         return closed_forms.simulations(self.simulation, cause, box, self.nodes, factor)
 
     def compute(self, some: Mapping[str, CauseDesign]) -> None:
-        """Simulate designs, beside what is known of their causes."""
+        """Simulate designs; what they tell takes the place of what was known of their causes.
+
+        Args:
+            some: designs by the name of their cause.
+        """
         simulation, factor = self.simulation, self.plain.factor
         every = [variant for each in some.values() for variant in each.variants]
         runs = iter(simulate(simulation.measurement, simulation.config, every, simulation.workers))
@@ -620,8 +624,7 @@ def _assembled(
             if not design.scales:
                 ends = factor.at(node + step) / factor.at(node - step)
                 log_slope = float(np.log(ends) / (2 * step))
-                more, less = (simulation.graded_at(whole * np.exp(w * step)) for w in (1, -1))
-                jacobian[:, 0] = (jacobian[:, 0] - (more - less) / (2 * step)) * log_slope
+                jacobian[:, 0] = (jacobian[:, 0] - simulation.graded_by_log(whole)) * log_slope
             told.append(np.where(felt, graded - base, 0.0))
             derived.append(np.where(felt, jacobian.T, 0.0))
         change = np.array(told)
@@ -643,12 +646,14 @@ def _assembled(
 
 
 def _expanded(about: closed_forms.Expansion, design: CauseDesign) -> SimulatedChanges | None:
-    """Changes at a design's first place, or those by its derivatives, by an expansion."""
+    """Changes at a design's first place, or by its derivatives; None where these are not known."""
     cause, neutral = design.cause, design.zeta[0]
-    if not design.straight:
-        return about.changes(cause, design.first().zeta, design.felt_in)
-    rates = np.array([n.slope(z) for n, z in zip(cause.numbers, neutral, strict=True)])
-    return _tangent(neutral, about.slopes(cause) * rates[:, None], about.nodes)
+    if design.straight:
+        rates = np.array([n.slope(z) for n, z in zip(cause.numbers, neutral, strict=True)])
+        found = _tangent(neutral, about.slopes(cause) * rates[:, None], about.nodes)
+    else:
+        found = about.changes(cause, design.first().zeta, design.felt_in)
+    return found if np.isfinite(found.values).all() else None
 
 
 def _tangent(neutral: np.ndarray, slopes: np.ndarray, nodes: np.ndarray | None) -> SimulatedChanges:
