@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from dolfingrip.meshes import vtk_file
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
 MM3_PER_M3: Final = 1e9
@@ -108,13 +109,11 @@ def read(path: Path, key: str = "food.file") -> ClosedSurface:
     Raises:
         MeshError: one line, if the file cannot be read, or its surface is open or encloses nothing.
     """
-    import pyvista as pv
-
     if not path.is_file():
         raise MeshError(f"{key} = {path}: no such file")
     if path.suffix.lower() != ".stl":
         raise MeshError(f"{key} = {path}: allowed: an .stl file")
-    read = pv.read(path)
+    read = vtk_file.read(path)
     solid = read.triangulate().clean() if read.n_points else read
     if not solid.n_points or not solid.is_manifold or solid.n_open_edges:
         raise MeshError(f"{key} = {path}: allowed: a closed surface of triangles")

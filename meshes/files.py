@@ -11,10 +11,10 @@ import gmsh
 import meshio
 import numpy as np
 
-from dolfingrip.files import whole
+from dolfingrip.files import whole, xml
 from dolfingrip.meshes import abaqus, groups
 from dolfingrip.meshes.cells import from_vtk, to_vtk
-from dolfingrip.meshes.gmsh_model import current_mesh, insert, session
+from dolfingrip.meshes.gmsh_model import current_mesh, insert, open_mesh, session
 from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, assemble, joined
 
 READABLE: Final = (".msh", ".inp", ".vtk", ".vtu")
@@ -88,20 +88,19 @@ def _counts(mesh: SolidMesh) -> tuple[int, int, dict[str, int]]:
 
 
 def _read_msh(path: Path) -> SolidMesh:
-    with path.open("rb") as file:
-        start = file.read(9)
-    # Gmsh would run a file with another content as a script
-    if start != b"$MeshForm" and start != b"$Comments":
-        raise MeshError("not a mesh of Gmsh; allowed: a file that starts with $MeshFormat")
     with session("not readable"):
-        gmsh.open(str(path))
+        open_mesh(path)
         return current_mesh()
 
 
 def _read_vtk(path: Path) -> SolidMesh:
     # meshio.read itself ends the program where it finds no reader that works
-    reader = meshio.vtk.read if path.suffix.lower() == ".vtk" else meshio.vtu.read
+    of_xml = path.suffix.lower() == ".vtu"
+    reader = meshio.vtu.read if of_xml else meshio.vtk.read
     try:
+        if of_xml:
+            with path.open("rb") as file:
+                xml.check_beginning(file)
         found = reader(path)
     except OSError:
         raise

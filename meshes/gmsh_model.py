@@ -1,18 +1,23 @@
 """A session of Gmsh, and what its current model holds.
 
-Meshes are converted to and from it. Solids of the OpenCASCADE kernel are bricks, tapered bricks,
-and their unions and differences.
+Meshes are converted to and from it, and files are read into it as data: neither Gmsh nor
+OpenCASCADE reads what lies beside them. Solids of the OpenCASCADE kernel are bricks, tapered
+bricks, and their unions and differences.
 """
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 import gmsh
 import numpy as np
 
+from dolfingrip.loading import elsewhere
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, assemble, joined
 from dolfingrip.sections.geometry.boxes import Box
@@ -65,6 +70,46 @@ def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[
             gmsh.model.setCurrent(model_before)
             for name, value in before.items():
                 gmsh.option.setNumber(name, value)
+
+
+_MESH: Final = b"$MeshFormat", b"$Comments"
+"""What Gmsh takes a file for a mesh by, whole: it runs one with another content as a script."""
+
+
+def open_mesh(path: Path) -> None:
+    """Read a mesh file into the session, from a folder that has nothing else.
+
+    Gmsh runs what it finds beside a file that it opens, as ``finger.msh.opt``.
+
+    Args:
+        path: a .msh file.
+
+    Raises:
+        MeshError: one line, where it is no mesh of Gmsh.
+        OSError: where it cannot be read.
+    """
+    with TemporaryDirectory(prefix="dolfingrip-") as folder:
+        alone = Path(folder, "alone.msh")
+        shutil.copyfile(path, alone)
+        with alone.open("rb") as file:
+            if not file.read(len(_MESH[0])).startswith(_MESH):
+                raise MeshError("not a mesh of Gmsh; allowed: a file that starts with $MeshFormat")
+        gmsh.open(str(alone))
+
+
+def import_shapes(path: Path, highest_only: bool = False) -> list[tuple[int, int]]:
+    """Read the shapes of a CAD file into the model, without OpenCASCADE's settings of this folder.
+
+    Args:
+        path: a STEP, IGES or BREP file.
+        highest_only: leave out shapes that bound others.
+
+    Returns:
+        Dimension and tag of each shape.
+    """
+    file = str(path.resolve())
+    with elsewhere():
+        return list(gmsh.model.occ.importShapes(file, highestDimOnly=highest_only))
 
 
 def current_mesh() -> SolidMesh:

@@ -113,7 +113,7 @@ def _contact() -> str:
     """A wheel that was compiled for another processor crashes once it is used."""
     if not find_spec("ipctk"):
         return "missing (ipctk)"
-    ended = subprocess.run([sys.executable, "-c", TOUCH], capture_output=True, check=False)
+    ended = subprocess.run([sys.executable, "-P", "-c", TOUCH], capture_output=True, check=False)
     version = _version("ipctk")
     if ended.returncode == 0:
         return f"ipctk {version}, works on this processor"

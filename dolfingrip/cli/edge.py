@@ -129,6 +129,8 @@ def run(command: Any) -> NoReturn:
         command: of the command line.
     """
     os.environ.setdefault("HOME", os.path.expanduser("~"))  # without it Open MPI ends the process
+    # workers would import a stranger's signal.py from the working folder; this process does not
+    os.environ["PYTHONSAFEPATH"] = "1"
     with unbroken_output():
         world, errors = _world(), sys.stderr
         if rank():  # rank 0 alone prints errors that all ranks have

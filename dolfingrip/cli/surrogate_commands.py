@@ -131,7 +131,7 @@ def optimise(asked: OptimiseSettings) -> None:
     campaign = model.facts.campaign or {}
     base = _base(campaign, asked.config, asked.overrides) if asked.resolve else None
     computed_by = str(campaign.get("objective", OBJECTIVE))
-    foreign = computed_by != asked.objective and not computed_by.startswith("dolfingrip.")
+    foreign = computed_by not in (OBJECTIVE, asked.objective)
     if asked.resolve and foreign:
         raise ConfigError(
             f"{asked.surrogate}: objective = {shown(computed_by)}: code that is not of this "

@@ -125,6 +125,6 @@ def _toml(data: Mapping[str, Any]) -> str:
 def command(file: Path, out: Path) -> list[str]:
     """The command that plans a rig's experiment."""
     return [
-        sys.executable, "-m", "dolfingrip", "plan-experiment", str(file), "--out", str(out),
-        "--quick", "--workers", "1",
+        sys.executable, "-P", "-m", "dolfingrip", "plan-experiment", str(file),
+        "--out", str(out), "--quick", "--workers", "1",
     ]  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, FiniteFloat, PositiveInt
 
 from dolfingrip.files.result_file import Part, ResultFile, reading
 from dolfingrip.files.table import read_csv
@@ -37,13 +37,13 @@ class SurrogateFile(ResultFile):
     MADE_BY: ClassVar[str] = "dolfingrip train"
 
     schema_version: Literal[1] = 1
-    inputs: dict[str, tuple[float, float]] = Field(
+    inputs: dict[str, tuple[FiniteFloat, FiniteFloat]] = Field(
         description="range of each, by which it is normalised to [−1, 1]: that of all designs"
     )
-    outputs: dict[str, tuple[float, float]] = Field(
+    outputs: dict[str, tuple[FiniteFloat, FiniteFloat]] = Field(
         description="range of each, by which it is normalised to [0, 1]: that of training designs"
     )
-    layers: tuple[int, ...] = Field((), description="widths, from inputs to outputs")
+    layers: tuple[PositiveInt, ...] = Field((), description="widths, from inputs to outputs")
     activation: Literal["tanh", "silu"] = "tanh"
     weights_sha256: str = Field("", description="of surrogate.pt beside it")
     settings: dict[str, Any] = Field({}, description="of the training")

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import IO, Any, Final, Literal
 
 from dolfingrip.config import ConfigError
+from dolfingrip.files import package, xml
 from dolfingrip.importing.told import ORDERS, Question, Told, line
 
 Row = tuple[int, list[str]]
@@ -272,10 +273,8 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
 
 def _sheets(file: Path, told: Told) -> dict[str, Cells]:
     """Tables of a workbook, by the name of their sheet."""
-    import openpyxl  # only workbooks need it
-
     found: dict[str, Cells] = {}
-    for sheet in openpyxl.load_workbook(file, data_only=True).worksheets:
+    for sheet in _workbook(file).worksheets:
         values = [list(row) for row in sheet.iter_rows()]
         for area in sheet.merged_cells.ranges:
             if area.max_col - area.min_col + 1 < sheet.max_column:  # no title
@@ -290,6 +289,60 @@ def _sheets(file: Path, told: Told) -> dict[str, Cells]:
             name = f"{sheet.title} {more}".strip()
             found[name] = replace(part, how=f"sheet {name}, decimal {_SIGNS[decimal]}")
     return found
+
+
+MOST_CELLS: Final = 20_000_000
+"""Cells of a sheet, empty ones before the last one too: a million rows of twenty columns."""
+
+
+def _workbook(file: Path) -> Any:
+    """A workbook whose sheets are not larger than they may be.
+
+    Raises:
+        ConfigError: one line.
+    """
+    import openpyxl  # only workbooks need it
+
+    try:
+        with package.opened(file) as packed:
+            for part in packed.namelist():
+                with packed.open(part) as stream:
+                    rows, columns = _extent(stream)
+                if rows * columns > MOST_CELLS:
+                    raise ConfigError(
+                        f"{file}: {part}: {rows} rows by {columns} columns; allowed: up to "
+                        f"{MOST_CELLS} cells"
+                    )
+        return openpyxl.load_workbook(file, data_only=True)
+    except ConfigError:
+        raise
+    except Exception as error:  # any error of the parser on a broken file
+        raise ConfigError(f"{file}: not readable as a workbook: {error}") from None
+
+
+def _extent(part: IO[bytes]) -> tuple[int, int]:
+    """Rows and columns of a sheet up to its last cell, merged ones too; 0 of another part.
+
+    openpyxl makes each of these cells, also empty ones.
+    """
+    from openpyxl.utils import range_boundaries
+
+    rows = columns = 0
+    try:
+        for each in xml.elements(part):
+            name = each.tag.rpartition("}")[2]
+            if place := {"c": each.get("r"), "mergeCell": each.get("ref")}.get(name):
+                _, _, column, row = range_boundaries(place)
+            elif name == "row" and len(each):  # its cells may have no places of their own
+                column, row = len(each), int(each.get("r", 0))
+            else:
+                continue
+            rows, columns = max(rows, row), max(columns, column)
+    except xml.DocumentTypeError:
+        raise
+    except xml.XmlError:  # a picture; of a broken sheet openpyxl reads no more than was read here
+        pass
+    return rows, columns
 
 
 def _chosen(tables: dict[str, Cells], told: Told) -> Cells:

@@ -24,6 +24,7 @@ _PRIVATE: Final = [
     'export DASK_TEMPORARY_DIRECTORY="$(mktemp -d)"',
     """trap 'rm -rf "$DASK_TEMPORARY_DIRECTORY"' EXIT""",
     "export DASK_DISTRIBUTED__WORKER__HTTP__ROUTES='[]'",
+    "export PYTHONSAFEPATH=1",  # no modules of the folder that the command was called in
     # a connection that breaks is an error of Python then, not a crash
     f"export DASK_DISTRIBUTED__WORKER__PRELOAD='{json.dumps(connections.PRELOAD)}'",
     f"export DASK_DISTRIBUTED__NANNY__PRELOAD='{json.dumps(connections.PRELOAD)}'",

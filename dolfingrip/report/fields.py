@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
-from xml.etree import ElementTree
 
 import numpy as np
 import numpy.typing as npt
-import pyvista as pv
-from vtkmodules.vtkCommonCore import vtkObject
 
 from dolfingrip.channels import FIELDS, MOVED
+from dolfingrip.files import xml
 from dolfingrip.files.table import Columns, branches, read_csv, required
+from dolfingrip.meshes import vtk_file
 from dolfingrip.meshes.cells import from_vtk
+
+STEP_FILES: Final = (".vtu", ".pvtu")
+"""Files that a collection may name. pyvista chooses a reader by the ending, and its older versions
+unpickle what ends in .pkl."""
 
 TOLERANCE_KPA = 1e-3
 """Pressures closer than this are the same: files round what the solver reaches exactly."""
@@ -66,10 +68,10 @@ def list_steps(collection: Path) -> list[Path]:
         ValueError: One line where the file is missing, is no collection, or is empty.
     """
     try:
-        root = ElementTree.parse(collection).getroot()
+        root = xml.parsed(collection.read_bytes())
     except OSError as error:
         raise ValueError(f"{collection}: {error.strerror}") from None
-    except ElementTree.ParseError as error:
+    except xml.XmlError as error:
         raise ValueError(f"{collection}: not a ParaView collection: {error}") from None
     files = [collection.parent / str(entry.get("file")) for entry in root.iter("DataSet")]
     if not files:
@@ -77,6 +79,8 @@ def list_steps(collection: Path) -> list[Path]:
     for file in files:  # a folder that was received reads nothing of the one who opens it
         if not file.resolve().is_relative_to(collection.parent.resolve()):
             raise ValueError(f"{collection}: {file}: allowed: files of its own folder")
+        if file.suffix not in STEP_FILES:
+            raise ValueError(f"{collection}: {file}: allowed: {', '.join(STEP_FILES)}")
     return files
 
 
@@ -133,22 +137,13 @@ def read_grid(file: Path) -> Any:
         raise ValueError(f"{file}: {error.strerror}") from None
     if many := _MANY_COMPONENTS.search(content):  # VTK takes memory for as many as there are told
         raise ValueError(f"{file}: damaged: {many[0].decode(errors='replace')}")
-    with _silent():
-        found = pv.read(file)
+    try:
+        found = vtk_file.read(file)
+    except xml.XmlError as error:
+        raise ValueError(f"{file}: damaged: {error}") from None
     if not found.n_cells or not np.isfinite(found.points).all():
         raise ValueError(f"{file}: damaged: no elements, or points that are no numbers")
     return found
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """A context in which VTK, which only warns of damage, prints nothing of it."""
-    shown = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.GlobalWarningDisplayOff()
-    try:
-        yield
-    finally:
-        vtkObject.SetGlobalWarningDisplay(shown)
 
 
 def read_mesh(grid: Any) -> FieldMesh:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from dolfingrip.files import package, xml
+from dolfingrip.meshes import vtk_file
 from dolfingrip.meshes.solid import Floats, Ints, MeshError
 
 CAD: Final = (".step", ".stp", ".brep", ".iges", ".igs")
@@ -47,9 +48,11 @@ def triangles_of(path: Path, scale: float) -> tuple[Floats, Ints]:
     readers: dict[str, Callable[[Path], Any]] = {".3mf": _of_3mf}
     readers |= dict.fromkeys(CAD, _of_cad)
     try:
-        raw = readers.get(path.suffix.lower(), pv.read)(path)
+        raw = readers.get(path.suffix.lower(), vtk_file.read)(path)
     except MeshError:
         raise
+    except (package.PackageError, xml.XmlError) as error:
+        raise MeshError(str(error)) from None
     except Exception as error:  # any error of the parser on a broken file
         raise MeshError(f"not readable: {error}; allowed: triangles") from None
     if not isinstance(raw, pv.PolyData):
@@ -75,13 +78,13 @@ def require_bearable(path: Path) -> None:
         MeshError: one line with the signal.
     """
     tried = (
-        "import gmsh, sys; gmsh.initialize(interruptible=False); "
+        "import gmsh, sys; gmsh.initialize(readConfigFiles=False, interruptible=False); "
         "gmsh.option.setNumber('Geometry.OCCImportLabels', 1); "
         "gmsh.model.occ.importShapes(sys.argv[1], highestDimOnly=True)"
     )
     ended = subprocess.run(
-        [sys.executable, "-c", tried, str(path)], stdin=subprocess.DEVNULL, capture_output=True,
-        check=False,
+        [sys.executable, "-P", "-c", tried, str(path.resolve())],
+        stdin=subprocess.DEVNULL, capture_output=True, cwd="/", check=False,
     )  # fmt: skip
     if ended.returncode < 0:  # any error of Gmsh's comes again here, with its sentence
         name = signal.Signals(-ended.returncode).name
@@ -93,13 +96,13 @@ def _of_cad(path: Path) -> object:
     import gmsh
     import pyvista as pv
 
-    from dolfingrip.meshes.gmsh_model import session
+    from dolfingrip.meshes.gmsh_model import import_shapes, session
 
     require_bearable(path)
     with session(f"{path}"):
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", TURN)
-        gmsh.model.occ.importShapes(str(path))
+        import_shapes(path)
         gmsh.model.occ.synchronize()
         gmsh.model.mesh.generate(2)
         tags, points, _ = gmsh.model.mesh.getNodes()
@@ -116,9 +119,9 @@ def _of_3mf(path: Path) -> object:
     """
     import pyvista as pv
 
-    with zipfile.ZipFile(path) as packed:
+    with package.opened(path) as packed:
         name = next(each for each in packed.namelist() if each.lower().endswith(".model"))
-        root = ElementTree.fromstring(packed.read(name))
+        root = xml.parsed(packed.read(name))
     unit = _UNITS_MM[root.get("unit", "millimeter")]
     objects = {each.get("id"): each for each in root.iter(f"{_CORE}object")}
     found = pv.PolyData()
@@ -143,7 +146,7 @@ def _of_3mf(path: Path) -> object:
     return found
 
 
-def _transform(element: ElementTree.Element) -> tuple[Floats, Floats]:
+def _transform(element: Element) -> tuple[Floats, Floats]:
     """(3, 3) and (3,) that rows of points are turned and then moved by."""
     numbers = element.get("transform")
     if numbers is None:

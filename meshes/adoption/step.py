@@ -20,7 +20,7 @@ from dolfingrip.meshes.adoption.sizes import MeshRequest, WallSizes, measured
 from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
 from dolfingrip.meshes.adoption.stl import meshed_triangles
 from dolfingrip.meshes.adoption.surface import Faces, united
-from dolfingrip.meshes.gmsh_model import session
+from dolfingrip.meshes.gmsh_model import import_shapes, session
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import MeshError, SolidMesh
 
@@ -97,7 +97,7 @@ def _adopted(
 def _imported(path: Path, scale: float) -> dict[int, str]:
     """Tags of the solids and their names; those that touch share faces."""
     try:
-        gmsh.model.occ.importShapes(str(path), highestDimOnly=True)
+        import_shapes(path, highest_only=True)
     except Exception as error:
         if type(error) is not Exception:
             raise
@@ -139,7 +139,7 @@ def _hollowed(solids: dict[int, str], file: Path, scale: float) -> dict[int, str
         MeshError: one line, if nothing is left or a solid falls into parts.
     """
     before = set(gmsh.model.occ.getEntities(3))
-    gmsh.model.occ.importShapes(str(file), highestDimOnly=True)
+    import_shapes(file, highest_only=True)
     tools = [pair for pair in gmsh.model.occ.getEntities(3) if pair not in before]
     if not tools:
         raise MeshError(f"--cavity {file}: no solid; allowed: a solid that fills the cavity")

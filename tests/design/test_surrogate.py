@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import pickle
+import random
 import warnings
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
 from support import stand_in
 
+from benchmarks.fuzz import damaged
 from dolfingrip.config import ConfigError
 from dolfingrip.design.surrogate import surrogate, table
 from dolfingrip.design.surrogate.surrogate import OutsideRange, load
@@ -107,6 +111,87 @@ def test_code_in_the_weights_is_refused(how: str, surrogate_folder: Path, tmp_pa
     with pytest.raises(ConfigError, match="not the weights of this network alone"):
         load(tmp_path)
     assert not trace.exists()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_weights_that_are_no_finite_numbers_are_refused(
+    value: float, surrogate_folder: Path, tmp_path: Path
+) -> None:
+    weights = torch.load(surrogate_folder / surrogate.WEIGHTS, weights_only=True)
+    weights["0.bias"][1] = value
+    torch.save(weights, tmp_path / surrogate.WEIGHTS)
+    _describe(surrogate_folder, tmp_path)
+    with pytest.raises(ConfigError, match=r"surrogate\.pt: weights that are no finite numbers"):
+        load(tmp_path)
+
+
+def test_finite_weights_that_give_no_finite_output(surrogate_folder: Path, tmp_path: Path) -> None:
+    weights = torch.load(surrogate_folder / surrogate.WEIGHTS, weights_only=True)
+    last = max((n for n in weights if n.endswith("weight")), key=lambda n: int(n.split(".")[0]))
+    weights[last][:] = 1e308
+    torch.save(weights, tmp_path / surrogate.WEIGHTS)
+    _describe(surrogate_folder, tmp_path)
+    corner = np.array([[0.5, 0.5]])
+    with pytest.raises(ConfigError, match="gives no finite numbers"):
+        load(tmp_path).predict(corner, warn=False)
+
+
+def test_damaged_weights_are_refused_in_one_line(surrogate_folder: Path, tmp_path: Path) -> None:
+    """With a matching sum: whoever damages them can write it, too."""
+    seed = 76
+    print("seed", seed)
+    good = (surrogate_folder / surrogate.WEIGHTS).read_bytes()
+    weights = tmp_path / surrogate.WEIGHTS
+    refused = 0
+    for number in range(300):
+        weights.write_bytes(damaged(good, random.Random(seed + number)))
+        _describe(surrogate_folder, tmp_path)
+        try:
+            net = load(tmp_path).net
+        except ConfigError as error:
+            refused += "\n" not in str(error)
+        else:
+            assert all(each.isfinite().all() for each in net.parameters()), number
+    assert refused > 100
+
+
+@pytest.mark.parametrize("how", ["layers", "compressed"])
+def test_a_small_file_takes_no_large_memory(
+    how: str, surrogate_folder: Path, tmp_path: Path
+) -> None:
+    good, weights = surrogate_folder / surrogate.WEIGHTS, tmp_path / surrogate.WEIGHTS
+    with ZipFile(good) as packed, ZipFile(weights, "w", ZIP_DEFLATED) as made:
+        for part in packed.infolist():
+            made.writestr(part.filename, packed.read(part))
+        if how == "compressed":
+            made.writestr("archive/data/99", bytes(50_000_000))
+    _describe(surrogate_folder, tmp_path)
+    if how == "layers":
+        file = tmp_path / SurrogateFile.FILE
+        facts = json.loads(file.read_text())
+        facts["layers"] = [facts["layers"][0], 10**9, facts["layers"][-1]]
+        file.write_text(json.dumps(facts))
+    with pytest.raises(ConfigError, match="not the weights of this network alone"):
+        load(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("inputs", math.nan), ("outputs", math.inf), ("layers", -3), ("layers", 0)],
+)
+def test_a_description_has_finite_ranges_and_layers(
+    key: str, value: float, surrogate_folder: Path, tmp_path: Path
+) -> None:
+    facts = json.loads((surrogate_folder / SurrogateFile.FILE).read_text())
+    if key == "layers":
+        facts["layers"][1] = value
+    else:
+        next(iter(facts[key].values()))[0] = value
+    (tmp_path / SurrogateFile.FILE).write_text(json.dumps(facts))
+    (tmp_path / surrogate.WEIGHTS).write_bytes(b"")
+    with pytest.raises(ConfigError, match=rf"surrogate\.json: {key}\.") as refused:
+        load(tmp_path)
+    assert "\n" not in str(refused.value)
 
 
 def _describe(good: Path, folder: Path) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import io
 import itertools
-import pickle
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from dolfingrip.files import whole
+from dolfingrip.files import package, whole
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.surrogate import SurrogateFile
 from dolfingrip.sections.errors import ConfigError
@@ -33,6 +32,10 @@ Vector = npt.NDArray[np.float64]
 
 ACTIVATIONS = {"tanh": "Tanh", "silu": "SiLU"}
 WEIGHTS = "surrogate.pt"
+_BYTES = 8
+"""Of a weight."""
+_AS_THEY_ARE = package.PackagePolicy(ratio=1)
+"""Weights are not compressed."""
 
 
 class OutsideRange(UserWarning):
@@ -123,6 +126,9 @@ class Surrogate:
         Returns:
             Shape (designs, output names).
 
+        Raises:
+            ConfigError: where one of them is not finite.
+
         Warns:
             OutsideRange: naming the input, its value and the range.
         """
@@ -132,7 +138,10 @@ class Surrogate:
             self._warn(inputs)
         with torch.no_grad():
             scaled = torch.from_numpy(2 * self.inputs.normalise(inputs) - 1)
-            return self.outputs.restore(self.net(scaled).numpy())
+            outputs = self.outputs.restore(self.net(scaled).numpy())
+        if not np.isfinite(outputs).all():
+            raise ConfigError("this surrogate gives no finite numbers; allowed: one that does")
+        return outputs
 
     def output(self, name: str) -> int:
         """The column of an output.
@@ -211,10 +220,16 @@ def load(folder: Path) -> Surrogate:
         raise ConfigError(f"{folder / facts.FILE}: layers = {facts.layers}: not of these inputs")
     if hashlib.sha256(weights).hexdigest() != facts.weights_sha256:
         raise ConfigError(f"{folder / WEIGHTS}: not the weights that {facts.FILE} was written for")
-    net = network(facts.layers, facts.activation)
     try:
-        # weights_only: an unpickler that knows tensors and nothing else
-        net.load_state_dict(torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu"))
-    except (pickle.UnpicklingError, RuntimeError, TypeError, EOFError, AttributeError):
+        if _BYTES * sum(a * b + b for a, b in itertools.pairwise(facts.layers)) > len(weights):
+            raise ConfigError(f"fewer than layers = {facts.layers} have")
+        net = network(facts.layers, facts.activation)
+        with package.opened(folder / WEIGHTS, _AS_THEY_ARE):
+            # weights_only: an unpickler that knows tensors and nothing else
+            found = torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu")
+        net.load_state_dict(found)
+    except Exception:  # any error of the parser on a broken file
         raise ConfigError(f"{folder / WEIGHTS}: not the weights of this network alone") from None
+    if not all(torch.isfinite(each).all() for each in net.parameters()):
+        raise ConfigError(f"{folder / WEIGHTS}: weights that are no finite numbers")
     return Surrogate(facts, net)

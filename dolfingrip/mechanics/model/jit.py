@@ -33,9 +33,16 @@ from ffcx.ir import representationutils
 from ffcx.ir.analysis.valuenumbering import ValueNumberer
 from mpi4py import MPI
 
+from dolfingrip.loading import elsewhere
 from dolfingrip.mechanics.model.compatibility import patches_ffcx
 from dolfingrip.mechanics.model.compilation import compiled
 from dolfingrip.sections.private import cache_folder
+
+# Both keep what they read of their first call's folder: libraries to be linked, flags of the
+# compiler, types of numbers.
+with elsewhere():
+    ffcx.get_options()
+    dolfinx.jit.get_options()
 
 _MATRICES = 1 if patches_ffcx else 0
 """Part of the key of compiled forms: another number where :class:`Blocks` make other code."""

@@ -69,6 +69,7 @@ def print_page(page: Path, out: Path) -> Path:
                 text=True,
                 timeout=LIMIT_S,
                 env=environment,
+                cwd=profile,  # Chromium's library of graphics reads settings there
                 check=False,
             )
         except subprocess.TimeoutExpired:
