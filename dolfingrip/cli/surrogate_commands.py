@@ -134,8 +134,8 @@ def optimise(asked: OptimiseSettings) -> None:
     foreign = computed_by not in (OBJECTIVE, asked.objective)
     if asked.resolve and foreign:
         raise ConfigError(
-            f"{asked.surrogate}: objective = {shown(computed_by)}: code that is not of this "
-            f"package; allowed: --no-resolve, or --objective {computed_by}, which runs it"
+            f"{asked.surrogate}: objective = {shown(computed_by)}: no objective of this package; "
+            f"allowed: --no-resolve, or --objective {computed_by}, which runs it"
         )
     objectives = objectives_of(asked, model.output_names)
     genetic = NSGA2Settings(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,12 @@ def test_optimising_computes_again_and_resumes(
     refused = CliRunner().invoke(cli.app, [*map(str, command)])
     assert "package; allowed: --no-resolve, or --objective" in str(refused.exception)
     assert not log.exists()  # nothing of it has run
+    copy = shutil.copytree(surrogate, tmp_path / "copy")
+    text = (copy / "surrogate.json").read_text(encoding="utf-8")
+    other = "dolfingrip.jobs.work:found"  # any function of this package, in the objective's place
+    (copy / "surrogate.json").write_text(text.replace(analytic.PATH, other), encoding="utf-8")
+    refused = CliRunner().invoke(cli.app, ["optimise", str(copy), *map(str, command[2:])])
+    assert f'objective = "{other}": no objective of this package' in str(refused.exception)
     command = (*command, "--objective", analytic.PATH)
     result = _call(*command, "--at-most", 2.0, "--at-most", 2.2)
     assert result.exit_code == 0
