@@ -55,7 +55,7 @@ class DocumentTypeError(XmlError):
     """One line about XML that declares a document type."""
 
 
-def parsed(content: bytes) -> Element:
+def parse(content: bytes) -> Element:
     """Parse what others wrote.
 
     Args:

@@ -68,7 +68,7 @@ def list_steps(collection: Path) -> list[Path]:
         ValueError: One line where the file is missing, is no collection, or is empty.
     """
     try:
-        root = xml.parsed(collection.read_bytes())
+        root = xml.parse(collection.read_bytes())
     except OSError as error:
         raise ValueError(f"{collection}: {error.strerror}") from None
     except xml.XmlError as error:

@@ -121,7 +121,7 @@ def _of_3mf(path: Path) -> object:
 
     with package.opened(path) as packed:
         name = next(each for each in packed.namelist() if each.lower().endswith(".model"))
-        root = xml.parsed(packed.read(name))
+        root = xml.parse(packed.read(name))
     unit = _UNITS_MM[root.get("unit", "millimeter")]
     objects = {each.get("id"): each for each in root.iter(f"{_CORE}object")}
     found = pv.PolyData()
