@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
+import scipy.linalg
 
 from dolfingrip.config import Change
 from dolfingrip.diagnosis.core.unknown import Cause
@@ -98,6 +99,40 @@ def after_modulus(change: np.ndarray, by_modulus: np.ndarray) -> float:
     """Length of a change (n,) of whitened readings, after what the modulus changes, (n,)."""
     along = by_modulus @ change / (by_modulus @ by_modulus)
     return float(np.linalg.norm(change - along * by_modulus))
+
+
+def strength(change: np.ndarray, covariance: np.ndarray, by_modulus: np.ndarray) -> float:
+    """Length of a change of readings, after what the modulus changes.
+
+    Args:
+        change: of the readings, shape (n,).
+        covariance: of noise and of what the rig may change, shape (n, n).
+        by_modulus: change of the readings by the modulus, shape (n,).
+
+    Returns:
+        Standard deviations.
+    """
+    lower = scipy.linalg.cholesky(covariance, lower=True)
+    white, along = (
+        scipy.linalg.solve_triangular(lower, each, lower=True) for each in (change, by_modulus)
+    )
+    return after_modulus(white, along)
+
+
+def by_cause[T: Hidden](case: Case[T], causes: Mapping[str, Cause]) -> dict[str, Change]:
+    """Return the change to each hidden cause alone.
+
+    Args:
+        case: with the numbers of all.
+        causes: of the catalogue, by name.
+    """
+    found, at = {}, 0
+    for name in case.names:
+        if at < len(case.zeta):  # a number of the rig has none
+            count = len(causes[name].numbers)
+            found[name] = causes[name].overrides(np.array(case.zeta[at : at + count]))
+            at += count
+    return found
 
 
 def names_of(effects: Sequence[str], hidden: int, rng: np.random.Generator) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ def main(
         prog=f"python -m benchmarks.blind.{package}", description=told,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    parser.add_argument("stage", choices=("run", "score", "ranks"))
+    parser.add_argument("stage", choices=("run", "freeze", "score", "ranks"))
     parser.add_argument("--set", choices=tuple(counts), default="confirmation")
     parser.add_argument("--protocol", choices=tuple(protocols), action="append")
     scored = Path(__file__).parent / package / "scored"
@@ -51,4 +51,7 @@ def main(
         for name in asked.protocol or protocols:
             place = f"{asked.set}-{name}"
             own = bench(name, asked.out / "scratch" / place)
+            if asked.stage == "freeze":
+                said.freeze(own, asked.set, few)
+                continue
             said.grow(asked.out / f"{place}.csv", own, asked.set, few)

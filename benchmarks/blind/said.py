@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.blind import frozen
 from benchmarks.blind.case import Case, Hidden
+from benchmarks.blind.frozen import FrozenCase
 from benchmarks.outcomes import commit
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.decision import Decision
@@ -37,11 +39,15 @@ class Bench[C]:
         drawn: a case, by set, kind and number.
         diagnosed: what is found out about it.
         exact: the answer of exact evidence, where there is one.
+        measured: writes its readings and what the laboratory tells.
+        frozen: what is hidden in it, as a row.
     """
 
     drawn: Callable[[str, str, int], C]
     diagnosed: Callable[[C], Diagnosis]
     exact: Callable[[C, Diagnosis], Decision | None] = lambda case, found: None
+    measured: Callable[[C], Path] = field(kw_only=True)
+    frozen: Callable[[C], FrozenCase] = field(kw_only=True)
 
 
 def grow[T: Hidden](
@@ -68,6 +74,27 @@ def grow[T: Hidden](
                     table.writerow(row)
                     stream.flush()
                     print(*(row[name] for name in SHOWN), sep=" | ", flush=True)
+
+
+def freeze[T: Hidden](bench: Bench[Case[T]], which: str, counts: Mapping[str, int]) -> None:
+    """Write cases of a set as files, which are not there yet; a call resumes one that was killed.
+
+    Args:
+        bench: draws and measures.
+        which: the set.
+        counts: cases by kind.
+    """
+    known: set[str] | None = None
+    for number in range(max(counts.values(), default=0)):
+        for kind in [k for k, count in counts.items() if number < count]:
+            if known is not None and f"{kind}-{number}" in known:
+                continue
+            case = bench.drawn(which, kind, number)
+            known = known or {each.name for each in frozen.cases(case.protocol)}
+            if f"{kind}-{number}" not in known:
+                hidden = bench.frozen(case)
+                frozen.add(hidden, bench.measured(case))
+                print(*hidden.row().values(), sep=" | ", flush=True)
 
 
 def said[T: Hidden](bench: Bench[Case[T]], case: Case[T]) -> dict[str, Any]:

@@ -16,13 +16,17 @@ from benchmarks.blind.case import (
     SEEN,
     Case,
     after_modulus,
+    by_cause,
     is_wide,
     names_of,
     ordinary,
+    stiffened,
+    strength,
     truncated,
 )
 from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
+from benchmarks.blind.frozen import FrozenCase
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.unknown import Cause
@@ -48,6 +52,48 @@ SLACK_STD_mm: Final = coupon.SLACK_mm * 0.5**0.5
 
 Kept = dict[str, tuple[np.ndarray, np.ndarray]]
 """Places and changes of the readings there, by cause, of the first places that were asked for."""
+
+
+class Strength:
+    """Counts what a cause changes, by hidden simulations alone.
+
+    Args:
+        protocol: of the coupons.
+    """
+
+    def __init__(self, protocol: coupon.Protocol) -> None:
+        self._protocol = protocol
+        self._quiet = self._readings(Truth())
+        slack = (self._readings(Truth(slack_mm=coupon.SLACK_mm)) - self._quiet) / coupon.SLACK_mm
+        gauge = GAUGE_STD_mm / coupon.GAUGE_mm
+        specimen = np.repeat(np.eye(protocol.specimens), np.count_nonzero(protocol.read), axis=1)
+        self._told = {
+            "coupon_slack_mm": [SLACK_STD_mm * slack],
+            "coupon.gauge_length_mm": [self._readings(Truth(gauge=1 + gauge)) - self._quiet],
+            "specimens": [
+                *(coupon.SCALE * self._quiet * each for each in specimen),
+                *(SLACK_STD_mm * slack * each for each in specimen),
+            ],
+        }
+        self._noise = np.diag(coupon.NOISE_N**2 + (slack * coupon.NOISE_mm) ** 2)
+        self._by_modulus = self._readings(Truth(modulus=1.05)) - self._quiet
+
+    def _readings(self, truth: Truth) -> np.ndarray:
+        rng = np.random.default_rng(0)
+        return np.concatenate(coupon.measured(self._protocol, replace(truth, quiet=True), rng))
+
+    def of(self, truth: Truth, own: str = "") -> float:
+        """Standard deviations that readings change by, after modulus, rig and specimens.
+
+        Args:
+            truth: what is hidden.
+            own: a number of the rig that it is.
+        """
+        others = np.array(
+            [c for key, each in self._told.items() for c in each if key != own or not own]
+        )
+        covariance = self._noise + others.T @ others
+        return strength(self._readings(truth) - self._quiet, covariance, self._by_modulus)
 
 
 class Remembering(CouponSimulation):
@@ -78,6 +124,7 @@ class Bench:
     def __init__(self, name: str, scratch: Path) -> None:
         self.protocol = PROTOCOLS[name]
         self.kept: Kept = {}
+        self.strength = Strength(self.protocol)
         self.config = Config()
         plain = coupon.measured(self.protocol, Truth(), np.random.default_rng(1))
         self.plain = self.analysed(coupon.write(self.protocol, plain, scratch / "plain"))
@@ -127,6 +174,27 @@ class Bench:
             starts = [np.r_[zero.zeta, start + move] for move in (-1.0, 0.0, 1.0)]
             left.append(level.of((name,)).fit(starts).misfit)
         return float(np.sqrt(max(min(left), 0.0)))
+
+
+def frozen(bench: Bench, case: Case[Truth]) -> FrozenCase:
+    """Tell what is hidden in a case, with strengths by the hidden simulation."""
+    truth, by = case.truth, bench.strength
+    sigma = [by.of(Truth(each)) for each in by_cause(case, bench.plain.causes).values()]
+    if truth.outsider[0]:
+        sigma.append(by.of(Truth(outsider=truth.outsider)))
+    if case.kind == "nuisance":
+        modulus = case.names == ("modulus",)
+        far = replace(truth, modulus=1.0, area=1.0)
+        sigma = list(case.sigma) if modulus else [by.of(far, case.names[0])]
+    numbers = {
+        "modulus": truth.modulus * truth.area,
+        "coupon_slack_mm": truth.slack_mm,
+        "coupon.gauge_length_mm": coupon.GAUGE_mm * truth.gauge,
+        **stiffened(truth.causes, truth.modulus),
+    }
+    left = case.sigma[0] if case.kind == "outsider" else None
+    return FrozenCase(case.protocol, case.kind, case.number, case.wide, case.names,
+                      *truth.outsider, tuple(sigma), left, numbers, case.seed)  # fmt: skip
 
 
 def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:

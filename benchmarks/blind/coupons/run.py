@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.blind import said
 from benchmarks.blind.case import Case
 from benchmarks.blind.coupons import coupon
-from benchmarks.blind.coupons.cases import Bench, drawn
+from benchmarks.blind.coupons.cases import Bench, drawn, frozen
 from benchmarks.blind.coupons.coupon import Truth
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed as diagnose
@@ -22,15 +22,22 @@ from dolfingrip.diagnosis.core.search import search
 def bench(protocol: str, scratch: Path) -> said.Bench[Case[Truth]]:
     """A protocol's cases; measurements are written into ``scratch``."""
     own = Bench(protocol, scratch)
-    return said.Bench(partial(drawn, own), partial(diagnosed, own, scratch), partial(exact, own))
+    return said.Bench(
+        partial(drawn, own), partial(diagnosed, own, scratch), partial(exact, own),
+        measured=partial(measured, own, scratch), frozen=partial(frozen, own),
+    )  # fmt: skip
+
+
+def measured(bench: Bench, scratch: Path, case: Case[Truth]) -> Path:
+    """Measure a case and write it."""
+    rng = np.random.default_rng((*case.seed, 1))
+    forces = coupon.measured(bench.protocol, case.truth, rng)
+    return coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
 
 
 def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> Diagnosis:
     """A case is measured, written, read, and diagnosed up to its verdict."""
-    rng = np.random.default_rng((*case.seed, 1))
-    forces = coupon.measured(bench.protocol, case.truth, rng)
-    file = coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
-    return diagnose(bench.analysed(file), bench.config)
+    return diagnose(bench.analysed(measured(bench, scratch, case)), bench.config)
 
 
 def exact(bench: Bench, case: Case[Truth], found: Diagnosis) -> Decision:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import scipy.linalg
 
 from benchmarks.blind import said
 from benchmarks.blind.case import (
@@ -17,15 +16,18 @@ from benchmarks.blind.case import (
     HIDDEN,
     SEEN,
     Case,
-    after_modulus,
+    by_cause,
     is_wide,
     names_of,
     ordinary,
+    stiffened,
+    strength,
     truncated,
 )
 from benchmarks.blind.fingers import finger
 from benchmarks.blind.fingers.finger import MODULUS, PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
+from benchmarks.blind.frozen import FrozenCase
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
@@ -126,13 +128,7 @@ class Bench:
             Standard deviations.
         """
         others = self.told[:, [name != own for name in NUISANCES[:-1]]]
-        covariance = np.eye(len(change)) + others @ others.T
-        lower = scipy.linalg.cholesky(covariance, lower=True)
-        white, along = (
-            scipy.linalg.solve_triangular(lower, each, lower=True)
-            for each in (change, self.by_modulus)
-        )
-        return after_modulus(white, along)
+        return strength(change, np.eye(len(change)) + others @ others.T, self.by_modulus)
 
     def strength_of(self, name: str, zeta: np.ndarray) -> float:
         """Length of what a cause changes after the modulus and what nuisances may change.
@@ -193,8 +189,8 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
         if min(sigma, default=SEEN) < SEEN:
             continue
         if kind in ("outsider", "with_outsider"):
-            strength = float(np.exp(rng.uniform(*np.log(STRENGTHS))))
-            truth = replace(truth, outsider=(str(rng.choice(list(OUTSIDERS))), strength))
+            size = float(np.exp(rng.uniform(*np.log(STRENGTHS))))
+            truth = replace(truth, outsider=(str(rng.choice(list(OUTSIDERS))), size))
             alone = bench.sigma(Truth(outsider=truth.outsider))
             if alone < SEEN:
                 continue
@@ -231,12 +227,50 @@ def _far(truth: Truth, name: str, rng: np.random.Generator) -> tuple[Truth, Trut
     return replace(truth, far=truth.far | own), Truth(far=own), size
 
 
-def diagnosed(bench: Bench, case: Case[Truth]) -> Diagnosis:
-    """A case is measured, written, read, and diagnosed up to its verdict."""
+def measured(bench: Bench, case: Case[Truth]) -> Path:
+    """Measure a case and write it."""
     true = finger.measured(bench.protocol, case.truth, bench.workers)
     readings = finger.scattered(bench.protocol, true, np.random.default_rng((*case.seed, 1)))
     folder = bench.scratch / f"{case.kind}-{case.number}"
-    file = finger.write(bench.protocol, readings, folder)
+    return finger.write(bench.protocol, readings, folder)
+
+
+def frozen(bench: Bench, case: Case[Truth]) -> FrozenCase:
+    """Tell what is hidden in a case, with strengths by the hidden simulation."""
+    truth = case.truth
+    alone = by_cause(case, bench.causes)
+    sigma = [bench.sigma(Truth(each)) for each in alone.values()]
+    if truth.outsider[0]:
+        sigma.append(bench.sigma(Truth(outsider=truth.outsider)))
+    if case.kind == "nuisance":
+        sigma = list(case.sigma)
+    config = finger.configured(bench.protocol, truth)
+    numbers = {
+        "modulus": truth.modulus,
+        "finger.wall_mm": config.finger.wall_mm,
+        "plate.gap_mm": config.plate.gap_mm,
+        "extensions.pressure_gain.gain": config.extensions.pressure_gain.gain,
+        "extensions.pressure_offset.offset_kPa": config.extensions.pressure_offset.offset_kPa,
+        **stiffened(truth.causes, truth.modulus),
+    }
+    return FrozenCase(case.protocol, case.kind, case.number, case.wide, case.names,
+                      *truth.outsider, tuple(sigma), _left(case), numbers, case.seed)  # fmt: skip
+
+
+def _left(case: Case[Truth]) -> float | None:
+    """Standard deviations that the best single cause leaves of an outsider, by its diagnosis."""
+    scored = Path(__file__).with_name("scored") / f"confirmation-{case.protocol}.csv"
+    own = [
+        float(row["sigma"])
+        for row in said.rows(scored)
+        if case.kind == row["kind"] == "outsider" and int(row["number"]) == case.number
+    ]
+    return own[0] if own else None
+
+
+def diagnosed(bench: Bench, case: Case[Truth]) -> Diagnosis:
+    """A case is measured, written, read, and diagnosed up to its verdict."""
+    folder, file = bench.scratch / f"{case.kind}-{case.number}", measured(bench, case)
     how = DiagnosisSettings(
         bench.workers.where.workers, bench.scratch / "analyser", effects=bench.effects
     )
@@ -248,4 +282,5 @@ def bench(
 ) -> said.Bench[Case[Truth]]:
     """A protocol's cases; measurements and simulations are kept in ``scratch``."""
     own = Bench(protocol, scratch, workers, effects, screened=True)
-    return said.Bench(partial(drawn, own), partial(diagnosed, own))
+    return said.Bench(partial(drawn, own), partial(diagnosed, own),
+                      measured=partial(measured, own), frozen=partial(frozen, own))  # fmt: skip
