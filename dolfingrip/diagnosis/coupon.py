@@ -17,7 +17,8 @@ from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError, changed
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysis import Analysis, told_error
-from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
+from dolfingrip.diagnosis.answer.discrepancy import kernel
+from dolfingrip.diagnosis.answer.errors import Errors, errors_of
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit, Subset

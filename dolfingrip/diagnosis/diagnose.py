@@ -16,7 +16,6 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
-from dolfingrip.diagnosis.answer.errors import apart
 from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.answer.ten_lines import answer_sentence
@@ -118,7 +117,8 @@ def diagnose_measurement(
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
     found.suspicions = found.irregular + sentences(suspicions(found.analysis.measurement, shown))
-    if settings.specimens and (outside := apart(found.analysis.measurement, found.analysis.errors)):
+    outside = found.analysis.specimens_apart() if settings.specimens else None
+    if outside is not None:
         say(f"{outside.sentence}; diagnosing the others")
         others = {test.number for test in measurement.tests if test.specimen not in outside.names}
         alone = replace(settings, quick=True, specimens=False)

@@ -15,7 +15,7 @@ from benchmarks.blind.fingers import cases, finger
 from benchmarks.blind.fingers.finger import PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis.answer.errors import instrument_noise
+from dolfingrip.diagnosis.answer.noise import instrument_noise
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.experiments.request import Answer, Request

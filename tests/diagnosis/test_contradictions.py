@@ -14,7 +14,8 @@ from support.measured_files import written
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
-from dolfingrip.diagnosis.answer.errors import smooth_curves, without_memory
+from dolfingrip.diagnosis.answer.discrepancy import smooth_curves
+from dolfingrip.diagnosis.answer.errors import without_memory
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.answer.ten_lines import ten_lines
 from dolfingrip.diagnosis.core.decision import Decision, decide

@@ -13,7 +13,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.worth import BASE_OFFSET, WALL_OFFSET, checks
 from dolfingrip.diagnosis.answer.analysis import Analysis, _taken, alternatives, hidden_effects
 from dolfingrip.diagnosis.answer.diagnosis import in_words
-from dolfingrip.diagnosis.answer.errors import Along, kernel
+from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
 from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled, linear

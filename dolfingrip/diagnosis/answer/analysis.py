@@ -13,7 +13,9 @@ import scipy.linalg
 
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.answer.errors import Artefact, Errors, artefacts, without_memory
+from dolfingrip.diagnosis.answer.artefacts import Artefact, possible_artefacts
+from dolfingrip.diagnosis.answer.errors import Errors, without_memory
+from dolfingrip.diagnosis.answer.specimens import Apart, Individual, apart
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
     NONE,
@@ -101,6 +103,20 @@ class Analysis[S: Simulator](ABC):
         curves = without_memory(self.measurement, self.errors)
         return replace(self, problem=replace(self.problem, remembering=remembering, curves=curves))
 
+    def specimens_apart(self) -> Apart | None:
+        """Find specimens that stand apart from the others, by some of the readings.
+
+        Returns:
+            None where none does, or where too few specimens could tell.
+        """
+        errors = self.errors
+        if not errors.scatter.estimated:
+            return None
+        every = Individual(self.measurement, errors.covariance, errors.along, errors.signal)
+        alike = errors.covariance - every.apart(errors.scatter.scale, errors.scatter.shape)
+        some = np.arange(0, len(errors.signal), -(-len(errors.signal) // POLICY.some))
+        return apart(Individual(self.measurement, alike, errors.along, errors.signal, some))
+
     # -- artefacts of instruments -----------------------------------------------------------------
 
     def artefacts(self, posterior: ModelPosterior) -> list[Artefact]:
@@ -109,7 +125,9 @@ class Analysis[S: Simulator](ABC):
         Args:
             posterior: of all hypotheses without them.
         """
-        every = artefacts(self.measurement, self.errors)
+        have = {each.kind for each in self.errors.artefacts}
+        along, steep = self.errors.along, self.errors.steep
+        every = possible_artefacts(self.measurement, along, steep, have)
         changes = np.array([each.nuisance.change for each in every])
         columns = changes.reshape(len(every), len(self.errors.noise)).T
         log_prior = np.array([each.log_prior for each in every])

@@ -18,7 +18,7 @@ from dolfingrip.diagnosis.answer.analysis import (
     alternatives,
     hidden_effects,
 )
-from dolfingrip.diagnosis.answer.errors import Artefact, apart
+from dolfingrip.diagnosis.answer.artefacts import Artefact
 from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.core.decision import (
     Decision,
@@ -385,7 +385,7 @@ def diagnosed(
         beside, log_prior = _compared(other), sum(each.log_prior for each in found)
         likelier = beside.log_density + log_prior > posterior.log_density + ADDITIONS.tied
         # of a specimen that stands apart even so, more is off than an artefact
-        if not likelier or apart(other.measurement, other.errors):
+        if not likelier or other.specimens_apart():
             break
         analysis, posterior = other, beside
     if not quick or analysis.closed_form:

@@ -40,7 +40,8 @@ from scipy.interpolate import PchipInterpolator
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Change, Config, ConfigError, changed
-from dolfingrip.diagnosis.answer.errors import Errors, errors_of, kernel
+from dolfingrip.diagnosis.answer.discrepancy import kernel
+from dolfingrip.diagnosis.answer.errors import Errors, errors_of
 from dolfingrip.diagnosis.core.emulator import (
     Coordinate,
     Emulator,

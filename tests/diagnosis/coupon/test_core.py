@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from dolfingrip.diagnosis.answer.errors import Along, kernel, smooth_curves
+from dolfingrip.diagnosis.answer.discrepancy import Along, kernel, smooth_curves
 from dolfingrip.diagnosis.core import evidence
 from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
 from dolfingrip.diagnosis.core.emulator import Scaled, linear, places, trained

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.measured_files import TOML, written
 
-from dolfingrip.diagnosis.answer.errors import instrument_noise
+from dolfingrip.diagnosis.answer.noise import instrument_noise
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 
 SEED = 5

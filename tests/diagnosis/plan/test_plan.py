@@ -10,7 +10,7 @@ from support.command import run_command
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.answer.errors import instrument_noise
+from dolfingrip.diagnosis.answer.noise import instrument_noise
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.plan import read_alike
 from dolfingrip.files.plan import PlanFile

@@ -1,0 +1,115 @@
+"""A discrepancy of the model: a process for what no effect of the catalogue is.
+
+    K = S² {½ [k_SE(x, x′)]₀ + ¼ [k_M(s, s′)]₀ + ⅛ [k_E(x, x′)]₀ + ⅛ [k_E(s, s′)]₀}
+    [k(a, b)]₀ = k(a, b) − k(a, 0) k(0, b)
+
+x is the load by the largest, s the path Σ|Δx| of the load plus the logarithm of waits, S the root
+mean square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE is a squared
+exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the process is 0 at rest,
+is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
+without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
+little of it. Readings of another channel or another protocol have their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.simulated import Simulator
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """Where readings lie.
+
+    Attributes:
+        load: x, shape (n,).
+        path: s, shape (n,).
+        block: number of the channel and protocol of each, shape (n,).
+        size: S of its channel, shape (n,).
+    """
+
+    load: np.ndarray
+    path: np.ndarray
+    block: np.ndarray
+    size: np.ndarray
+
+    def at(self, some: np.ndarray) -> Along:
+        """Where some of the readings lie."""
+        return Along(self.load[some], self.path[some], self.block[some], self.size[some])
+
+    def ways(self, listed: pd.DataFrame) -> list[np.ndarray]:
+        """Places of the readings of each branch of each cycle, by channel and protocol."""
+        keys = [self.block, listed["cycle"].to_numpy(), listed["branch"].to_numpy()]
+        return [*listed.reset_index(drop=True).groupby(keys, sort=False).indices.values()]
+
+
+def lying(simulation: Simulator) -> Along:
+    """Where a measurement's readings lie: loads by the largest of their experiment.
+
+    The load of a coupon is its strain. Channels of tests that are simulated together share a
+    discrepancy.
+    """
+    measurement = simulation.measurement
+    listed, rows = measurement.listed, measurement.readings.reset_index(drop=True)
+    load, path = np.zeros((2, len(rows)))
+    of = rows.groupby("test").indices
+    for test in measurement.tests:
+        coupon = test.applied(simulation.config).coupon
+        by = coupon.gauge_length_mm if test.experiment == "coupon" else 1.0
+        load[of[test.number]] = rows[test.control].to_numpy()[of[test.number]] / by
+    largest = pd.Series(np.abs(load)).groupby(rows["experiment"]).transform("max")
+    load /= largest.replace(0.0, 1.0).to_numpy()
+    for mine in of.values():
+        path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine])
+    group = {test: place for place, each in enumerate(simulation.groups) for test in each.tests}
+    block = listed.groupby([listed["test"].map(group), "column"]).ngroup()
+    size = np.sqrt((listed["value"] ** 2).groupby(block).transform("mean"))
+    row = listed["row"].to_numpy()
+    return Along(load[row], path[row], block.to_numpy(), size.to_numpy())
+
+
+def path_of(load: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """s of one run's rows in the order of time, shape (rows,)."""
+    moved = np.abs(np.diff(load, prepend=0.0))
+    waited = np.where(moved > 1e-3, 0.0, np.diff(time_s, prepend=time_s[0]))
+    since = np.zeros(len(load))
+    for i in range(1, len(load)):
+        since[i] = since[i - 1] + waited[i] if waited[i] > 0 else 0.0
+    slow = POLICY.wait_weight * np.log1p(since / POLICY.wait_s)
+    rise = np.maximum(np.diff(slow, prepend=0.0), 0.0)
+    return np.asarray(np.cumsum(moved + rise))
+
+
+def kernel(along: Along) -> np.ndarray:
+    """K for a level of 1, shape (n, n)."""
+    x, s = along.load / POLICY.load_length, along.path / POLICY.path_length
+    parts = (
+        0.5 * _at_rest_zero(lambda t: np.exp(-0.5 * t**2), x)
+        + 0.25 * _at_rest_zero(lambda t: (1 + np.sqrt(3) * t) * np.exp(-np.sqrt(3) * t), s)
+        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), along.load / POLICY.rough_length)
+        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), along.path / POLICY.rough_length)
+    )
+    same = along.block[:, None] == along.block
+    return np.asarray(np.outer(along.size, along.size) * np.where(same, parts, 0.0))
+
+
+def _at_rest_zero(k: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
+    """[k]₀ of a kernel by the distance."""
+    rest = k(np.abs(at))
+    return k(np.abs(at[:, None] - at)) - np.outer(rest, rest)
+
+
+def smooth_curves(along: Along) -> np.ndarray:
+    """Columns of any smooth curve of the load in each channel, as free as its size, (n, k)."""
+    columns = []
+    for block in np.unique(along.block):
+        own = along.block == block
+        shapes = np.polynomial.chebyshev.chebvander(2 * along.load - 1, POLICY.smooth - 1)
+        columns.append((own * along.load * along.size)[:, None] * shapes)
+    return np.hstack(columns)

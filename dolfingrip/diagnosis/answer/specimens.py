@@ -1,0 +1,205 @@
+"""Differences between specimens: their scatter, and which of them stand apart from the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+import scipy.linalg
+from scipy.special import logsumexp
+
+from dolfingrip.channels import TRANSVERSE_STRAIN
+from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """How far the specimens differ from one another.
+
+    Attributes:
+        scale: relative standard deviation of their stiffness.
+        prior_scale: as the laboratory told, or usual.
+        shape: individual deviation, by the root mean square of a channel.
+        estimated: whether the readings of several specimens tell these.
+    """
+
+    scale: float
+    prior_scale: float
+    shape: float
+    estimated: bool
+
+
+def between(
+    measurement: Measurement, covariance: np.ndarray, along: Along, signal: np.ndarray
+) -> tuple[Scatter, np.ndarray]:
+    """Estimate how specimens differ: in stiffness, and by smooth deviations of their own.
+
+    Of several specimens their differences tell both: a curve that all have in common is taken out
+    first (restricted likelihood; Patterson & Thompson, Biometrika 58, 1971), so that no hypothesis
+    about it matters. The stiffness' size is the most probable. The shape's variance is the expected
+    one: of few specimens the most probable is often 0, and what two have in common by chance would
+    be taken for a cause. Beside fingers, and of one specimen, the shape of coupons is assumed: no
+    simple law follows them exactly.
+    """
+    own = Individual(measurement, covariance, along, signal)
+    told = own.told
+    one_curve = len({test.experiment for test in measurement.tests}) == 1
+    if len(set(own.specimen)) == 1 or not one_curve:
+        coupon = (measurement.listed["experiment"] == "coupon").to_numpy()
+        shape = kernel(along) * np.outer(coupon, coupon)
+        level = POLICY.single_shape if coupon.all() else 0.0
+        return Scatter(0.0, told, level, estimated=False), POLICY.single_shape**2 * shape
+    likelihood = own.likelihood()
+    best = 0
+    for number, of in enumerate(likelihood.max(axis=1)):
+        if of > likelihood[best].max() + 0.5:
+            best = number
+    scale = POLICY.specimen_scales[best] * told
+    weights = np.exp(likelihood[best] - likelihood[best].max())
+    levels = np.array(POLICY.specimen_shapes)
+    level = float(np.sqrt(weights @ levels**2 / weights.sum()))
+    return Scatter(scale, told, level, estimated=True), own.apart(scale, level)
+
+
+@dataclass(eq=False)
+class Individual:
+    """Readings of specimens that share a curve, each with a stiffness and a shape of its own.
+
+    Attributes:
+        measurement: the readings.
+        covariance: of everything else, shape (n, n).
+        along: where they lie.
+        signal: a smooth curve through them, shape (n,).
+        some: which of the readings; all where None.
+    """
+
+    measurement: Measurement
+    covariance: np.ndarray
+    along: Along
+    signal: np.ndarray
+    some: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        listed = self.measurement.listed
+        at = np.arange(len(listed)) if self.some is None else self.some
+        self._listed = listed.iloc[at].reset_index(drop=True)
+        self.covariance = self.covariance[np.ix_(at, at)]
+        self.along = self.along.at(at)
+        self.specimen = self._listed["specimen"].to_numpy()
+        scaled = (self._listed["column"] != TRANSVERSE_STRAIN.name).to_numpy() * self.signal[at]
+        self._stiff, self._shape = np.outer(scaled, scaled), kernel(self.along)
+        self._same = self.specimen[:, None] == self.specimen
+
+    @property
+    def told(self) -> float:
+        """Relative scatter of the stiffness as the laboratory told it."""
+        tests = self.measurement.tests
+        return float(np.max([test.setup.nuisances["specimen_scale"] for test in tests]))
+
+    def apart(self, scale: float, shape: float) -> np.ndarray:
+        """(n, n) covariance by the specimens' own stiffness and shape, relative."""
+        return (scale**2 * self._stiff + shape**2 * self._shape) * self._same
+
+    def likelihood(self, outside: Sequence[str] = ()) -> np.ndarray:
+        """ln of the restricted likelihood of each scatter of stiffness (rows) and shape.
+
+        Args:
+            outside: specimens that stand apart from the others.
+        """
+        common, value = _common(self._listed, self.along), self._listed["value"].to_numpy()
+        far = np.isin(self.specimen, outside)
+        wide = POLICY.far**2 * (self._stiff + self._shape) * self._same * np.outer(far, far)
+        return np.array([
+            [
+                _restricted(
+                    self.covariance + wide + self.apart(factor * self.told, level), common, value
+                )
+                for level in POLICY.specimen_shapes
+            ]
+            for factor in POLICY.specimen_scales
+        ])  # fmt: skip
+
+    def evidence(self, outside: Sequence[str]) -> float:
+        """ln p of the readings where some specimens stand apart, the scatter integrated out."""
+        found = self.likelihood(outside)
+        return float(np.logaddexp.reduce(found, axis=None) - np.log(found.size))
+
+
+def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
+    """Columns of any curve that all specimens share, (n, k).
+
+    It has as many numbers as one specimen has readings: what it cannot follow would be taken for
+    scatter, and hide what the model misses of all specimens alike.
+    """
+    columns: list[np.ndarray] = []
+    for at in along.ways(listed):
+        x = along.load[at]
+        each = int(listed.iloc[at].groupby("test").size().median())
+        degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
+        own = np.zeros((len(along.load), degree + 1))
+        span = max(float(np.ptp(x)), 1e-9)
+        own[at] = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
+        columns.append(own)
+    return np.hstack(columns)
+
+
+def _restricted(covariance: np.ndarray, common: np.ndarray, value: np.ndarray) -> float:
+    lower = scipy.linalg.cholesky(covariance, lower=True)
+    white = scipy.linalg.solve_triangular(lower, np.column_stack([value, common]), lower=True)
+    q, r = np.linalg.qr(white[:, 1:])
+    rest = white[:, 0] - q @ (q.T @ white[:, 0])
+    determinant = np.log(np.diag(lower)).sum() + np.log(np.abs(np.diag(r)) + 1e-300).sum()
+    return float(-0.5 * rest @ rest - determinant)
+
+
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """Specimens that stand apart.
+
+    Attributes:
+        names: of them.
+        log_odds: ln of the odds that they do, and no others.
+    """
+
+    names: tuple[str, ...]
+    log_odds: float
+
+    @property
+    def sentence(self) -> str:
+        """Statement that they do, with the odds."""
+        who = f"specimen {self.names[0]} stands" if len(self.names) == 1 else (
+            f"specimens {' and '.join(self.names)} stand"
+        )  # fmt: skip
+        odds = np.exp(min(self.log_odds, 99.0))
+        return f"{who} apart from the others (odds {odds:.2g} to 1)"
+
+
+def apart(own: Individual) -> Apart | None:
+    """Find the specimens whose readings are far likelier apart from those of the others.
+
+    A specimen that stands apart has a curve of its own, up to a tenth of the signal away from the
+    others'. The curve that the others share is taken out first, so that no hypothesis about it
+    matters (restricted likelihood, as where their scatter is estimated).
+
+    Args:
+        own: readings of specimens, of which two may stand apart where there are four.
+
+    Returns:
+        None where none does, or where too few specimens could tell.
+    """
+    names = sorted(set(own.specimen))
+    # two at least share a curve; which two, four specimens tell where the others differ
+    log = {
+        each: own.evidence(each) + len(each) * float(np.log(POLICY.implausible_odds))
+        for count in range(min(POLICY.apart, len(names) - 2) + 1)
+        for each in combinations(names, count)
+    }
+    best = max(log, key=log.__getitem__)
+    rest = [value for each, value in log.items() if each != best]
+    found = Apart(best, log[best] - float(logsumexp(rest)) if rest else 0.0)
+    return found if best and found.log_odds > ADDITIONS.tied else None
