@@ -26,6 +26,7 @@ from dolfingrip.diagnosis.data.table import (
 )
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
+from dolfingrip.experiments.material_fit.first_loading import first_loading, is_hollow, pressed
 from dolfingrip.files import whole
 from dolfingrip.importing import cells as reading
 from dolfingrip.importing.cells import AmbiguousDate, Cells
@@ -444,7 +445,8 @@ def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
         setup["gauge_length_mm"] = float(length)
     if area:
         setup["area_mm2"] = float(area)
-    setup.setdefault("mode", told.mode)
+    mode = told.mode or setup.get("mode")
+    setup["mode"] = coupons.MODES[0] if mode in (None, coupons.COMPRESSION) else mode
     if "mode" in table:
         del setup["mode"]
     _unlike_its_name(found)
@@ -452,6 +454,7 @@ def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
         for name, scale in (("stretch", length), (STRAIN, length), (STRESS, area)):
             if name in table:
                 table = _from_nominal(found, table, name, scale if length and area else None)
+    _pressed_or_pulled(found, table, mode)
     if nominal and not (length and area):
         found.notes.append(
             "for coupon --fit; diagnose needs a travel and a force: --gauge-length and --area"
@@ -459,6 +462,29 @@ def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
     found.table = table
     if experiment in CONTROL and (not nominal or (length and area)):
         _times(found, told, "rate_mm_per_s")
+
+
+def _pressed_or_pulled(found: ImportedTable, table: pd.DataFrame, mode: str | None) -> None:
+    """Turn the signs of a press to those of compression; ask where a pulled one looks like it."""
+    ways, loads = (
+        [n for n in names if n in table] for names in (coupons.STRETCHES, coupons.STRESSES)
+    )
+    if mode == coupons.COMPRESSION:
+        for name in (*ways, *loads):
+            rest = float(name == "stretch")
+            turned = rest + pressed(table[name].to_numpy() - rest)
+            if (turned != table[name]).any():
+                header, own = next((h, t) for h, t in found.taken.items() if t and t.target == name)
+                offset = 2 * rest - own.offset
+                found.taken[header] = replace(own, factor=-own.factor, offset=offset)
+            table[name] = turned
+    elif mode is None and "mode" not in table and ways and loads:
+        both = table[[ways[0], loads[0]]].dropna().to_numpy()
+        both = both[first_loading(1 + both[:, 0] - both[0, 0], both[:, 1])]
+        if (both[:, 0] >= both[0, 0]).all() and is_hollow(both[:, 0], both[:, 1]):
+            lines = [line("mode", each) for each in (coupons.COMPRESSION, coupons.MODES[0])]
+            what = f"{loads[0]} rises ever more steeply, as that of rubber in compression: which?"
+            found.questions.append(Question(what, lines))
 
 
 def _from_nominal(
