@@ -120,7 +120,7 @@ class Setting:
             declared: Any = typer.Argument(metavar=self.metavar or None, help=shown)
         else:
             flags = self.flags or (self.flag,)
-            if self.bare is bool and self.default is not False:
+            if self.bare is bool and self.default is not False and not self.flags:
                 flags = (f"{self.flag}/--no-{self.flag[2:]}",)
             declared = typer.Option(*flags, metavar=self._metavar(), help=shown)
         annotation = Annotated[typed, declared]

@@ -16,8 +16,15 @@ from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import choice, coupons, fit
 from dolfingrip.experiments.material_fit.choice import choose, unstable
-from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
-from dolfingrip.experiments.material_fit.fit import FREE, LOOKED_AT, LawFit
+from dolfingrip.experiments.material_fit.coupons import (
+    COMPRESSION,
+    MODES,
+    CouponSeries,
+    farthest,
+    reach,
+)
+from dolfingrip.experiments.material_fit.first_loading import is_hollow
+from dolfingrip.experiments.material_fit.fit import FREE, LOOKED_AT, MISFIT, LawFit
 from dolfingrip.experiments.material_fit.law import LAWS, limit_points
 from dolfingrip.report import material
 from dolfingrip.report.table import of_rows
@@ -74,13 +81,19 @@ def fit_laws(
     screen.print(_values(fits, best))
     for line in (*choice.reasons, *_remarks(fits, best, data)):
         screen.say(f"- {line}")
+    picture.write(material.charts(data, fits, best), out / "fit.png", material.LOOK)
+    if best.relative_rms > MISFIT:
+        raise ConfigError(
+            f"--law {best.law.name}: it misses the readings by {100 * best.relative_rms:.2g} % "
+            f"(rms), so no material.toml is written; picture: {out / 'fit.png'}; allowed: up to "
+            f"{100 * MISFIT:g} %, by another law or fewer readings (--max-stretch)"
+        )
     if not fit.allowed(best):
         raise ConfigError(
             f"--law {best.law.name}: its best values have no initial shear modulus above 0; "
             "allowed: another law, or fewer readings by --max-stretch"
         )
     fit.write(best, data, out / "material.toml")
-    picture.write(material.charts(data, fits, best), out / "fit.png", material.LOOK)
     screen.say(
         f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}"
     )
@@ -91,7 +104,10 @@ def _told(data: Sequence[CouponSeries], readings: int) -> str:
     for mode in dict.fromkeys(series.mode for series in data):
         of_mode = [series for series in data if series.mode == mode]
         count = f"{len(of_mode)} specimen{'s' if len(of_mode) > 1 else ''}"
-        parts.append(f"{mode}: {count}, to a stretch of {farthest(of_mode):.3g}")
+        parts.append(f"{mode}: {count}, {reach(of_mode)}")
+    left_out = sum(series.left_out for series in data)
+    others = "readings are left out: the way back, later loops, or what follows a slip or a break"
+    parts += [f"{left_out} further {others}"] if left_out else []
     return f"{readings} readings; {'; '.join(parts)}"
 
 
@@ -152,6 +168,12 @@ def _remarks(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
         f"{fit.law.title}: {line}" for fit in fits for line in choice.doubts(fit, data)
         if fit is best or "fits equally" in line
     ]  # fmt: skip
+    found += [
+        f"{series.name}: its tangent rises from the start, as that of rubber does in compression "
+        f'and in no tension; if it was pressed, tell mode = "{COMPRESSION}" in its TOML'
+        for series in data
+        if series.stretch.min() >= 1 and is_hollow(series.stretch, series.stress_MPa)
+    ]
     found += choice.apart(fits, data)
     if best.correlation > 0.5:
         found.append(

@@ -454,8 +454,8 @@ class ImportSettings:
         None, "Of a coupon, between the grips.", measured_in="mm", above=0
     )
     area: float | None = option(None, "Cross-section of a coupon.", measured_in="mm²", above=0)
-    mode: Literal["uniaxial", "planar", "equibiaxial"] = option(
-        "uniaxial", "Mode of tension of a coupon."
+    mode: Literal["uniaxial", "planar", "equibiaxial", "compression"] | None = option(
+        None, "Mode of tension of a coupon; default: uniaxial."
     )
     frame_rate: float | None = option(
         None, "Pictures per second, where there are frames.", measured_in="Hz", above=0

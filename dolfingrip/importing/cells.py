@@ -245,10 +245,14 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         Question: the sheet or the decimal sign cannot be told from the file.
         ConfigError: one line, where there is no table in the file.
     """
+    from dolfingrip.importing.header import named_by_beginning
+
     try:
         data = file.read_bytes()
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror}") from None
+    if (other := named_by_beginning(data)) is not None:
+        raise ConfigError(f"{file}: {other}")
     found = False
     if data.startswith(b"PK\x03\x04"):
         if tables := _sheets(file, told):

@@ -157,7 +157,7 @@ def quantities(name: str) -> list[str]:
     return list(dict.fromkeys(q for q, _ in longest))
 
 
-_DIMENSIONS: Final = ("kPa", "N", "mm", "s", NO_UNIT)
+_DIMENSIONS: Final = ("kPa", "N", "mm", "s", "1/m", NO_UNIT)
 """Units of the dimensions that columns have."""
 
 
@@ -199,7 +199,7 @@ def _bare_units(text: str) -> tuple[Any, ...]:
     key = next((k for k in (text, small, plain(text)) if k in aliases), None)
     if not key and len(text) == 1 and text not in "NmsS%°":  # years, days and tonnes
         return ()
-    if not key and not re.match(r"[^\W\d_]|[%°‰]|10\^-?\d|1e-?\d", text):  # 10 kPa is a range
+    if not key and not re.match(r"[^\W\d_]|[%°‰]|10\^-?\d|1e-?\d|1/", text):  # 10 kPa is a range
         return ()
     if key and "|" in aliases[key]:
         return tuple(_parsed(each) for each in aliases[key].split("|"))
@@ -244,6 +244,16 @@ def is_summary(text: str) -> bool:
     (True, True, False)
     """
     return text[:1].isalpha() and plain(text).strip(" :.") in _words(_known()["summary"]["words"])
+
+
+def named_by_beginning(data: bytes) -> str | None:
+    """Say what a file is that is not read, and what to do with it; None of another.
+
+    Args:
+        data: its bytes.
+    """
+    start, known = data[:8].decode("latin-1"), _known()["beginnings"]
+    return next((said for beginning, said in known.items() if start.startswith(beginning)), None)
 
 
 def calls_unit(text: str) -> bool:
@@ -456,15 +466,19 @@ def _right(text: str, header: str, right: str, scale: float | None, shift: float
     if right in DATED:
         return ColumnReading("time_s", DATED[right])
     unit = split(header)[1]
+    name, told = split(right)
+    # columns of which there are any number, as those of markers and single cavities' supplies
+    ends = ("kPa", "mm", "per_m")
+    allowed += of_any_number(dict.fromkeys([right, *(f"{name}_{end}" for end in ends)]))
     if right in allowed:
         target = right
         told = unit if unit and factor(unit, target) else ""
     else:
-        name, told = split(right)
         named = [t for t in allowed if t.rpartition("_")[0] == name.replace(" ", "_") or t == name]
         if len(named) != 1 or len(factor(told, named[0])) != 1:
             raise ConfigError(
                 f"--column {text}: {right}: {near(right, allowed)}allowed: {', '.join(allowed)}, "
+                "cavity_2_supply_kPa, marker_1_x_mm, curvature_2_per_m and the like, "
                 f"with another unit, as in pressure_psi, or {IGNORE}"
             )
         target = named[0]

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import tomlkit
 
-from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO
+from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO, cavity_of_supply
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table as measured
 from dolfingrip.diagnosis.data.table import (
@@ -20,10 +20,13 @@ from dolfingrip.diagnosis.data.table import (
     IGNORED,
     MEASURED,
     READINGS,
+    allowed,
     of_any_number,
+    of_markers,
 )
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.experiments.material_fit.coupons import STRAIN, STRESS
+from dolfingrip.experiments.material_fit.first_loading import first_loading, is_hollow, pressed
 from dolfingrip.files import whole
 from dolfingrip.importing import cells as reading
 from dolfingrip.importing.cells import AmbiguousDate, Cells
@@ -47,6 +50,11 @@ CLOCK: Final = "time of day"
 
 BENDING: Final = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm")
 
+BLOWN: Final = ("pressure_kPa", "suction_kPa")
+
+SEVERAL: Final = "several"
+"""Stands for the experiment of a table whose rows are of several."""
+
 REST: Final = (*BENDING, "force_N", "displacement_mm")
 """Columns that count from the state at rest."""
 
@@ -64,6 +72,9 @@ DAY_S: Final = 86400.0
 
 ZERO_KPA: Final = 10.0
 """A gauge's zero is not farther off than this."""
+
+ALIKE: Final = 0.02
+"""Part of a range by which what a machine measured and what it worked out of it may differ."""
 
 
 @dataclass(slots=True)
@@ -180,9 +191,16 @@ def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
     experiment = _experiment(found, told)
     if experiment is None:
         return found
-    finish = _coupon if experiment == "coupon" else _finger
-    finish(found, told, experiment)
-    _at_rest(found, told)
+    if experiment != "coupon":
+        _finger(found, told, experiment)
+    if experiment == "coupon" or set(found.table) & set(coupons.STRETCHES):
+        _coupon(found, told, experiment)
+    if is_format(cells.header) and (
+        "experiment" in cells.header or file.with_suffix(".toml").exists()
+    ):
+        found.notes.append("it is in the format already, and its readings are taken as they are")
+    else:
+        _at_rest(found, told)
     if not found.questions:
         _arrange(found, experiment)
     return found
@@ -228,9 +246,11 @@ def _one_each(found: ImportedTable) -> None:
             found.taken |= {header: None for header in headers if header not in told}
         elif len(headers) > 1 and target not in ("setpoint", "frame"):
             lines = [column_line(header, target) for header in headers]
-            found.questions.append(
-                Question(f"{' and '.join(headers)}: both are {target}: which?", lines)
-            )
+            if target == "pressure_kPa":  # of an arm with a supply for each of its chambers
+                lines += [column_line(headers[0], "cavity_1_supply_kPa")]
+            names = " and ".join(headers)
+            each = "both are" if len(headers) == 2 else "each is"
+            found.questions.append(Question(f"{names}: {each} {target}: which?", lines))
 
 
 def _convert(found: ImportedTable) -> None:
@@ -290,16 +310,23 @@ def _setup(file: Path) -> dict[str, Any]:
 def _experiment(found: ImportedTable, told: Told) -> str | None:
     """The experiment, by what is told or by the columns; None where it is asked for."""
     columns = set(found.table)
-    if "experiment" in columns:
-        return "several"
     named = told.experiment or found.setup.get("experiment")
     named = [named] if isinstance(named, str) else list(named or ())
+    of_rows = [each for each in dict.fromkeys(found.table.get("experiment", ())) if each]
+    for name in of_rows:
+        if name not in READINGS:
+            raise ConfigError(f"{found.file}: experiment = {name}: {allowed(name, [*READINGS])}")
     pulled, resists = columns & set(coupons.STRETCHES), columns & set(coupons.STRESSES)
-    blown = columns & {"pressure_kPa", "suction_kPa"}
+    blown = columns & {*BLOWN, *filter(cavity_of_supply, columns)}
+    if len(of_rows) > 1:
+        if not blown:
+            raise ConfigError(_lacking(found, next(each for each in of_rows if each != "coupon")))
+        return SEVERAL
+    named = of_rows or named
     fits = {
-        "bending": bool(blown and columns & set(BENDING)),
+        "bending": bool(blown and columns & {*BENDING, *of_markers(columns)}),
         "blocked_force": bool(blown and "force_N" in columns),
-        "coupon": bool(pulled and resists),
+        "coupon": bool(pulled and resists | (columns & {"transverse_strain"})),
     }
     can = [name for name, fit in fits.items() if fit]
     if len(named) == 1 and named[0] in fits:
@@ -336,6 +363,13 @@ def _lacking(found: ImportedTable, experiment: str) -> str:
 def _finger(found: ImportedTable, told: Told, experiment: str) -> None:
     """Pressure above that of the air, suction as a positive one, times of frames."""
     table = found.table
+    if not set(table) & set(BLOWN):
+        found.table["pressure_kPa"] = table[[*filter(cavity_of_supply, table)]].max(axis=1)
+        found.notes.append(
+            "no column is pressure_kPa: it is the greatest of the supplies' pressures in each row, "
+            "and acts on cavities without a supply of their own"
+        )
+        return _times(found, told, "rate_kPa_per_s")
     name = "suction_kPa" if "suction_kPa" in table else "pressure_kPa"
     value = table[name].to_numpy()
     finite = value[np.isfinite(value)]
@@ -392,13 +426,7 @@ def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
     """Travel and force where length and cross-section are told; else nominal strain and stress."""
     table, setup = found.table, found.setup
     for name in ("true_stress_MPa", "true_strain"):
-        if name in table and not set(table) & {
-            STRAIN,
-            "stretch",
-            STRESS,
-            "force_N",
-            "displacement_mm",
-        }:
+        if name in table and not set(table) & {*coupons.STRETCHES, *coupons.STRESSES}:
             raise ConfigError(f"{found.file}: {name}: allowed: nominal strain and stress")
     own = {**setup, **setup.get("coupon", {})}
     area = (
@@ -417,24 +445,83 @@ def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
         setup["gauge_length_mm"] = float(length)
     if area:
         setup["area_mm2"] = float(area)
-    setup.setdefault("mode", told.mode)
+    mode = told.mode or setup.get("mode")
+    setup["mode"] = coupons.MODES[0] if mode in (None, coupons.COMPRESSION) else mode
     if "mode" in table:
         del setup["mode"]
     _unlike_its_name(found)
-    strain = table["stretch"] - 1 if "stretch" in table else table.get(STRAIN)
-    if length and area and not found.questions:
-        if strain is not None:
-            table = table.assign(displacement_mm=strain * length)
-        if STRESS in table:
-            table = table.assign(force_N=table[STRESS] * area)
-        table = table.drop(columns=[n for n in (STRAIN, "stretch", STRESS) if n in table])
-    elif nominal:
+    if not found.questions:
+        for name, scale in (("stretch", length), (STRAIN, length), (STRESS, area)):
+            if name in table:
+                table = _from_nominal(found, table, name, scale if length and area else None)
+    _pressed_or_pulled(found, table, mode)
+    if nominal and not (length and area):
         found.notes.append(
             "for coupon --fit; diagnose needs a travel and a force: --gauge-length and --area"
         )
     found.table = table
-    if not nominal or (length and area):
+    if experiment in CONTROL and (not nominal or (length and area)):
         _times(found, told, "rate_mm_per_s")
+
+
+def _pressed_or_pulled(found: ImportedTable, table: pd.DataFrame, mode: str | None) -> None:
+    """Turn the signs of a press to those of compression; ask where a pulled one looks like it."""
+    ways, loads = (
+        [n for n in names if n in table] for names in (coupons.STRETCHES, coupons.STRESSES)
+    )
+    if mode == coupons.COMPRESSION:
+        for name in (*ways, *loads):
+            rest = float(name == "stretch")
+            turned = rest + pressed(table[name].to_numpy() - rest)
+            if (turned != table[name]).any():
+                header, own = next((h, t) for h, t in found.taken.items() if t and t.target == name)
+                offset = 2 * rest - own.offset
+                found.taken[header] = replace(own, factor=-own.factor, offset=offset)
+            table[name] = turned
+    elif mode is None and "mode" not in table and ways and loads:
+        both = table[[ways[0], loads[0]]].dropna().to_numpy()
+        both = both[first_loading(1 + both[:, 0] - both[0, 0], both[:, 1])]
+        if (both[:, 0] >= both[0, 0]).all() and is_hollow(both[:, 0], both[:, 1]):
+            lines = [line("mode", each) for each in (coupons.COMPRESSION, coupons.MODES[0])]
+            what = f"{loads[0]} rises ever more steeply, as that of rubber in compression: which?"
+            found.questions.append(Question(what, lines))
+
+
+def _from_nominal(
+    found: ImportedTable, table: pd.DataFrame, name: str, scale: float | None
+) -> pd.DataFrame:
+    """The table without a nominal column: what was measured counts, or it is worked out of it.
+
+    Where both are there and disagree, a note has both numbers.
+
+    Args:
+        found: takes the note, and how the column was turned.
+        table: of a coupon.
+        name: of the nominal column, which stays where nothing takes its place.
+        scale: length between the grips (mm) or cross-section (mm²); None: no number is worked out.
+    """
+    of, key, unit = (
+        ("force_N", "area", "mm²") if name == STRESS else ("displacement_mm", "gauge_length", "mm")
+    )
+    if of not in table and (scale is None or name not in table):
+        return table.drop(columns=name) if name == STRAIN and "stretch" in table else table
+    header, own = next((h, t) for h, t in found.taken.items() if t and t.target == name)
+    if of not in table and scale is not None:
+        shift = own.offset - (name == "stretch")
+        found.taken[header] = replace(
+            own, target=of, factor=own.factor * scale, offset=shift * scale
+        )
+        worked_out = (table[name] - (name == "stretch")) * scale
+        return table.assign(**{of: worked_out}).drop(columns=name)
+    # differences, as zeros may differ, and slopes, as noise may stand at the ends
+    one, other = (table[each] - table[each].mean() for each in (of, name))
+    implied = float((one * other).sum() / ((other * other).sum() or math.nan))
+    if scale is not None and abs(implied / scale - 1) > ALIKE:
+        found.notes.append(
+            f"{of} and {header} disagree: {of} was measured and is taken; by both the "
+            f"{key.replace('_', ' ')} is {implied:.4g} {unit}, and {scale:.4g} {unit} is told"
+        )
+    return table.drop(columns=name)
 
 
 def _unlike_its_name(found: ImportedTable) -> None:

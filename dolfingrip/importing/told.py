@@ -25,7 +25,7 @@ class Told:
             None: not told.
         gauge_length: of a coupon (mm).
         area: cross-section of a coupon (mm²).
-        mode: mode of tension of a coupon.
+        mode: mode of tension of a coupon, or compression; None: not told.
         frame_rate: pictures per second (Hz).
         rate: of the ramps, in kPa/s, of a coupon in mm/s.
         encoding: of a text file.
@@ -38,7 +38,7 @@ class Told:
     zero_at_rest: bool | None = None
     gauge_length: float | None = None
     area: float | None = None
-    mode: str = "uniaxial"
+    mode: str | None = None
     frame_rate: float | None = None
     rate: float | None = None
     encoding: str | None = None

@@ -36,7 +36,8 @@ def charts(data: Sequence[CouponSeries], fits: Sequence[LawFit], best: LawFit) -
     Returns:
         A chart for each mode of tension.
     """
-    stretch = np.linspace(1.0, max(float(series.stretch.max()) for series in data), 120)
+    reached = np.concatenate([[1.0], *(series.stretch for series in data)])
+    stretch = np.linspace(reached.min(), reached.max(), 120)
     found = []
     for mode in MODES:
         measured = [series for series in data if series.mode == mode]
@@ -55,13 +56,13 @@ def charts(data: Sequence[CouponSeries], fits: Sequence[LawFit], best: LawFit) -
                    marker=".")
             for i, each in enumerate(measured)
         ]  # fmt: skip
-        shown = [middle.max(), *(each.stress_MPa.max() for each in measured)]
-        top = max(shown) if measured else BEYOND * max(float(middle.max()), 0.0)
+        shown = np.concatenate([[0.0], middle, *(each.stress_MPa for each in measured)])
+        ends = (1.08 if measured else BEYOND) * np.array([shown.min(), shown.max()])
         found.append(
             Chart(
                 f"{mode}, {'measured' if measured else 'predicted'}",
-                Axis("Stretch (–)", ends=(1.0, float(stretch[-1]))),
-                Axis("Nominal stress (MPa)", "MPa", ends=(0.0, 1.08 * float(top) or 1.0)),
+                Axis("Stretch (–)", ends=(float(stretch[0]), float(stretch[-1]))),
+                Axis("Nominal stress (MPa)", "MPa", ends=(float(ends[0]), float(ends[1]))),
                 series,
             )
         )

@@ -13,7 +13,8 @@ import pandas as pd
 
 from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit.law import Mode
+from dolfingrip.experiments.material_fit.first_loading import first_loading, pressed
+from dolfingrip.experiments.material_fit.law import EXPONENTS, Mode
 from dolfingrip.sections import tables
 
 STRAIN: Final = "strain"
@@ -30,6 +31,9 @@ STRESSES: Final = (FORCE.name, STRESS)
 
 MODES: tuple[Mode, ...] = get_args(Mode)
 
+COMPRESSION: Final = "compression"
+"""Mode of a table of a press, which is uniaxial; either sign of its travel and its load will do."""
+
 
 @dataclass(frozen=True, slots=True)
 class CouponSeries:
@@ -42,6 +46,7 @@ class CouponSeries:
         stress_MPa: (n,) nominal stresses.
         noise_MPa: standard deviation of a reading's stress, with the contribution of the
             displacement's noise; None if the file does not tell any.
+        left_out: number of its readings that are not of the first loading.
     """
 
     name: str
@@ -49,15 +54,29 @@ class CouponSeries:
     stretch: np.ndarray
     stress_MPa: np.ndarray
     noise_MPa: float | None
+    left_out: int = 0
 
 
 def farthest(data: Iterable[CouponSeries]) -> float:
-    """Return the largest measured stretch of some specimens.
+    """Return the largest principal stretch of some specimens; of a pressed one it is lateral.
 
     Args:
         data: one series for each specimen.
     """
-    return max(float(series.stretch.max()) for series in data)
+    return max(float((series.stretch ** EXPONENTS[series.mode][:, None]).max()) for series in data)
+
+
+def reach(data: Iterable[CouponSeries]) -> str:
+    """Return the measured stretches of some specimens in words.
+
+    Args:
+        data: one series for each specimen.
+    """
+    stretch = np.concatenate([series.stretch for series in data])
+    pressed_by, pulled_by = 1 - stretch.min(), stretch.max() - 1
+    ends = [1 - pressed_by] if pressed_by > 0.1 * pulled_by else []
+    ends += [1 + pulled_by] if pulled_by > 0.1 * pressed_by else []
+    return f"to a stretch of {' and of '.join(f'{end:.3g}' for end in ends)}"
 
 
 def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
@@ -67,7 +86,7 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
     gives ``gauge_length_mm`` and ``area_mm2`` (or ``width_mm`` and ``thickness_mm``), at its top or
     in ``[coupon]``. Or they are nominal: ``strain`` or ``stretch``, and ``stress_MPa``. ``mode``
     stands in the TOML file or is a column of the table. A nominal table needs no TOML file. Only
-    readings of the first loading are used.
+    readings of the first loading are used; where no column ``branch`` tells them, they are found.
 
     Args:
         file: CSV file.
@@ -90,20 +109,28 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
         table["stretch"] = 1 + table[STRAIN]
     if FORCE.name in table:
         table[STRESS] = table[FORCE.name] / area
-    table = table[table["stretch"] > 0]
-    if max_stretch is not None:
-        table = table[table["stretch"] <= max_stretch]
     if "mode" not in table:
         table["mode"] = setup.get("mode", "uniaxial")
     if "specimen" not in table:
         table["specimen"] = ""
     found = []
     for (mode, specimen), rows in table.groupby(["mode", "specimen"], sort=False, dropna=False):
-        if mode not in MODES:
-            raise ConfigError(f"--fit {file}: mode = {mode}: allowed: {', '.join(MODES)}")
+        if mode not in (*MODES, COMPRESSION):
+            every = ", ".join((*MODES, COMPRESSION))
+            raise ConfigError(f"--fit {file}: mode = {mode}: allowed: {every}")
         stretch, stress = rows["stretch"].to_numpy(), rows[STRESS].to_numpy()
+        if mode == COMPRESSION:
+            mode, stretch, stress = MODES[0], 1 + pressed(stretch - 1), pressed(stress)
+        keep = first_loading(
+            stretch, stress, told="branch" in rows and rows["branch"].notna().any()
+        )
+        left_out = int((~keep).sum())
+        keep &= (stretch > 0) & (stretch <= (max_stretch or np.inf))
+        stretch, stress = stretch[keep], stress[keep]
         noise = _noise(setup, area, length, stretch, stress)
-        found.append(CouponSeries(f"{file.stem} {specimen}".strip(), mode, stretch, stress, noise))
+        name = f"{file.stem} {specimen}".strip()
+        found.append(CouponSeries(name, mode, stretch, stress, noise, left_out))
+    found = [series for series in found if len(series.stretch)]
     if sum(len(series.stretch) for series in found) < 3:
         raise ConfigError(f"--fit {file}: allowed: at least 3 readings of the first loading")
     return found

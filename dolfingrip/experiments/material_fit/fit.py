@@ -16,7 +16,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit.coupons import CouponSeries, farthest
+from dolfingrip.experiments.material_fit.coupons import CouponSeries, reach
 from dolfingrip.experiments.material_fit.law import LAWS, Law, Mode, stress
 from dolfingrip.files import whole
 
@@ -39,6 +39,9 @@ good."""
 
 FINEST: Final = 0.001
 """Fits whose relative scatter is below this are equally good, as no coupon is measured better."""
+
+MISFIT: Final = 0.2
+"""Relative rms above which a law is no description of the readings, and is not written."""
 
 FREE: Final = 100.0
 """A value is called free if the half width of its interval is larger by this factor."""
@@ -259,7 +262,7 @@ def write(fit: LawFit, data: Sequence[CouponSeries], file: Path) -> None:
     modes = ", ".join(dict.fromkeys(series.mode for series in data))
     for line in (
         f"{fit.law.title}, fitted to {names}: {modes} tension, {fit.count} readings",
-        f"to a stretch of {farthest(data):.3g}",
+        reach(data),
         f"rms {fit.rms_MPa:.3g} MPa, {100 * fit.relative_rms:.2g} % of the readings",
         "90 % intervals: "
         + ", ".join(

@@ -1,0 +1,112 @@
+"""First loading of a coupon, found in its readings where no column tells it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+TURN: Final = 0.02
+"""Part of the farthest way by which a coupon goes back before the way back has begun."""
+
+FALL: Final = 0.1
+"""Part of the load by which it falls at a slip or a break."""
+
+NOISES: Final = 20.0
+"""Times the median distance of a reading from the median of three, within which noise stays."""
+
+UNORDERED: Final = 0.5
+"""Noise, as a part of the farthest way, from which on a table has no order."""
+
+STEEPER: Final = 1.1
+"""Growth of the tangent from the first to the last quarter, above which no noise makes it."""
+
+
+def first_loading(stretch: np.ndarray, stress: np.ndarray, *, told: bool = False) -> np.ndarray:
+    """Say which readings of one specimen are of its first loading, (n,).
+
+    Where it was pulled and pressed, either side has a first loading. Of loops that rise, those
+    parts count that go farther than any before. What follows a fall of the load, as at a slip or a
+    break, does not count. A table that is sorted from the farthest reading on, or that has no
+    order, is taken as a whole.
+
+    Args:
+        stretch: (n,) stretches in the order of the rows.
+        stress: (n,) nominal stresses.
+        told: a column tells which readings are of the loading; slips and breaks alone are sought.
+    """
+    keep = np.ones(len(stretch), dtype=bool)
+    for side, sign in ((stretch >= 1, 1.0), (stretch < 1, -1.0)):
+        own = np.flatnonzero(side)
+        way = sign * (stretch[own] - 1)
+        if not len(own) or not (told or _in_order(way)):
+            continue
+        onwards = own if told else own[_onwards(way)]
+        keep[own] = np.isin(own, onwards[_unbroken(sign * stress[onwards])])
+    return keep
+
+
+def _noise(values: np.ndarray) -> float:
+    """Distance within which noise stays; 0 where values rise and fall for longer."""
+    return NOISES * float(np.median(np.abs(values - median_filter(values, 3, mode="nearest"))))
+
+
+def _in_order(way: np.ndarray) -> bool:
+    """Say if a table begins near the state at rest, and has an order at all."""
+    rises = float((way - np.minimum.accumulate(way)).max())
+    return rises > TURN * float(way.max()) and _noise(way) < UNORDERED * float(way.max())
+
+
+def _onwards(way: np.ndarray) -> np.ndarray:
+    """Which readings go farther than all before the last turn."""
+    back = max(TURN * float(way.max()), _noise(way))
+    keep = np.zeros(len(way), dtype=bool)
+    farthest = before = -np.inf
+    pending: list[int] = []
+    for i, each in enumerate(way):
+        if each > farthest:
+            keep[[*pending, i]] = True
+            farthest, pending = each, []
+        elif each < farthest - back:
+            before, pending = farthest, []
+        elif each > before:  # noise, unless the way back begins here
+            pending.append(i)
+    return keep
+
+
+def _unbroken(load: np.ndarray) -> np.ndarray:
+    """Which readings come before a fall of the load; one that falls alone is a fault of its own."""
+    smooth = median_filter(load, 3, mode="nearest")
+    greatest = np.maximum.accumulate(smooth)
+    least = (1 - FALL) * greatest - max(TURN * float(load.max()), _noise(load))
+    keep, fallen = load >= least, smooth < least
+    if fallen.any():
+        keep[int(np.argmax(load[: int(np.argmax(fallen))])) + 1 :] = False
+    return keep
+
+
+def is_hollow(way: np.ndarray, load: np.ndarray) -> bool:
+    """Say if the tangent rises from the start, as in no tension of rubber but in its compression.
+
+    Args:
+        way: (n,) travels, strains or stretches of a loading.
+        load: (n,) forces or nominal stresses.
+    """
+    ends = way.min() + np.ptp(way) * np.linspace(0, 1, 5)
+    parts = [(low <= way) & (way <= high) for low, high in pairwise(ends)]
+    if min(len(set(way[part])) for part in parts) < 2:
+        return False
+    slopes = np.array([np.polyfit(way[part], load[part], 1)[0] for part in parts])
+    return bool(slopes[0] > 0 and (np.diff(slopes) > 0).all() and slopes[3] > STEEPER * slopes[0])
+
+
+def pressed(values: np.ndarray) -> np.ndarray:
+    """Travels or loads of a press with the sign that they have in compression.
+
+    Args:
+        values: (n,) from their zero on; of either sign.
+    """
+    moved = values - values[np.isfinite(values)][0]
+    return values if moved[np.nanargmax(np.abs(moved))] < 0 else -values
