@@ -69,6 +69,15 @@ class CellShape:
         """Order of an element with so many nodes, 1 or 2."""
         return 1 if nodes == self.corners else 2
 
+    @property
+    def mirror(self) -> Ints:
+        """Nodes of an element of second order, from which its mirror image is right-handed."""
+        turned = self.reference[:, [1, 0, 2]]
+        corner = (turned[:, None] == self.reference).all(axis=2).argmax(axis=1)
+        ends = np.sort(corner[self.edges], axis=1)
+        middle = (ends[:, None] == np.sort(self.edges, axis=1)).all(axis=2).argmax(axis=1)
+        return np.concatenate([corner, self.corners + middle])
+
     def vtk(self, nodes: int) -> Ints:
         """Nodes of an element, given their number, in the order of VTK, Abaqus and meshio."""
         order = np.concatenate([np.arange(self.corners), self.corners + self.vtk_edges])

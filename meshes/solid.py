@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
+from dolfingrip.meshes.groups import SYMMETRY
 from dolfingrip.sections.errors import ConfigError
 
 ON_PLANE: Final = 1e-5
@@ -209,6 +210,28 @@ def second_order(mesh: SolidMesh) -> SolidMesh:
     groups = {name: every[_rows(name, facets, cells)] for name, facets in mesh.facets.items()}
     points = np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)])
     return SolidMesh(points, cells, groups, mesh.regions)
+
+
+def mirrored(half: SolidMesh) -> SolidMesh:
+    """Make a whole solid from its half y ≥ 0.
+
+    Args:
+        half: mesh with the group ``symmetry``, whose nodes both halves share (mm).
+
+    Returns:
+        The mesh of both halves (mm), with the groups and regions of both and without the group
+        ``symmetry``.
+    """
+    count, nodes = len(half.points), half.cells.shape[1]
+    shared = np.unique(half.facets[SYMMETRY])
+    image = count + np.arange(count)
+    image[shared] = shared  # what is then unused, `assemble` leaves out
+    return assemble(
+        np.vstack([half.points, half.points * [1.0, -1.0, 1.0]]),
+        np.vstack([half.cells, image[half.cells[:, half.shape.mirror[:nodes]]]]),
+        {n: np.vstack([f, image[f]]) for n, f in half.facets.items() if n != SYMMETRY},
+        all_rows([half.regions] * 2, [len(half.cells)] * 2),
+    )
 
 
 def face_rows(mesh: SolidMesh, cells: Ints) -> Ints:

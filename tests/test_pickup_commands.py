@@ -47,6 +47,30 @@ def test_pickup(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert "not picked up at any pressure up to 150 kPa" in capfd.readouterr().out
 
 
+@pytest.mark.usefixtures("threads")
+@pytest.mark.parametrize(("kind", "count", "said"), [
+    ("contact", 4, "not known whether any pressure up to 200 kPa picks it up: the grasp at "),
+    ("error", 1, "no such thing; this is a fault of dolfingrip"),
+])  # fmt: skip
+def test_failures_are_no_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str],
+    kind: str, count: int, said: str,
+) -> None:  # fmt: skip
+    """A search of grasps that all ended early, and one that ends with the program's own fault."""
+
+    def failed(request: Request, comm: object = None) -> Answer:
+        return Answer(failure_class=kind, failure="no such thing")
+
+    monkeypatch.setattr(simulate, "compute", failed)
+    asked = ("pickup", "--out", tmp_path, "--resolution", "50", "--start", "50")
+    assert run_command(*asked, "--highest", "200") == 1
+    text = capfd.readouterr().out
+    assert said in text
+    assert "not picked up" not in text
+    with Store(tmp_path / "simulations") as store:
+        assert store.counts() == {"pending": 0, "done": 0, "failed": count}
+
+
 @pytest.mark.usefixtures("grasps")
 def test_friction(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     asked = ("friction", "--pickup-pressure", "155", "--out", str(tmp_path), "--resolution", "5")

@@ -50,8 +50,10 @@ def doe(asked: DoeSettings) -> None:
         f"{standing.total} designs: {standing.computed} computed now, {standing.done} done, "
         f"{standing.failed} failed"
     )
+    designs = campaign.read(asked.out).designs if standing.failed else ()
     for kind, count in sorted(standing.classes.items()):
-        screen.say(f"  {count} failed: {kind}")
+        why = next((each.failure for each in designs if each.failure_class == kind), None)
+        screen.say(f"  {count} failed: {kind}: {why}" if why else f"  {count} failed: {kind}")
     if wanted.gradients is not None:
         _write(asked.out, [asked.out / "designs.csv"])
     screen.say(f"campaign: {asked.out}")

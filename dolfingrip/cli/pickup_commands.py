@@ -39,10 +39,15 @@ def pickup(asked: PickupSettings) -> None:
         found = searches.pickup_pressure(trials, asked.resolution, asked.start, asked.highest)
     _print(trials.made, screen)
     _write(trials.made, asked.out / "pickup.csv")
+    up_to = f"any pressure up to {asked.highest:g} kPa"
+    ended = found.undecided
     if found.least_kPa is None:
-        screen.say(f"not picked up at any pressure up to {asked.highest:g} kPa")
+        unknown = "" if ended is None else f"not known whether {up_to} picks it up: {ended.why}"
+        screen.say(unknown or f"not picked up at {up_to}")
         raise typer.Exit(1)
     below = "" if found.fails_kPa is None else f", not at {found.fails_kPa:g} kPa"
+    if ended is not None:
+        below = f", not known below: {ended.why}"
     screen.say(f"picked up from {found.least_kPa:g} kPa on{below} (μ = {base.food.friction:g})")
 
 

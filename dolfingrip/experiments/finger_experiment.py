@@ -17,7 +17,6 @@ from dolfingrip.experiments.experiment import (
     Readings,
 )
 from dolfingrip.experiments.protocol import Stop, pressure_stops
-from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
     from dolfingrip.sections.geometry.geometry import Geometry
@@ -88,26 +87,13 @@ class FingerExperiment(Experiment):
 
 
 class WholeFingerExperiment(FingerExperiment):
-    """An experiment that asks how the finger moves sideways, too: both halves are meshed.
+    """An experiment that asks how the finger moves sideways, too: both halves are meshed."""
 
-    Attributes:
-        lacking: what half a finger has not.
-    """
-
-    lacking: ClassVar[str]
     measured: ClassVar = False
     gradients: ClassVar = False
 
     def settings(self, config: Config) -> Config:
         return config.changed(mesh={"half": False})
-
-    def _rig(self, config: Config, comm: MPI.Comm, profile: Profile, **further: Any) -> FingerRig:
-        """Build the finger's rig; refuse half a finger of a mesh file."""
-        rig = super()._rig(config, comm, profile, **further)
-        if rig.newton.model.domain.half:
-            words = f"half a finger, which has no {self.lacking}; allowed: a whole one"
-            raise ConfigError(f"mesh.file = {config.mesh.file}: {words}")
-        return rig
 
 
 def notes(config: Config) -> list[str]:

@@ -35,7 +35,6 @@ class Push(WholeFingerExperiment):
             Curve(STIFFNESSES[1].name, "y, sideways"),
         ),
     )
-    lacking: ClassVar = "stiffness in y"
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
         rig = self._rig(config, comm, profile, adds=dead_loads)

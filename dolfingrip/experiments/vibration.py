@@ -68,7 +68,6 @@ class Vibration(WholeFingerExperiment):
         "Natural frequency (Hz)",
         tuple(Curve(each.name, each.title) for each in FREQUENCIES),
     )
-    lacking: ClassVar = "vibration across"
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> FingerRig:
         rig = self._rig(config, comm, profile)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
 from dolfingrip.channels import PRESSURE, supply_of
 from dolfingrip.config import Config
 from dolfingrip.experiments.protocol import by_pressure, pressure_stops
@@ -14,7 +12,7 @@ from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.extensions.effect import Adapting, Displaying
 from dolfingrip.meshes.cells import TETRAHEDRON
 from dolfingrip.meshes.groups import SYMMETRY
-from dolfingrip.meshes.solid import SolidMesh, assemble, second_order
+from dolfingrip.meshes.solid import SolidMesh, assemble, mirrored, second_order
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.material import Material
 
@@ -147,15 +145,3 @@ def tetrahedra(config: Config, suffix: str) -> SolidMesh:
     if found.shape is not TETRAHEDRON:
         raise ConfigError(f"mesh.file = {config.mesh.file}: {suffix}: allowed: of tetrahedra")
     return mirrored(found) if SYMMETRY in found.facets else found
-
-
-def mirrored(half: SolidMesh) -> SolidMesh:
-    """A whole finger from its half y ≥ 0, of linear tetrahedra."""
-    shared = np.unique(half.facets[SYMMETRY])
-    image = len(half.points) + np.arange(len(half.points))
-    image[shared] = shared  # what is then unused, `assemble` leaves out
-    return assemble(
-        np.vstack([half.points, half.points * [1.0, -1.0, 1.0]]),
-        np.vstack([half.cells, image[half.cells[:, [0, 2, 1, 3]]]]),
-        {n: np.vstack([f, image[f]]) for n, f in half.facets.items() if n != SYMMETRY},
-    )

@@ -145,10 +145,6 @@ class Sections(Section):
                 layers[film.region] = f"film.{name}"
                 if film.thickness_mm is None and self._thickness_mm(film.region) is None:
                     yield Refusal(f"film.{name}.thickness_mm", "allowed: above 0 mm", "none")
-            if self.mesh.half and self.mesh.file is None and not film.symmetric:
-                words = "families at 0, 90 or in pairs of opposite sign"
-                why = f"allowed with mesh.half = true: {words}"
-                yield Refusal(f"film.{name}.fibre_deg", why, list(film.fibre_deg))
 
     def _region_refused(self, key: str, region: str) -> Iterator[Refusal]:
         """Refuse a region that the geometry has not; those of a mesh file are not known yet."""
@@ -211,8 +207,8 @@ class Sections(Section):
             table = self.geometry_table
             words = f"allowed: without [{table}.override] and [{table}.along]"
             yield Refusal("mesh.file", words, str(self.mesh.file))
-        if self.mesh.half and self.mesh.file is None and (key := self.sideways()):
-            yield Refusal(key, "allowed: no y-part with mesh.half = true")
+        if self.mesh.half and self.mesh.file is None:  # a file's mesh may be whole
+            yield from self.uneven()
 
     @classmethod
     def classes(cls) -> dict[str, type[Section]]:
@@ -289,13 +285,16 @@ class Sections(Section):
         sizes = mesh.hexahedra_mm(self.geometry) if self.hexahedra else mesh.tetrahedra_mm()
         return sizes[0]
 
-    def sideways(self) -> str | None:
-        """Return the key of a load that a half finger cannot bear; None if there is none."""
+    def uneven(self) -> Iterator[Refusal]:
+        """Yield what differs from its mirror image in y = 0, which half a finger cannot have."""
+        for name, film in self.film.all.items():
+            if not film.symmetric:
+                words = "families at 0, 90 or in pairs of opposite sign"
+                yield Refusal(f"film.{name}.fibre_deg", f"allowed with mesh.half = true: {words}")
         if self.plate.normal[1]:
-            return "plate.normal"
+            yield Refusal("plate.normal", "allowed: no y-part with mesh.half = true")
         if self.gravity.acceleration_m_s2 and self.gravity.direction[1]:
-            return "gravity.direction"
-        return None
+            yield Refusal("gravity.direction", "allowed: no y-part with mesh.half = true")
 
 
 if TYPE_CHECKING:  # its further tables are known as it runs only

@@ -131,6 +131,16 @@ def test_a_failed_solve_is_a_shorter_step(tmp_path: Path) -> None:
     assert 0.1 < best.values[0] <= 0.2
 
 
+def test_steps_that_all_fail_do_not_tell_an_optimum(tmp_path: Path) -> None:
+    problem = read(written(tmp_path, FORCE + TWO))
+
+    def elsewhere(config: Config) -> bool:
+        return (config.morph.xi1, config.morph.xi2) != (0.0, 0.0)
+
+    found = TrustRegionSQP(problem, DesignSimulations(problem, Invented(elsewhere))).run()
+    assert found.ending == "not known whether a step improves: it fails (limit point: invented)"
+
+
 def test_a_start_that_fails_is_told(tmp_path: Path) -> None:
     problem = read(written(tmp_path, FORCE + TWO))
     with pytest.raises(NoStart, match=r"^the start cannot be simulated: limit point: invented$"):

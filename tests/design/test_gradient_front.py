@@ -142,3 +142,12 @@ def test_a_limit_that_no_design_reaches(tmp_path: Path) -> None:
     assert problem.front is not None
     with pytest.raises(ConfigError, match=r"angle_deg at 50 kPa is .* allowed: low and high among"):
         FrontFinder(problem, problem.front, Invented()).run()
+
+
+def test_a_front_of_failures_tells_why(tmp_path: Path) -> None:
+    front = '[front]\nagainst = "angle_deg"\nat_pressure_kPa = 50.0\nlow = 10.0\nhigh = 20.0\n'
+    problem = read(written(tmp_path, FORCE + TWO + front))
+    assert problem.front is not None
+    finder = FrontFinder(problem, problem.front, Invented(lambda config: True))
+    with pytest.raises(ConfigError, match=r"no two designs .*: limit point: invented$"):
+        finder.run()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
@@ -15,8 +16,9 @@ from dolfingrip.design.campaign import pickup
 from dolfingrip.design.campaign.pickup import GraspTrials, Threshold, least
 from dolfingrip.experiments import simulate
 from dolfingrip.experiments.request import Answer, Request
+from dolfingrip.experiments.simulate import Compute
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.pool import Pool, Unfinished
 from dolfingrip.jobs.store import NAME
 
 SEED = 7
@@ -114,3 +116,52 @@ def test_no_friction_will_do(pressure: float, resolution: float, said: str) -> N
     with pytest.raises(ConfigError, match=said) as error:
         pickup.friction(trials, pressure, resolution, 0.05)
     assert "no friction up to 2 picks the food up" in str(error.value)
+
+
+def ended(config: Config, kind: str) -> Answer:
+    """A grasp that ended in its first step, before its class was decided."""
+    return Answer(failure_class=kind, failure=f"invented at {config.experiment.max_pressure_kPa:g}")
+
+
+def some_end(beyond_kPa: float) -> Compute:
+    """Grasps up to a pressure that end early, and made-up ones beyond."""
+
+    def compute(requests: Sequence[Request]) -> list[Answer]:
+        configs = [each.config for each in requests]
+        return [
+            ended(each, "contact") if each.experiment.max_pressure_kPa <= beyond_kPa
+            else grasp(each) for each in configs
+        ]  # fmt: skip
+
+    return compute
+
+
+def test_no_result_follows_from_grasps_that_ended_early() -> None:
+    """Neither where all of them did, nor below the least pressure that is known to lift."""
+    none = pickup.pickup_pressure(GraspTrials(Config(), some_end(300.0)), 25.0, 100.0)
+    assert none.least_kPa is None
+    assert none.undecided is not None
+    assert none.undecided.picked_up is None
+    lifts_kPa = 25.0 * np.ceil(least_kPa(0.38) / 25.0)
+    above = pickup.pickup_pressure(GraspTrials(Config(), some_end(lifts_kPa)), 25.0, 100.0)
+    assert above.least_kPa == lifts_kPa + 25.0
+    assert above.undecided is not None
+    assert above.undecided.pressure_kPa == lifts_kPa
+    well_below = GraspTrials(Config(), some_end(lifts_kPa - 50.0))
+    assert pickup.pickup_pressure(well_below, 25.0, 200.0).undecided is None
+    for beyond_kPa in (300.0, 150.0):  # at both pressures, at the lower one
+        with pytest.raises(Unfinished, match=r"μ is not known: .* ended before that was decided"):
+            pickup.friction(GraspTrials(Config(), some_end(beyond_kPa)), 155.0, 5.0, 0.05)
+
+
+def test_a_fault_of_the_program_ends_a_search() -> None:
+    """The first grasp tells it; others would meet it, too."""
+    made: list[Request] = []
+
+    def compute(requests: Sequence[Request]) -> list[Answer]:
+        made.extend(requests)
+        return [ended(each.config, "error") for each in requests]
+
+    with pytest.raises(Unfinished, match=r"^invented at 100; this is a fault of dolfingrip$"):
+        pickup.pickup_pressure(GraspTrials(Config(), compute), 5.0, 100.0)
+    assert len(made) == 1

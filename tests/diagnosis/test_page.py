@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.diagnosis.answer.diagnosis import SetupEstimate
-from dolfingrip.diagnosis.answer.ten_lines import _off
+from dolfingrip.diagnosis.answer.ten_lines import _off, answer_sentence
 from dolfingrip.diagnosis.results import _off as off_in_words
 from dolfingrip.diagnosis.results import page
 from dolfingrip.files import diagnosis as outcome
@@ -51,6 +51,18 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
     assert [row for row in page(hides).splitlines() if row.startswith(("| none", "| hid"))] == [
         "| none: noise alone | 0.40 |", "| hidden: not seen, not excluded | 0.50 |",
     ]  # fmt: skip
+
+
+def test_causes_that_were_not_simulated_are_not_excluded() -> None:
+    """What no effect explains is said of those that were compared."""
+    decision = SimpleNamespace(answer="unknown", nearest=())
+    analysis = SimpleNamespace(problem=None, failed={})
+    found: Any = SimpleNamespace(
+        decision=decision, analysis=analysis, probability=0.97, undecided=False
+    )
+    assert "that no effect of the catalogue explains" in answer_sentence(found)
+    analysis.failed = {"gent": "no equilibrium"}
+    assert "no effect of the catalogue that could be simulated explains" in answer_sentence(found)
 
 
 def test_suction_has_bands_of_its_own() -> None:

@@ -11,7 +11,6 @@ from support import bodies, small
 from support.paths import by_pressure
 
 from dolfingrip import config
-from dolfingrip.config import ConfigError
 from dolfingrip.experiments import push, run
 from dolfingrip.experiments.rigs import tip_load
 from dolfingrip.experiments.rigs.finger import FingerModel, build
@@ -119,8 +118,13 @@ def test_the_experiment() -> None:
     )
 
 
-def test_half_a_mesh_file_is_refused(tmp_path: Path) -> None:
+def test_half_a_mesh_file_is_mirrored(tmp_path: Path) -> None:
+    """A file's half has the whole finger's stiffness; the elements are the same."""
     file = tmp_path / "half.msh"
-    files.write(file, solid(small.short()))
-    with pytest.raises(ConfigError, match=r"half\.msh: half a finger, .* allowed: a whole one"):
-        run("push", small.short(f"mesh.file={file}"), comm=MPI.COMM_SELF)
+    files.write(file, solid(small.short(*EVEN)))
+    found = [
+        run("push", small.short(*settings, "experiment.step_kPa=50"), comm=MPI.COMM_SELF)
+        for settings in (EVEN, (f"mesh.file={file}",))
+    ]
+    for column in (X, Y):
+        np.testing.assert_allclose(*(each.column(column) for each in found), rtol=1e-5)

@@ -20,7 +20,6 @@ from dolfingrip.experiments.rigs.finger_rig import go_to_rest
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.exporting import deck, sofa
 from dolfingrip.exporting import mujoco as exported
-from dolfingrip.exporting.asked import mirrored
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes import files
 from dolfingrip.meshes.groups import SYMMETRY
@@ -234,12 +233,3 @@ def test_hexahedra_of_a_file_are_refused(tmp_path: Path) -> None:
     asked = config.load(None, assignments([f'mesh.file="{tmp_path / "own.msh"}"']))
     with pytest.raises(ConfigError, match=r"\.xml: allowed: of tetrahedra"):
         exported.write(asked, tmp_path / "a.xml")
-
-
-def test_a_mirrored_half_is_one_body() -> None:
-    half = solid(short('solver.element="P1"'))
-    whole = mirrored(half)
-    assert (jacobians(whole) > 0).all()
-    shared = len(np.unique(half.facets[SYMMETRY]))
-    assert len(whole.points) == 2 * len(half.points) - shared
-    assert SYMMETRY not in whole.facets

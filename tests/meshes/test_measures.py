@@ -9,7 +9,7 @@ import pytest
 
 from dolfingrip.meshes import measures
 from dolfingrip.meshes.cells import HEXAHEDRON, TETRAHEDRON, CellShape
-from dolfingrip.meshes.solid import SolidMesh, boundary, faces, second_order
+from dolfingrip.meshes.solid import SolidMesh, boundary, faces, mirrored, second_order
 
 
 def closed(points: list[tuple[float, float, float]], cells: list[list[int]]) -> SolidMesh:
@@ -58,6 +58,30 @@ def test_volume_and_centroid(
 
 def test_jacobians_of_tetrahedra_are_six_times_the_volume() -> None:
     assert measures.jacobians(tetrahedra())[:, 0] == pytest.approx([24, 48])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("mesh", [tetrahedra(), frustum()], ids=["tetrahedra", "frustum"])
+def test_half_a_solid_and_its_mirror_image_are_one_body(mesh: SolidMesh, order: int) -> None:
+    """Twice the volume, its centroid in the plane, and the nodes of the plane once."""
+    if order == 2:
+        mesh = second_order(mesh)
+    every = faces(mesh.cells)[boundary(mesh.cells)]
+    in_plane = (mesh.points[every, 1] == 0).all(axis=1)
+    half = replace(
+        mesh, facets={"all": every[~in_plane], "symmetry": every[in_plane]},
+        regions={"first": np.array([0])},
+    )  # fmt: skip
+    whole = mirrored(half)
+    assert (measures.jacobians(whole) > 0).all()
+    twice = 2 * measures.enclosed_volume(mesh.points, every)
+    assert measures.enclosed_volume(whole.points, whole.facets["all"]) == pytest.approx(twice)
+    x, _, z = measures.centroid(mesh)
+    assert measures.centroid(whole) == pytest.approx((x, 0, z))
+    shared = len(np.unique(every[in_plane]))
+    assert len(whole.points) == 2 * len(mesh.points) - shared
+    assert whole.regions["first"].tolist() == [0, len(mesh.cells)]
+    assert list(whole.facets) == ["all"]
 
 
 def centroid_rate(mesh: SolidMesh, velocity: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ Each grasp, by pressure and friction, is computed once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,7 +16,8 @@ from dolfingrip.design.campaign.policy import ESTIMATES, HIGHEST_KPA, LARGEST_FR
 from dolfingrip.design.quantities.grasp import GRASP, NO_CLASS, outputs_of
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import Compute
-from dolfingrip.jobs.job import REFUSED
+from dolfingrip.jobs.job import ERROR, REFUSED
+from dolfingrip.jobs.pool import Unfinished
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +27,7 @@ class GraspTrial:
     Attributes:
         pressure_kPa: highest pressure.
         friction: coefficient of fingers on food.
-        picked_up: whether the food was.
+        picked_up: whether the food was; None where the grasp ended before that was decided.
         outcome: class of the grasp; ``failure: …`` where it ended before one was known.
         normal_N: sum of the fingers' normal forces before the lift; 0 where it ended early.
         weight_N: the food's.
@@ -35,11 +36,17 @@ class GraspTrial:
 
     pressure_kPa: float
     friction: float
-    picked_up: bool
+    picked_up: bool | None
     outcome: str
     normal_N: float
     weight_N: float
     wall_s: float
+
+    @property
+    def why(self) -> str:
+        """Why its end is not known."""
+        at = f"{self.pressure_kPa:g} kPa and μ = {self.friction:.4g}"
+        return f"the grasp at {at} ended before that was decided ({self.outcome})"
 
 
 class GraspTrials:
@@ -75,7 +82,8 @@ class GraspTrials:
 
         Raises:
             ConfigError: where there is no such gripper or food.
-            Unfinished: the machine did not let it come to an end.
+            Unfinished: the machine did not let it come to an end, or the program has a fault,
+                which others would meet, too.
         """
         pressure = round(pressure_kPa, 9)
         steps = {"step_kPa": min(self.base.experiment.step_kPa, pressure)}
@@ -89,6 +97,8 @@ class GraspTrials:
             (answer,) = self._compute([request])
             if answer.failure_class == REFUSED:
                 raise ConfigError(answer.failure or "there is no such gripper")
+            if answer.failure_class == ERROR:
+                raise Unfinished(f"{answer.failure}; this is a fault of dolfingrip")
             self._known[key] = _trial(pressure_kPa, friction, answer)
             self._progress(self._known[key])
         return self._known[key]
@@ -102,7 +112,7 @@ def _trial(pressure_kPa: float, friction: float, answer: Answer) -> GraspTrial:
     return GraspTrial(
         pressure_kPa,
         friction,
-        outputs.get("picked_up") == 1.0,
+        outputs["picked_up"] == 1.0 if outputs else None,
         outcome,
         outputs.get("normal_N", 0.0),
         outputs.get("weight_N", 0.0),
@@ -117,10 +127,13 @@ class Pickup:
     Attributes:
         fails_kPa: highest pressure below that was tried and does not; None where there is none.
         least_kPa: that pressure; None where none up to the highest does.
+        undecided: a grasp that counts as one that does not, and that ended before that was decided,
+            so that the other numbers are not known; None where there is none.
     """
 
     fails_kPa: float | None
     least_kPa: float | None
+    undecided: GraspTrial | None = None
 
 
 def pickup_pressure(
@@ -165,8 +178,24 @@ def pickup_pressure(
             break
         place = guess
     low, high = max(fails, 1), min(succeeds, highest)
-    found = least(lambda at: trial(at).picked_up, place, low, high)
-    return Pickup(*(None if place is None else place * resolution_kPa for place in found))
+    found = least(lambda at: trial(at).picked_up is True, place, low, high)
+    fails_kPa, least_kPa = (None if at is None else at * resolution_kPa for at in found)
+    return Pickup(fails_kPa, least_kPa, _undecided(found, trial, trials.made))
+
+
+def _undecided(
+    found: Threshold, trial: Callable[[int], GraspTrial], made: Sequence[GraspTrial]
+) -> GraspTrial | None:
+    """A grasp that was counted as no success and ended before that was decided.
+
+    Args:
+        found: the threshold, which rests on the largest place that failed, or on all trials.
+        trial: the one at a place.
+        made: all trials of the search.
+    """
+    counted = [] if found.fails is None else [trial(found.fails)]
+    counted = list(made) if found.succeeds is None else counted
+    return next((each for each in counted if each.picked_up is None), None)
 
 
 def _bearing(made: Mapping[int, GraspTrial], friction: float) -> int:
@@ -220,6 +249,7 @@ def friction(
 
     Raises:
         ConfigError: one line, where no friction does at one of the two pressures.
+        Unfinished: one line, where that is not known, as grasps ended before it was decided.
     """
     none = f"no friction up to {LARGEST_FRICTION:g} picks the food up"
     first = trials.at(pickup_kPa, trials.base.food.friction)
@@ -254,10 +284,17 @@ def _least_friction(
         low: place that no answer is below, as of a higher pressure.
     """
     start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
+
+    def trial(place: int) -> GraspTrial:
+        return trials.at(pressure_kPa, place * tolerance)
+
     found = least(
-        lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
+        lambda place: trial(place).picked_up is True,
         round(start / tolerance), low, round(LARGEST_FRICTION / tolerance),
     )  # fmt: skip
+    made = [each for each in trials.made if each.pressure_kPa == pressure_kPa]
+    if ended := _undecided(found, trial, made):
+        raise Unfinished(f"μ is not known: {ended.why}")
     return None if found.succeeds is None else found.succeeds * tolerance
 
 

@@ -212,6 +212,8 @@ class TrustRegionSQP:
                     here = trial
             if radius < self._policy.least_radius:
                 ending = "no shorter step improves"
+                if trial.failure:
+                    ending = f"not known whether a step improves: it fails ({trial.failure})"
                 break
         return Descent(trials, here, ending, self._limits(), self._spent, self._seconds)
 

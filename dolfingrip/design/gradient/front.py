@@ -139,7 +139,7 @@ class FrontFinder:
         seen: list[int] = []
         areas: list[float] = []
         unsure: list[float] = []
-        failed, spent = 0, 0
+        failed, spent, failure = 0, 0, "too few simulations are allowed"
         front: _Front | None = None
         while spent < self._problem.method.simulations:
             if len(seen) + failed < len(taken):
@@ -152,7 +152,7 @@ class FrontFinder:
             found = self._simulations.at(values)
             spent += found.simulations
             if found.failure:
-                failed += 1
+                failed, failure = failed + 1, found.failure
                 free = np.arange(len(candidates)) != chosen
                 candidates = candidates[free]
                 for each in (self._limited, self._improved):
@@ -171,7 +171,7 @@ class FrontFinder:
             if len(seen) + failed >= len(taken) and front and unsure[-1] < self._asked.unsure:
                 break
         if front is None:
-            raise ConfigError("front: no two designs could be simulated")
+            raise ConfigError(f"front: no two designs could be simulated: {failure}")
         limited, improved = self._limited, self._improved
         intervals = self._places(candidates, seen, front)
         keys = [each.key for each in self._problem.variables]

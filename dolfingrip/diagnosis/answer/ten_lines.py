@@ -92,6 +92,8 @@ def _doubts(found: Diagnosis) -> str:
     text += "".join(f"{each}. " for each in found.undecided_channels())
     if found.analysis.not_reached:
         text += f"Not all readings are compared: {found.analysis.not_reached[0]}. "
+    if names := ", ".join(found.analysis.failed):
+        text += f"Not all causes are compared, as no simulation of these ended: {names}. "
     return text
 
 
@@ -179,7 +181,11 @@ def answer_sentence(found: Diagnosis) -> str:
             f"{sure}.{_untold(found)}"
         )
     if decision.answer == "unknown":
-        sentence = f"Something is off that no effect of the catalogue explains: probability {sure}."
+        others = " that could be simulated" if found.analysis.failed else ""
+        sentence = (
+            f"Something is off that no effect of the catalogue{others} explains: "
+            f"probability {sure}."
+        )
         if decision.nearest:
             sentence += (
                 f" Nearest comes {_one_of(found, decision.nearest)}, but "

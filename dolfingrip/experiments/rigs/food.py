@@ -130,12 +130,14 @@ def _uneven(config: Config, food: GraspedBody) -> str:
         return f"film.{skew[0]}.fibre_deg is not symmetric"
     if food.body.centre_mm[1]:
         return f"food.offset_y_mm = {food.body.centre_mm[1]:g}"
-    points = food.surface.points
-    apart = food.shape.at(points * MIRROR).value - food.shape.at(points).value
-    most = float(np.abs(apart).max())
-    if most > EVEN_MM:
-        return f"the food differs from its mirror image by {most:.2g} mm"
-    return ""
+    apart = _apart_mm(food.shape, food.surface)
+    return f"the food differs from its mirror image by {apart:.2g} mm" if apart > EVEN_MM else ""
+
+
+def _apart_mm(shape: SignedDistance, surface: ClosedSurface) -> float:
+    """How far a body is from its mirror image."""
+    points = surface.points
+    return float(np.abs(shape.at(points * MIRROR).value - shape.at(points).value).max())
 
 
 EVEN_MM = 0.01
@@ -195,8 +197,7 @@ def beside(site: Site, obstacle: Obstacle) -> RigidContact:
         MeshError: one line, where an STL file cannot be read.
     """
     shape, surface, at_touch_mm = standing(obstacle)
-    points = surface.points
-    apart = float(np.abs(shape.at(points * MIRROR).value - shape.at(points).value).max())
+    apart = _apart_mm(shape, surface)
     if site.domain.half and apart > EVEN_MM:
         raise ConfigError(
             f"obstacle: it differs from its mirror image by {apart:.2g} mm; allowed: with "

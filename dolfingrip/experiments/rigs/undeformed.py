@@ -19,6 +19,7 @@ from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.meshes import dimensions
 from dolfingrip.meshes.bisection import divided
 from dolfingrip.meshes.free_form import FreeForm, bent
+from dolfingrip.meshes.groups import SYMMETRY
 from dolfingrip.meshes.morph import MorphMap, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import (
@@ -29,6 +30,7 @@ from dolfingrip.meshes.solid import (
     all_rows,
     faces,
     interface,
+    mirrored,
     of_group,
     on_plane,
 )
@@ -157,7 +159,10 @@ def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:
     if config.mesh.file is not None:
         from dolfingrip.meshes import files
 
-        return divided(files.read(config.mesh.file), config.mesh.refine)
+        mesh = files.read(config.mesh.file)
+        if SYMMETRY in mesh.facets and not config.mesh.half:
+            mesh = mirrored(mesh)
+        return divided(mesh, config.mesh.refine)
     geometry = made_for or config.geometry
     if config.hexahedra:
         mesh = structured_mesh(geometry, config.mesh)
@@ -284,8 +289,6 @@ def load_domain(config: Config, comm: MPI.Comm, made_for: Geometry | None = None
     """
     config = config.adapted()
     domain = spread(comm, lambda: made(config, made_for))
-    sideways = config.sideways()
-    if domain.half and sideways is not None:
-        value = config.shown(sideways)
-        raise ConfigError(f"{sideways} = {value}: allowed: no y-part for a half finger")
+    for uneven in config.uneven() if domain.half else ():
+        raise ConfigError(f"{uneven.key} = {config.shown(uneven.key)}: {uneven.allowed}")
     return domain
