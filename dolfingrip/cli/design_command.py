@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dolfingrip.charts import picture
+from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import DesignSettings
 from dolfingrip.design.gradient import curve, front, run, starts
@@ -43,7 +44,8 @@ def design(asked: DesignSettings) -> None:
         screen.say(back, style="red")
     with resumable(screen, folder), Pool(Where(workers=asked.workers)) as pool:
         compute = computed_in(folder, pool)
-        every = starts.solve(problem, compute, _Said(screen, problem, asked.out))
+        with progress.shown(screen, "simulations", total=problem.method.simulations) as show:
+            every = starts.solve(problem, compute, _Said(screen, show, problem, asked.out))
         found = every.best(problem)
         wall_s = time.monotonic() - begun
         refined = None
@@ -66,11 +68,13 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
     def say(done: int, unsure: float, failed: bool) -> None:
         note = "failed" if failed else f"the front is sure to {100 * unsure:.2g} % of its range"
         screen.print(f"{done} of {most} simulations: {note}")
+        show(done, most)
 
     assert problem.front is not None
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
         compute = computed_in(folder, pool)
-        result = front.FrontFinder(problem, problem.front, compute, say).run()
+        with progress.shown(screen, "simulations", total=most) as show:
+            result = front.FrontFinder(problem, problem.front, compute, say).run()
     run.write_front(result, out)
     picture.write(gradient_front(result), out / "front.png", picture.Look(panel_in=(4.5, 3.8)))
     screen.say(f"results: {out}")
@@ -89,8 +93,8 @@ STEPS = "steps"
 class _Said:
     """Prints a line for each design, and the section of accepted ones, which it also draws."""
 
-    def __init__(self, screen: Screen, problem: Problem, out: Path) -> None:
-        self._screen, self._problem, self._out = screen, problem, out
+    def __init__(self, screen: Screen, show: progress.Show, problem: Problem, out: Path) -> None:
+        self._screen, self._show, self._problem, self._out = screen, show, problem, out
         self._start: SolidMesh | None = None
         self._number = 0
 
@@ -106,6 +110,7 @@ class _Said:
             kept = zip(limits, trial.limits, strict=True)
             said += "".join(f"; {limit.quantity.name} {value:.4g}" for (limit, _), value in kept)
         self._screen.say(f"{trial.simulations} of {most} simulations: {said}")
+        self._show(trial.simulations, most)
         if trial.accepted:
             self._screen.print(section_text(trial.shape.mesh), end="\n")
             self._start = self._start or trial.shape.mesh
