@@ -16,7 +16,7 @@ from dolfingrip.design.gradient.file import GRASP
 from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.experiments.simulate import computed_in
-from dolfingrip.files.design import DesignFile
+from dolfingrip.files.design import DesignFile, as_shown, named
 from dolfingrip.files.table import read_csv
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
@@ -56,7 +56,7 @@ def design(asked: DesignSettings) -> None:
     result = run.facts(problem, found, refined, wall_s, **several)
     run.write(result, found, asked.out)
     _draw(result, found, asked.out)
-    _print(result, found, screen)
+    _print(result.shown, found, screen)
     screen.say(f"results: {asked.out}")
 
 
@@ -83,7 +83,7 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
 def _asked(problem: Problem) -> str:
     word = "minimise" if problem.sign > 0 else "maximise"
     limits = "".join(f"; {each}" for each in problem.limits)
-    return f"{word} {problem.objective}{limits}; {len(problem.variables)} parameters"
+    return f"{word} {named(str(problem.objective))}{limits}; {len(problem.variables)} parameters"
 
 
 STEPS = "steps"
@@ -100,12 +100,13 @@ class _Said:
 
     def __call__(self, trial: Trial, limits: Sequence[tuple[Constraint, float]]) -> None:
 
-        most = self._problem.method.simulations
+        most, quantity = self._problem.method.simulations, self._problem.objective.name
+        name, value = named(quantity), as_shown(quantity, trial.objective)
         self._number += 1
         if trial.failure:
             said = f"failed ({trial.failure.partition(':')[0]}), so the next step is shorter"
         else:
-            said = f"{self._problem.objective.name} {trial.objective:.4g}, "
+            said = f"{name} {value:.4g}, "
             said += "accepted" if trial.accepted else "not accepted, so the next step is shorter"
             kept = zip(limits, trial.limits, strict=True)
             said += "".join(f"; {limit.quantity.name} {value:.4g}" for (limit, _), value in kept)
@@ -115,8 +116,7 @@ class _Said:
             self._screen.print(section_text(trial.shape.mesh), end="\n")
             self._start = self._start or trial.shape.mesh
             file = self._out / STEPS / f"{self._number:03d}.png"
-            name = self._problem.objective.name
-            title = f"{name} {trial.objective:.4g} after {trial.simulations} simulations"
+            title = f"{name} {value:.4g} after {trial.simulations} simulations"
             if draw_section(trial.shape.mesh, self._start, title, file):
                 self._screen.say(f"picture: {file}")
 
@@ -162,7 +162,9 @@ def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
             made_up = (f"{other} {by:+.2g} {unit(other)}" for other, by in others.items())
             screen.say(f"{key} +1 {unit(key)}: {', '.join(made_up) or 'hardly felt'}")
     for number, begun in enumerate(result.starts, 1):
-        ends = "" if begun.objective is None else f"{begun.start:.4g} to {begun.objective:.4g}, "
+        ends = ""
+        if begun.objective is not None:
+            ends = f"{result.quantity} {begun.start:.4g} to {begun.objective:.4g}, "
         screen.say(f"start {number}: {ends}{begun.ending}")
     if result.differ is not None:
         apart = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in result.differ.items()]
@@ -173,6 +175,6 @@ def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
         screen.say(f"finer mesh: {refined.failure}", style="red")
     elif refined is not None and refined.gain is not None:
         screen.say(
-            f"finer mesh: {refined.start:.4g} to {refined.objective:.4g}, "
+            f"finer mesh: {result.quantity} {refined.start:.4g} to {refined.objective:.4g}, "
             f"{100 * refined.gain:+.1f} %"
         )
