@@ -27,8 +27,8 @@ WORDS: Final[Mapping[str, str]] = {
     "experiment": "name of the experiment",
     "specimen": "name of the specimen; of a simulation `simulated`",
     "cycle": "number of the cycle, from 1 on",
-    "branch": "`loading` (the load rises), `unloading` (it falls), `hold` (it waits), `approach` "
-    "or `lift` (of a grasp)",
+    "branch": "`loading` (the load goes away from 0, as suction does, too), `unloading` (it comes "
+    "back towards 0), `hold` (it waits), `approach` or `lift` (of a grasp)",
 }
 """What the columns mean that name the experiment, specimen, cycle and branch of a row."""
 

@@ -16,6 +16,17 @@ from dolfingrip.sections.making import Mould
 RIM_WALLS: Final = 2.0
 """Height of the plate's rim around the halves, by the thickness of the mould's walls."""
 
+COMES_OFF: Final = {
+    "core_plate": (-1.0, 0.0, 0.0),
+    "half_1": (0.0, -1.0, 0.0),
+    "half_2": (0.0, 1.0, 0.0),
+    "base_tray": (-1.0, 0.0, 0.0),
+}
+"""Parts in the order in which they come off the cast, and the direction in which each is pulled.
+
+The plate is first, as its rim holds the halves and its cores reach between them.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Moulded:
@@ -36,7 +47,7 @@ def add_mould(shape: BoxSolid, asked: Mould) -> Moulded:
     """Add the mould of a cast finger and its casts to the current Gmsh model.
 
     The halves stand on the plate, in whose rim they lie, and leave the crown's side open. They are
-    pulled off along y, out of the gaps; the plate is pulled off along −x.
+    pulled off along y, out of the gaps, after the plate was pulled off along −x.
 
     Args:
         shape: the finger; all its hollows begin in one plane across x, where its body ends and

@@ -247,7 +247,11 @@ def test_a_mesh_file_is_written_in_the_order_asked_for(order: int, tmp_path: Pat
     }
 
 
-def test_interrupt_is_quiet(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "code", "word"),
+    [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")],
+)
+def test_interrupt_is_quiet(number: signal.Signals, code: int, word: str, tmp_path: Path) -> None:
     """Ctrl-C in the middle: exit code 130, no traceback, rows so far kept, which one line says."""
     steps = ("--set", "experiment.step_kPa=0.5")
     run = subprocess.Popen(
@@ -260,9 +264,9 @@ def test_interrupt_is_quiet(tmp_path: Path) -> None:
         if table.exists() and len(table.read_text(encoding="utf-8").splitlines()) > 2:
             break
         time.sleep(0.1)
-    run.send_signal(signal.SIGINT)
+    run.send_signal(number)
     out, err = run.communicate(timeout=60)
-    assert (run.returncode, out) == (130, "")
+    assert (run.returncode, out) == (code, "")
     with table.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) > 1
@@ -271,7 +275,7 @@ def test_interrupt_is_quiet(tmp_path: Path) -> None:
         f"{len(rows)} readings, up to {reached:g} kPa, are kept in {tmp_path}; "
         "the same command starts from the beginning"
     )
-    assert err == f"dolfingrip: interrupted: {sentence}\n"
+    assert err == f"dolfingrip: {word}: {sentence}\n"
     record = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert record["complete"] is False
     assert record["failure"]["kind"] == "interrupted"

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from dolfingrip.cli.console import console, resumable
+from dolfingrip.jobs.interrupts import Interrupted
+from dolfingrip.report.table import of_rows
 
 COMMAND = [sys.executable, "-P", "-m", "dolfingrip"]
 ENVIRONMENT = {**os.environ, "OMP_NUM_THREADS": "1", "HWLOC_HIDE_ERRORS": "2"}
@@ -54,3 +59,28 @@ def test_an_output_that_is_closed_from_the_start_loses_no_file(tmp_path: Path) -
     )  # fmt: skip
     assert (ended.returncode, ended.stderr) == (0, "")
     assert sorted(file.name for file in tmp_path.iterdir()) == MESH_FILES
+
+
+def test_lines_are_whole_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sentence and a row of a table are each one line of a file."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+    monkeypatch.setattr(sys, "stdout", io.StringIO())
+    screen = console()
+    sentence, cell = ("far " * 60).strip(), ("wide " * 40).strip()
+    screen.print(sentence)
+    screen.print(of_rows(("A", "B"), [(cell, cell)]))
+    lines = sys.stdout.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert lines[0] == sentence
+    assert any(line.count(cell) == 2 for line in lines)
+    assert max(map(len, lines)) < 2 * len(cell) + 20  # nothing is filled up to a width
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_an_interrupt_names_no_folder_that_is_not_there(kept: bool, tmp_path: Path) -> None:
+    folder = tmp_path / "simulations"
+    if kept:
+        folder.mkdir()
+        (folder / "one").touch()
+    with pytest.raises(Interrupted) as told, resumable(console(), folder):
+        raise KeyboardInterrupt
+    assert (str(folder) in str(told.value)) == kept

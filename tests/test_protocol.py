@@ -184,7 +184,7 @@ def test_supplies_of_single_cavities(tmp_path: Path) -> None:
     assert table["pressure_kPa"] == [0.0, 20.0, 15.0, 10.0, 10.0]
     assert table["cavity_2_supply_kPa"] == [0.0, 0.0, -25.0, -50.0, 0.0]
     np.testing.assert_allclose(table["time_s"], [0.0, 0.8, 1.8, 2.8, 4.8])
-    assert table["branch"] == ["loading", "loading", "unloading", "unloading", "loading"]
+    assert table["branch"] == ["loading", "loading", "unloading", "unloading", "unloading"]
     keys = {protocol.key(name): values for name, values in table.items()}
     found = config.load(None, {**keys, "mesh.file": "none.msh", "finger.kind": "adopted"})
     assert found.cavity.own == {"cavity_2": (0.0, 0.0, -25.0, -50.0, 0.0)}

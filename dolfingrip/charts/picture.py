@@ -55,6 +55,9 @@ POINTS: Final[dict[str, dict[str, Any]]] = {
 }
 """How points with these marks look."""
 
+MANY: Final = ((300, 1.2), (80, 2.0))
+"""Points of a series from which its marks are filled and this small, in points of the print."""
+
 KEYS: Final[dict[str, dict[str, Any]]] = {
     "best": {"loc": "best"},
     "above": {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 2},
@@ -204,6 +207,8 @@ def _draw_series(axes: Axes, series: Series, colour: str) -> None:
         style |= POINTS.get(marker, {"markersize": 3.5} if series.branches is not None else {})
         if marker in ("*", "s", "."):
             style["markerfacecolor"] = colour
+        elif small := next((size for count, size in MANY if x.size > count), None):
+            style |= {"markersize": small, "markerfacecolor": colour, "markeredgewidth": 0.0}
     if series.branches is None:
         axes.plot(x, y, label=series.name or None, **style)
         return

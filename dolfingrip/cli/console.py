@@ -17,6 +17,9 @@ from dolfingrip.jobs.pool import Unfinished
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.sections.errors import ConfigError
 
+UNCUT = 10_000
+"""Characters of a line where there is no terminal."""
+
 
 class Screen(Console):
     """A console that prints text as it stands.
@@ -33,7 +36,7 @@ class Screen(Console):
 def console() -> Screen:
     """Return the console on which results are printed; it is silent on ranks other than 0."""
     bare = False if _redirected() else None  # None: rich finds out
-    return Screen(
+    found = Screen(
         quiet=MPI.COMM_WORLD.rank != 0,
         highlight=False,
         markup=False,
@@ -41,6 +44,9 @@ def console() -> Screen:
         force_terminal=bare,
         file=sys.stdout,  # this one, as compiles of forms put another in its place
     )
+    if not found.is_terminal and "COLUMNS" not in os.environ:
+        found.width = UNCUT  # a file or a pipe has no width; rich would break lines at 80
+    return found
 
 
 def one_process(allowed: str) -> None:
@@ -122,6 +128,8 @@ def resumable(screen: Console, folder: Path) -> Iterator[None]:
         screen.print(str(ending), style="red", soft_wrap=True)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
+        if not folder.is_dir() or not any(folder.iterdir()):
+            raise Interrupted("nothing is computed yet") from None
         raise Interrupted(
             f"what was computed is kept in {folder}; the same command goes on from there"
         ) from None

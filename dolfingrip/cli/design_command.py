@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dolfingrip.charts import picture
+from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import DesignSettings
 from dolfingrip.design.gradient import curve, front, run, starts
@@ -15,7 +16,7 @@ from dolfingrip.design.gradient.file import GRASP
 from dolfingrip.design.gradient.problem import Constraint, Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.experiments.simulate import computed_in
-from dolfingrip.files.design import DesignFile
+from dolfingrip.files.design import DesignFile, as_shown, named
 from dolfingrip.files.table import read_csv
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
@@ -43,7 +44,8 @@ def design(asked: DesignSettings) -> None:
         screen.say(back, style="red")
     with resumable(screen, folder), Pool(Where(workers=asked.workers)) as pool:
         compute = computed_in(folder, pool)
-        every = starts.solve(problem, compute, _Said(screen, problem, asked.out))
+        with progress.shown(screen, "simulations", total=problem.method.simulations) as show:
+            every = starts.solve(problem, compute, _Said(screen, show, problem, asked.out))
         found = every.best(problem)
         wall_s = time.monotonic() - begun
         refined = None
@@ -54,7 +56,7 @@ def design(asked: DesignSettings) -> None:
     result = run.facts(problem, found, refined, wall_s, **several)
     run.write(result, found, asked.out)
     _draw(result, found, asked.out)
-    _print(result, found, screen)
+    _print(result.shown, found, screen)
     screen.say(f"results: {asked.out}")
 
 
@@ -66,11 +68,13 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
     def say(done: int, unsure: float, failed: bool) -> None:
         note = "failed" if failed else f"the front is sure to {100 * unsure:.2g} % of its range"
         screen.print(f"{done} of {most} simulations: {note}")
+        show(done, most)
 
     assert problem.front is not None
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
         compute = computed_in(folder, pool)
-        result = front.FrontFinder(problem, problem.front, compute, say).run()
+        with progress.shown(screen, "simulations", total=most) as show:
+            result = front.FrontFinder(problem, problem.front, compute, say).run()
     run.write_front(result, out)
     picture.write(gradient_front(result), out / "front.png", picture.Look(panel_in=(4.5, 3.8)))
     screen.say(f"results: {out}")
@@ -79,7 +83,7 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
 def _asked(problem: Problem) -> str:
     word = "minimise" if problem.sign > 0 else "maximise"
     limits = "".join(f"; {each}" for each in problem.limits)
-    return f"{word} {problem.objective}{limits}; {len(problem.variables)} parameters"
+    return f"{word} {named(str(problem.objective))}{limits}; {len(problem.variables)} parameters"
 
 
 STEPS = "steps"
@@ -89,29 +93,30 @@ STEPS = "steps"
 class _Said:
     """Prints a line for each design, and the section of accepted ones, which it also draws."""
 
-    def __init__(self, screen: Screen, problem: Problem, out: Path) -> None:
-        self._screen, self._problem, self._out = screen, problem, out
+    def __init__(self, screen: Screen, show: progress.Show, problem: Problem, out: Path) -> None:
+        self._screen, self._show, self._problem, self._out = screen, show, problem, out
         self._start: SolidMesh | None = None
         self._number = 0
 
     def __call__(self, trial: Trial, limits: Sequence[tuple[Constraint, float]]) -> None:
 
-        most = self._problem.method.simulations
+        most, quantity = self._problem.method.simulations, self._problem.objective.name
+        name, value = named(quantity), as_shown(quantity, trial.objective)
         self._number += 1
         if trial.failure:
             said = f"failed ({trial.failure.partition(':')[0]}), so the next step is shorter"
         else:
-            said = f"{self._problem.objective.name} {trial.objective:.4g}, "
+            said = f"{name} {value:.4g}, "
             said += "accepted" if trial.accepted else "not accepted, so the next step is shorter"
             kept = zip(limits, trial.limits, strict=True)
             said += "".join(f"; {limit.quantity.name} {value:.4g}" for (limit, _), value in kept)
         self._screen.say(f"{trial.simulations} of {most} simulations: {said}")
+        self._show(trial.simulations, most)
         if trial.accepted:
             self._screen.print(section_text(trial.shape.mesh), end="\n")
             self._start = self._start or trial.shape.mesh
             file = self._out / STEPS / f"{self._number:03d}.png"
-            name = self._problem.objective.name
-            title = f"{name} {trial.objective:.4g} after {trial.simulations} simulations"
+            title = f"{name} {value:.4g} after {trial.simulations} simulations"
             if draw_section(trial.shape.mesh, self._start, title, file):
                 self._screen.say(f"picture: {file}")
 
@@ -157,7 +162,9 @@ def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
             made_up = (f"{other} {by:+.2g} {unit(other)}" for other, by in others.items())
             screen.say(f"{key} +1 {unit(key)}: {', '.join(made_up) or 'hardly felt'}")
     for number, begun in enumerate(result.starts, 1):
-        ends = "" if begun.objective is None else f"{begun.start:.4g} to {begun.objective:.4g}, "
+        ends = ""
+        if begun.objective is not None:
+            ends = f"{result.quantity} {begun.start:.4g} to {begun.objective:.4g}, "
         screen.say(f"start {number}: {ends}{begun.ending}")
     if result.differ is not None:
         apart = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in result.differ.items()]
@@ -168,6 +175,6 @@ def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
         screen.say(f"finer mesh: {refined.failure}", style="red")
     elif refined is not None and refined.gain is not None:
         screen.say(
-            f"finer mesh: {refined.start:.4g} to {refined.objective:.4g}, "
+            f"finer mesh: {result.quantity} {refined.start:.4g} to {refined.objective:.4g}, "
             f"{100 * refined.gain:+.1f} %"
         )

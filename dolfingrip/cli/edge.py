@@ -18,12 +18,15 @@ import typer
 from dolfingrip.cli.installation import how_to_install
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.whole import FULL, WriteError, failed, write
-from dolfingrip.jobs.interrupts import interrupt_behind
+from dolfingrip.jobs.interrupts import interrupt_behind, terminations_as_interrupts
 from dolfingrip.sections.errors import ConfigError, MachineError, printable
 from dolfingrip.sections.private import cache_folder
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
+
+TERMINATED = 143
+"""Exit code after SIGTERM, as of shells."""
 
 BROKEN = 70
 """Exit code where dolfingrip itself failed, EX_SOFTWARE of ``sysexits.h``."""
@@ -122,8 +125,8 @@ def run(command: Any) -> NoReturn:
     The exit code is 0 after success, 1 if a load path ended early (the results up to there are
     kept, and a sentence says why it ended), the machine failed, or a file could not be written (one
     line says which and why, and what was there before is untouched), 2 after bad input, which one
-    line names, 70 if dolfingrip itself failed (one line says where the traceback is), and 130 after
-    Ctrl-C. A closed output pipe does not change it.
+    line names, 70 if dolfingrip itself failed (one line says where the traceback is), 130 after
+    Ctrl-C, and 143 after SIGTERM. A closed output pipe does not change it.
 
     Args:
         command: of the command line.
@@ -135,7 +138,10 @@ def run(command: Any) -> NoReturn:
         world, errors = _world(), sys.stderr
         if rank():  # rank 0 alone prints errors that all ranks have
             sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-        code, line, everywhere = _result(command)
+        with terminations_as_interrupts() as termination:
+            code, line, everywhere = _result(command)
+        if code == INTERRUPTED and termination.came:
+            code, line = TERMINATED, line.replace("interrupted", "terminated", 1)
         sys.stdout.flush()
         lost = getattr(sys.stdout, "lost", None)
         if lost is not None and not code:
@@ -209,6 +215,7 @@ def _end(code: int, world: Any) -> NoReturn:
     """Exit on all ranks after rank 0 has printed; mpirun kills all ranks as soon as one fails."""
     sys.stdout.flush()
     sys.stderr.flush()
-    if code and code != INTERRUPTED and world is not None:  # an interrupt may be this rank's alone
+    signalled = code in (INTERRUPTED, TERMINATED)  # which may be this rank's alone
+    if code and not signalled and world is not None:
         world.Barrier()
     sys.exit(code)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 import webbrowser
 
-from dolfingrip.cli.console import check_writable, console, one_process
+from dolfingrip.cli.console import check_writable, console, one_process, resumable
 from dolfingrip.cli.settings import ExploreSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign.plan import FIELDS
@@ -55,4 +55,5 @@ def explore(asked: ExploreSettings) -> None:
         if asked.browser:
             webbrowser.open(handover.file.as_uri())
 
-    server.serve(Session(designed, library, folder), token, listening, asked.host, say)
+    with resumable(screen, folder):
+        server.serve(Session(designed, library, folder), token, listening, asked.host, say)

@@ -19,6 +19,7 @@ from dolfingrip.files import whole
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.morph import morphed
+from dolfingrip.meshes.mould import COMES_OFF
 from dolfingrip.meshes.quality import check, judge
 from dolfingrip.report import printable
 
@@ -97,6 +98,7 @@ def export(asked: ExportSettings) -> None:
                 f"{made.base_mm3 / 1000:.3g} cm³ for the base with its "
                 f"{resolved.geometry.limiting} in it"
             )
+            screen.say(f"taken off the cast in this order: {', '.join(COMES_OFF)}")
             if not getattr(resolved.geometry, "tube", False):
                 key = f"{resolved.geometry_table}.tube"
                 screen.say(f"the cavity will be sealed; --set {key}=true leaves room for a hose")

@@ -31,9 +31,11 @@ class BlockedForce(FingerExperiment):
         from dolfingrip.experiments.results import turning_point
 
         result.plate = rig.plate
-        loading = [i for i, row in enumerate(result.rows) if row["branch"] == "loading"]
+        pressure = result.column(PRESSURE.name)
+        branch = [row["branch"] for row in result.rows]
+        loading = [i for i, name in enumerate(branch) if name == "loading" and pressure[i] >= 0]
         result.turning_point = turning_point.find(
-            result.column(PRESSURE.name)[loading],
+            pressure[loading],
             result.column(FORCE.name)[loading],
             [rig.gaps_mm[i] for i in loading],
             result.config.contact.barrier_mm,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from dolfingrip.channels import supply_of
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.procedure import branch_of
 from dolfingrip.sections.protocol_file import waits
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ class Stop:
     Attributes:
         value: value of the control, in its unit.
         time_s: time since the first stop.
-        branch: ``loading``, ``unloading``, ``hold``, or ``approach`` and ``lift`` of a grasp.
+        branch: ``loading`` (away from 0), ``unloading`` (back towards 0), ``hold``, or ``approach``
+            and ``lift`` of a grasp.
         cycle: number of the cycle, from 1 on.
         others: values of further controls, by name.
     """
@@ -72,8 +74,7 @@ def cycles(
         for value in targets:
             last = found[-1]
             time_s = last.time_s + abs(value - last.value) / rate
-            branch: Branch = "loading" if value > last.value else "unloading"
-            found.append(Stop(value, time_s, branch, cycle))
+            found.append(Stop(value, time_s, branch_of(last.value, value), cycle))
 
     def wait(length_s: float, cycle: int) -> None:
         last = found[-1]
@@ -104,9 +105,7 @@ def given(
     found: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0
-        branch: Branch = "hold" if i and value == before else "loading"
-        if value < before:
-            branch = "unloading"
+        branch: Branch = "hold" if i and value == before else branch_of(before, value)
         if protocol.branch:
             branch = protocol.branch[i]
         further = {name: each[i] for name, each in others.items()}
@@ -326,8 +325,7 @@ def grasp_stops(config: Config) -> Sequence[Stop]:
             part = sum(ways[:i]) / sum(ways)
             if i or not found:  # the approach ends where the second ramp starts
                 time_s = start_s + gripper.pressurise_s * part
-                branch: GraspBranch = "unloading" if i and value < values[i - 1] else "loading"
-                found.append(Stop(value, time_s, branch))
+                found.append(Stop(value, time_s, branch_of(values[i - 1] if i else 0.0, value)))
 
     def move(value: float, start_s: float, lift: Lift, branch: GraspBranch) -> None:
         found.append(Stop(value, start_s, "hold"))

@@ -2,11 +2,38 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, Literal
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
+from dolfingrip.channels import CURVE
 from dolfingrip.files.result_file import Part, ResultFile
+
+CURVE_RMS = "curve_rms_mm"
+"""Name under which people see the objective of a curve: the root of its mean square."""
+
+
+def as_shown(quantity: str, value: float) -> float:
+    """Return an objective as people see it.
+
+    Args:
+        quantity: its name.
+        value: in the unit of its name.
+
+    Returns:
+        The root mean square distance from a curve (mm) for its mean square; else the value.
+    """
+    return math.sqrt(value) if quantity == CURVE.name else value
+
+
+def named(words: str) -> str:
+    """Return words about an objective with the name under which people see it.
+
+    Args:
+        words: that may have the name of a mean square.
+    """
+    return words.replace(CURVE.name, CURVE_RMS)
 
 
 class DesignConstraint(Part):
@@ -105,3 +132,26 @@ class DesignFile(ResultFile):
     def quantity(self) -> str:
         """Name of what is improved, with its unit."""
         return [*self.of.split(), "", ""][1]
+
+    @property
+    def shown(self) -> DesignFile:
+        """The same as people see it: a curve's mean squares are root mean squares in mm."""
+        if self.quantity != CURVE.name:
+            return self
+        return _rooted(self).model_copy(
+            update={
+                "of": named(self.of),
+                "by_condition": tuple(map(_rooted, self.by_condition)),
+                "refined": self.refined and _rooted(self.refined),
+                "starts": tuple(map(_rooted, self.starts)),
+            }
+        )
+
+
+def _rooted[P: BaseModel](part: P) -> P:
+    """A part with the roots of its objectives, and the gain of these."""
+    known = {name: getattr(part, name) for name in ("start", "objective")}
+    found = {name: value if value is None else math.sqrt(value) for name, value in known.items()}
+    if (gain := getattr(part, "gain", None)) is not None:
+        found["gain"] = math.sqrt(1 + gain) - 1
+    return part.model_copy(update=found)

@@ -41,14 +41,18 @@ class TurningPoint:
 
     def sentence(self) -> str:
         """A sentence with the turning point, the slopes and the first touch."""
-        text = (
+        return (
             f"turning point at {self.pressure_kPa:.0f} kPa, {self.force_N:.2f} N: slope "
             f"{self.slope_before_N_per_kPa:.4f} N/kPa before, "
-            f"{self.slope_after_N_per_kPa:.4f} N/kPa after"
+            f"{self.slope_after_N_per_kPa:.4f} N/kPa after; {self.touch}"
         )
-        if self.touch_kPa is not None:
-            text += f"; first to touch: {self.touching}, at {self.touch_kPa:.0f} kPa"
-        return text
+
+    @property
+    def touch(self) -> str:
+        """The first touch of bellows, in words."""
+        if self.touch_kPa is None:
+            return "no touch of neighbours was found"
+        return f"first to touch: {self.touching}, at {self.touch_kPa:.0f} kPa"
 
 
 class GraspKind(StrEnum):

@@ -1,7 +1,8 @@
-"""Ctrl-C: a temporary handler, and what is kept."""
+"""Ctrl-C and SIGTERM: a temporary handler, and what is kept."""
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -31,6 +32,41 @@ def interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
         error = error.__cause__ or error.__context__
     told = [each for each in interrupts if isinstance(each, Interrupted)]
     return next(iter([*told, *interrupts]), None)
+
+
+class Termination:
+    """Answers SIGTERM as Ctrl-C is answered.
+
+    Attributes:
+        came: whether the signal came.
+    """
+
+    came = False
+
+    def __call__(self, number: int, frame: Any) -> None:
+        """Answer the signal."""
+        self.came = True
+        answer = signal.getsignal(signal.SIGINT)
+        if not callable(answer):  # a shell's background job ignores Ctrl-C
+            raise KeyboardInterrupt
+        answer(signal.SIGINT, frame)
+
+
+@contextmanager
+def terminations_as_interrupts() -> Iterator[Termination]:
+    """Answer SIGTERM as Ctrl-C, in the main thread; PETSc, once loaded, would print seven lines."""
+    found = Termination()
+    if threading.current_thread() is not threading.main_thread():
+        yield found
+        return
+    options = os.environ.get("PETSC_OPTIONS", "")
+    os.environ["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()
+    before = signal.signal(signal.SIGTERM, found)
+    try:
+        yield found
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        os.environ["PETSC_OPTIONS"] = options
 
 
 @contextmanager

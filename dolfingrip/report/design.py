@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from dolfingrip.channels import CHANNELS, FORCE
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series
-from dolfingrip.files.design import DesignFile
+from dolfingrip.files.design import CURVE_RMS, DesignFile, as_shown
 from dolfingrip.files.front import FrontFile
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import OptimumFile
@@ -26,6 +26,7 @@ LABELS: Final = {
     "morph.xi2": "ξ₂",
     "cog_offset_mm": "COG offset (mm)",
     "mass_g": "Mass (g)",
+    CURVE_RMS: "Root mean square distance from the curve (mm)",
     FORCE.name: FORCE.called("Blocked force").label,
     "finger.wall_mm": "Wall thickness (mm)",
     "finger.base_layer_mm": "Base layer's thickness (mm)",
@@ -259,6 +260,8 @@ def course(design: DesignFile, steps: Columns) -> list[Chart]:
     at, value = required(steps, "simulations"), numbers(steps, "objective")
     if value is None:
         return []
+    value = np.array([as_shown(design.quantity, each) for each in value])
+    design = design.shown
     taken = np.array([str(entry) == "True" for entry in steps["accepted"]])
     failed = np.isnan(value)
     along = Axis("Load paths simulated", whole=True)

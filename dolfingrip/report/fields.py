@@ -92,7 +92,8 @@ def find_steps(
     Args:
         result: columns with ``pressure_kPa`` and, where pressure also falls, ``branch``.
         pressures_kPa: Pressures wanted, each one a row of the result.
-        branch: branch of the row; the first such row at a pressure is taken.
+        branch: branch of the row; the first such row at a pressure is taken, or the first of any
+            branch if this one never has the pressure.
 
     Raises:
         ValueError: One line naming a pressure asked for that is not in the results, and those that
@@ -105,9 +106,10 @@ def find_steps(
         raise ValueError(f"branch = {branch}: allowed: {known_branches}")
     steps = []
     for asked in pressures_kPa:
-        near = candidates[np.abs(known[candidates] - asked) <= TOLERANCE_KPA]
+        there = np.flatnonzero(np.abs(known - asked) <= TOLERANCE_KPA)
+        near = np.concatenate([there[np.isin(there, candidates)], there])
         if near.size == 0:
-            available = ", ".join(f"{p:g}" for p in dict.fromkeys(known[candidates]))
+            available = ", ".join(f"{p:g}" for p in dict.fromkeys(known))
             raise ValueError(f"pressure_kPa = {asked:g}: not in the results; allowed: {available}")
         steps.append(int(near[0]))
     return steps

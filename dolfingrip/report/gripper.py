@@ -102,8 +102,8 @@ def label(time_s: float, pressure_kPa: float, branch: str) -> str:
         branch: of the row, such as ``loading``, ``hold`` or ``lift``.
     """
     stage = {
-        "loading": "pressurising",
-        "unloading": "opening",
+        "loading": "opening" if pressure_kPa < 0 else "pressurising",
+        "unloading": "closing",
         "hold": "holding",
         "lift": "lifting",
         "approach": "approaching",

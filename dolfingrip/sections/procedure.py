@@ -22,6 +22,22 @@ Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)
 Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
 Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 
+
+def branch_of(before: float, value: float) -> Branch:
+    """Return the branch of a control that goes from one value to another.
+
+    Args:
+        before: value that it comes from, of either sign, in its unit.
+        value: value that it comes to.
+
+    Returns:
+        ``loading`` where it goes away from 0, as also suction does; ``unloading`` where it comes
+        back towards 0.
+    """
+    crosses = before * value < 0
+    return "loading" if crosses or abs(value) >= abs(before) else "unloading"
+
+
 STEP_KPA = 25.0
 """Default pressure between readings."""
 

@@ -32,7 +32,7 @@ from pydantic import Field
 from dolfingrip.channels import PRESSURE, cavity_of_supply, supply_of
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
-from dolfingrip.sections.procedure import Branch
+from dolfingrip.sections.procedure import Branch, branch_of
 from dolfingrip.sections.section import Refusal, Section
 from dolfingrip.sections.units import unit
 
@@ -161,12 +161,12 @@ def _table(asked: ProtocolFile, control: str) -> dict[str, list[Any]]:
             if getattr(segment, by) is not None:
                 end[control] = getattr(segment, by)
             change = {name: end[name] - start[name] for name in end}
-            farthest = change[control] or max(change.values(), key=abs)
-            branch: Branch = "loading" if farthest > 0 else "unloading"
+            leads = control if change[control] else max(change, key=lambda name: abs(change[name]))
             length_s = max(map(abs, change.values())) / getattr(segment, rate)
             for k in range(1, segment.readings + 1) if length_s else ():
                 part = k / segment.readings
                 now = {name: start[name] + part * change[name] for name in change}
+                branch = branch_of(rows[-1][1][leads], now[leads])
                 rows.append((start_s + part * length_s, now, cycle, branch))
     times, controls, cycles, branches = ([*column] for column in zip(*rows, strict=True))
     values = {name: [each[name] for each in controls] for name in (control, *own)}

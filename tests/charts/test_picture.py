@@ -35,3 +35,14 @@ def test_bars_of_one_place_share_it() -> None:
     height = axes.containers[0][0].get_height()
     assert second - first == height
     assert 0.7 < 2 * height < 1.0
+
+
+def test_many_points_have_small_marks_and_none_is_left_out() -> None:
+    axes = Figure().subplots()
+    few, many = (np.linspace(0.0, 1.0, count) for count in (20, 400))
+    series = [Series("few", few, few, "points"), Series("many", many, many, "points")]
+    draw(Chart("", Axis("x"), Axis("y"), series), axes)
+    large, small = axes.lines
+    assert [len(line.get_xdata()) for line in (large, small)] == [20, 400]
+    assert all(line.get_marker() == "o" for line in (large, small))
+    assert 0 < small.get_markersize() < large.get_markersize() / 2

@@ -129,7 +129,32 @@ def test_a_design_file_names_it(tmp_path: Path) -> None:
     assert curve.backwards(problem) == ""
     written(tmp_path, QUARTER * [-1, 1])
     assert "turns backwards by 88° beyond 9 mm of it" in (told := curve.backwards(read(file)))
-    assert "mm rms" in told
+    assert "mm (root mean square)" in told
+
+
+def test_the_nearest_that_bends_forwards_is_told(tmp_path: Path) -> None:
+    """An arc to the wrong side: no line is nearer than a straight one, which stretches if it helps.
+
+    Reference: distances of a straight line's places from the mirrored arc, counted by hand.
+    """
+    written(tmp_path, QUARTER * [-1, 1])
+    file = tmp_path / "design.toml"
+    file.write_text(
+        '[objective]\nmatch = "curve.csv"\nat_pressure_kPa = 100.0\n'
+        "[parameters]\nfinger.override.3.depth_mm = [12.0, 18.0]\n"
+    )
+    problem = read(file)
+    base = problem.nominal.base
+    line = Polyline(base.curve.lines[0])
+    rms = []
+    for stretch in np.linspace(1.0, 1.2, 21):
+        z = np.linspace(0, 1, base.curve.places + 1) * base.geometry.length_mm * stretch
+        straight = np.stack([0 * z, z], axis=1)
+        off = line.nearest(straight)[0] - straight
+        rms.append(np.sqrt((off**2).sum(axis=1).mean()))
+    told = curve.backwards(problem)
+    near = float(told.partition("as near as about ")[2].partition(" mm")[0])
+    assert near == pytest.approx(min(rms), rel=0.05)
 
 
 LATE, EARLY = ({"straight_mm": 30.0, "radius_mm": radius} for radius in (40.0, 80.0))

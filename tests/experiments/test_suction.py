@@ -177,7 +177,7 @@ def test_stops_go_to_suction_first() -> None:
     assert pressures_kPa(config) == [0, *once, *once]
     branches = [stop.branch for stop in pressure_stops(config)]
     assert branches[1:9] == [
-        *2 * ["unloading"], *4 * ["loading"], *2 * ["unloading"],
+        *2 * ["loading"], *2 * ["unloading"], *2 * ["loading"], *2 * ["unloading"],
     ]  # fmt: skip
     times = np.diff([stop.time_s for stop in pressure_stops(config)])
     rate = config.experiment.rate_kPa_per_s
@@ -191,7 +191,7 @@ def test_a_protocol_goes_through_0(tmp_path) -> None:  # type: ignore[no-untyped
     file.write_text("[[segment]]\nto_kPa = -60\nreadings = 1\n[[segment]]\nto_kPa = 60\n")
     table, _ = protocol_file.read(file, "bending")
     assert table["pressure_kPa"] == [0, -60, -30, 0, 30, 60]
-    assert table["branch"] == ["loading", "unloading", *4 * ["loading"]]
+    assert table["branch"] == [*2 * ["loading"], *2 * ["unloading"], *2 * ["loading"]]
     assert small.short().changed(protocol=table).pressures_kPa == (-60, 60)
 
 

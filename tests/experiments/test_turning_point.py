@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from dolfingrip.config import Config
+from dolfingrip.experiments.blocked_force import BlockedForce
+from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.results import turning_point
+from dolfingrip.files.run import RunFile
+from dolfingrip.report.page.key_numbers import of_runs
+from dolfingrip.report.page.runs import Run
 
 PRESSURES = np.arange(0.0, 251.0, 25.0)
 BEFORE, AFTER = 0.011, 0.018
@@ -103,3 +111,21 @@ def test_sentence_tells_pressure_slopes_and_bellows() -> None:
         "turning point at 150 kPa, 1.65 N: slope 0.0110 N/kPa before, 0.0180 N/kPa after; "
         "first to touch: bellows 1 and bellows 2, at 153 kPa"
     )
+
+
+def test_a_page_does_not_take_the_turning_point_for_the_touch() -> None:
+    gaps = [{"bellows 1 and bellows 2": gap} for gap in _closing(203.0)]
+    force = _bent(PRESSURES, 150.0)
+    rows = [
+        {"pressure_kPa": p, "force_N": f} for p, f in zip(PRESSURES.tolist(), force, strict=True)
+    ]
+    for known, told in ((gaps, "bellows 1 and bellows 2, at 203 kPa"), ([], "no touch")):
+        turn = turning_point.find(PRESSURES, force, known, TOUCH_MM)
+        facts = RunFile(experiment="blocked_force", complete=True, turning_point=turn)
+        result = Result(
+            "blocked_force", Config(), rows, turning_point=turn, facts=facts, folder=Path()
+        )
+        number = of_runs([Run(result, BlockedForce(), "Blocked force")], {})[-1]
+        assert number.value == "150 kPa"
+        assert "touch" not in number.name.lower()
+        assert told in number.said

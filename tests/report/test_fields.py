@@ -80,6 +80,8 @@ def test_steps_follow_pressure_and_branch(run: Path) -> None:
     assert find_steps(result, [0, 100, 200]) == [0, 2, 4]
     assert find_steps(result, [100], branch="unloading") == [6]
     assert find_steps({"pressure_kPa": [0.0, 12.5, 25.0]}, [12.5]) == [1]
+    back = {"pressure_kPa": [0, -60, -30, 0], "branch": [*2 * ["loading"], *2 * ["unloading"]]}
+    assert find_steps(back, [-60, 0, -30]) == [1, 0, 2]  # -30 kPa is only on the way back
 
 
 def test_unknown_pressure_is_named_with_the_known_ones() -> None:

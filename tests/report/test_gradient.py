@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
+from dolfingrip.files.design import DesignFile
 from dolfingrip.report.page import sources
 
 CONTENT = {
@@ -33,3 +36,28 @@ def test_what_the_page_has(tmp_path: Path) -> None:
     ]  # fmt: skip
     gained = "+20.0 % by 3 simulations; +19.0 % on a finer mesh"
     assert ("3 N", gained) in [(number.value, number.said) for number in page.numbers]
+
+
+def test_a_curve_has_root_mean_squares_in_mm(tmp_path: Path) -> None:
+    """Mean squares of 4, 1 and 0.25 mm² are distances of 2, 1 and 0.5 mm, half as far each time."""
+    content = {
+        **CONTENT, "of": "minimise curve_mean_square_mm2 at 150 kPa", "start": 4.0,
+        "objective": 1.0, "gain": -0.75, "constraints": [],
+        "refined": {"start": 1.0, "objective": 0.25, "gain": -0.75},
+        "starts": [{"ending": "a", "start": 4.0, "objective": 1.0}, {"ending": "failed"}],
+    }  # fmt: skip
+    (tmp_path / "design.json").write_text(json.dumps(content), encoding="utf-8")
+    steps = "simulations,accepted,objective\n1,True,4.0\n2,True,1.0\n"
+    (tmp_path / "steps.csv").write_text(steps, encoding="utf-8")
+    shown = DesignFile.read(tmp_path).shown
+    assert (shown.of, shown.start, shown.objective) == ("minimise curve_rms_mm at 150 kPa", 2, 1)
+    assert shown.gain == pytest.approx(-0.5)
+    assert shown.refined is not None
+    assert (shown.refined.start, shown.refined.objective) == (1.0, 0.5)
+    assert [each.objective for each in shown.starts] == [1.0, None]
+    page = sources.build(sources.find([tmp_path]))
+    assert list(page.charts[0].series[0].y) == [2.0, 1.0]
+    assert page.charts[0].y.label == "Root mean square distance from the curve (mm)"
+    (number,) = [each for each in page.numbers if "of the design" in each.name]
+    assert number.value == "1 mm"
+    assert "mean_square" not in page.charts[0].alt

@@ -18,6 +18,7 @@ from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.meshes import closed_surface
 from dolfingrip.meshes.closed_surface import ClosedSurface
+from dolfingrip.meshes.mould import COMES_OFF
 from dolfingrip.report import printable
 from dolfingrip.sections.geometry.boxes import Box, BoxSolid
 from dolfingrip.sections.tables import assignments
@@ -91,6 +92,40 @@ def test_air_comes_in_along_the_bore(tmp_path: Path) -> None:
     beside = axis + np.array([0.0, 1.8, 0.0])  # in the wall around it
     solid = surface.distances_mm(beside) < 0
     assert solid[(along > -11.9) & (along < 13.5)].all()
+
+
+@pytest.mark.parametrize("kind", MOULDED)
+def test_each_part_comes_off_in_its_turn(tmp_path: Path, kind: str) -> None:
+    """Points of what is left, moved against the part that is pulled, never lie in it."""
+    printable.write_mould(configured(*MOULDED[kind], "mould.clearance_mm=0"), tmp_path)
+    parts = {name: read(tmp_path / f"{name}.stl") for name in COMES_OFF}
+    boxes = configured(*MOULDED[kind]).geometry.solid()
+    assert isinstance(boxes, BoxSolid)
+    floor = min(x[0] for x, _, _ in boxes.cavity)
+    high, wide, long = (end for _, end in boxes.body)
+    seed = 5
+    print("seed", seed)
+    low, top = (floor - 4, -wide - 8, -8), (high, wide + 8, long + 8)
+    places = np.random.default_rng(seed).uniform(low, top, (1500, 3))
+    solid = {name: part.distances_mm(places) < 0 for name, part in parts.items()}
+    of_mould = solid["core_plate"] | solid["half_1"] | solid["half_2"]
+    cast = inside(places, ((floor, high), *boxes.body[1:])) & ~of_mould
+    base = inside(places, ((0.0, floor), *boxes.body[1:])) & ~solid["base_tray"]
+
+    def hits(name: str, left: np.ndarray) -> int:
+        """Points of what is left that the part meets on its way."""
+        way = np.array(COMES_OFF[name])
+        moved = [places[left] - way * mm for mm in (0.5, 1.5, 3.0, 5.0, 8.0, 12.0)]
+        return int((parts[name].distances_mm(np.concatenate(moved)) < 0).sum())
+
+    left = {"core_plate", "half_1", "half_2"}
+    for name in COMES_OFF:
+        if name == "base_tray":  # which holds the base alone
+            assert hits(name, base) == 0
+            continue
+        left.discard(name)
+        assert hits(name, np.any([cast, *(solid[each] for each in left)], axis=0)) == 0
+    assert hits("half_1", solid["core_plate"]) > 0  # so the plate has to be off before
 
 
 @pytest.mark.parametrize("draft_deg", [0.0, 1.0])

@@ -63,8 +63,8 @@ def write_run(folder: Path) -> None:
 LINES = {heading: f"{heading} says something" for heading in HEADINGS.values()}
 
 
-def write_diagnosis(folder: Path) -> None:
-    """A diagnosis whose cause removes a difference of ten sigma."""
+def write_diagnosis(folder: Path, pressures: int = 9) -> None:
+    """A diagnosis whose cause removes a difference of ten sigma, of this many pressures."""
     verdict = {"answer": "cause", "class": ["yeoh"], "probability": 0.9, "takes_part": 0.9,
                "sentence": "the cause is yeoh"}  # fmt: skip
     fit = FittedHypothesis(effects=("yeoh",), log_evidence=50.0, parameters=())
@@ -78,7 +78,7 @@ def write_diagnosis(folder: Path) -> None:
     ).write(folder)  # fmt: skip
     names = ("channel", "experiment", "specimen", "run", "branch", "pressure_kPa",
              "displacement_mm", "value", "noise", "configured", "before", "after")  # fmt: skip
-    loads = np.linspace(0, 200, 9)
+    loads = np.linspace(0, 200, pressures)
     rows = []
     for branch, lag, load in (("loading", 0.0, loads), ("unloading", 2.0, loads[::-1])):
         for p in load:
@@ -326,6 +326,22 @@ def test_the_diagnosis_begins_with_ten_lines(seen: Opened) -> None:
     assert section.locator("figure path.band").count() == 3
     bars = section.locator(".bars text").all_text_contents()
     assert bars[:2] == ["yeoh", "0.90"]
+
+
+def test_every_measured_reading_is_drawn_however_many_there_are(
+    browser: Browser, tmp_path: Path
+) -> None:
+    write_diagnosis(tmp_path / "diagnosed", 110)  # both ways: 220 readings
+    page = sources.build(sources.find([tmp_path]))
+    written = tmp_path / "report.html"
+    written.write_text(html.rendered(page), encoding="utf-8")
+    figures = opened(browser, written).page.locator("section.diagnosis figure")
+    assert figures.count() == 2
+    measured = figures.nth(0).locator("circle.dot")
+    assert measured.count() >= 220
+    assert float(measured.first.get_attribute("r") or 9) < 3
+    # residuals lie on three lines: before the fit on two, and after it on one that both ways share
+    assert figures.nth(1).locator("circle.dot").count() == 3 * 110
 
 
 def test_dark_and_light(seen: Opened) -> None:

@@ -15,6 +15,8 @@ const LEFT = { beside: 30, letter: 7, least: 56 }; // pixels: the label, a lette
 const LETTER = { size: 13, width: 0.56, least: 9.5 }; // of labels: pixels, width by size
 const NARROW = 420; // pixels below which an axis has fewer ticks
 const NEAR = 26; // pixels within which the pointer means a point
+const FEW = 80; // points of a series, up to which each has a ring
+const DENSE = 300; // points of a series, from which marks are smallest
 
 export function svg(parent, name, attributes = {}, text = null) {
   const made = document.createElementNS(NAMESPACE, name);
@@ -169,10 +171,15 @@ export function lineChart(box, spec, { pick = () => {} } = {}) {
       if (s.style !== 'points') {
         svg(f.root, 'path', { class: `line ${s.colour} ${s.style}`, d: path(points) });
       }
-      if (s.style === 'dash' || s.x.length > 80) continue;
+      const many = s.x.length > FEW;
+      if (s.style === 'dash' || (many && s.style !== 'points')) continue; // the line shows them
+      const r = !many ? 3 : s.x.length < DENSE ? 1.8 : 1.2;
+      const there = new Set(); // of thousands of points, those that lie on others add nothing
       for (const [x, y] of points) {
-        if (x === null || y === null) continue;
-        svg(f.root, 'circle', { cx: x, cy: y, r: 3, class: `dot ${s.colour}` });
+        const place = `${Math.round(x)} ${Math.round(y)}`;
+        if (x === null || y === null || (many && there.has(place))) continue;
+        there.add(place);
+        svg(f.root, 'circle', { cx: x, cy: y, r, class: `dot ${s.colour}${many ? ' full' : ''}` });
       }
     }
     drawn.cursor = svg(f.root, 'g', { class: 'cursor' });

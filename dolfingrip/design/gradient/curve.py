@@ -17,7 +17,7 @@ from dolfingrip.design.gradient.file import Circle, Cubic, Objective
 from dolfingrip.design.gradient.problem import Floats, Problem, Scaling
 from dolfingrip.design.quantities.quantity import UNITS
 from dolfingrip.files.design import MatchedCurve
-from dolfingrip.sections.curve import Polyline
+from dolfingrip.sections.curve import CurveTarget, Polyline
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM
 from dolfingrip.sections.tables import check_separator, text_of
 
@@ -287,7 +287,8 @@ READERS: Final[dict[str, Callable[[Path], Floats]]] = {".csv": _csv, ".svg": _sv
 def backwards(problem: Problem) -> str:
     """Say what of a problem's curve bends backwards, towards +x, as no bellows does; "" if nothing.
 
-    The nearest curve that only bends forwards is that whose direction is the nearest monotone one.
+    The nearest curve that only bends forwards has the least root mean square distance, as the
+    objective counts it. Its search begins at the one whose direction is the nearest monotone one.
 
     Args:
         problem: whose objective may be a curve.
@@ -295,12 +296,14 @@ def backwards(problem: Problem) -> str:
     curve = problem.nominal.base.curve
     if curve is None or curve.of_tip:
         return ""
-    return "; ".join(filter(None, (_backwards(Polyline(each)) for each in curve.lines)))
+    length_mm = problem.nominal.base.geometry.length_mm
+    told = (_backwards(Polyline(each), curve, length_mm) for each in curve.lines)
+    return "; ".join(filter(None, told))
 
 
-def _backwards(line: Polyline) -> str:
+def _backwards(line: Polyline, curve: CurveTarget, length_mm: float) -> str:
     """Say of one curve what :func:`backwards` says of all."""
-    from scipy.optimize import isotonic_regression
+    from scipy.optimize import isotonic_regression, least_squares
 
     points = line.at(np.linspace(0, 1, 201))
     steps = np.diff(points, axis=0)
@@ -308,18 +311,37 @@ def _backwards(line: Polyline) -> str:
     forwards = np.maximum(isotonic_regression(direction).x, 0.0)
     lengths = np.linalg.norm(steps, axis=1)[:, None]
     made = lengths * np.stack([-np.sin(forwards), np.cos(forwards)], axis=1)
-    nearest = points[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(made, axis=0)])
-    off = float(np.sqrt(((nearest - points) ** 2).sum(axis=1).mean()))
-    if off < NOTHING * line.length_mm:
+    off = points[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(made, axis=0)]) - points
+    if math.sqrt((off**2).sum(axis=1).mean()) < NOTHING * line.length_mm:
         return ""
+    shares = np.linspace(0, 1, curve.places + 1)
+
+    def distances(turns: Floats) -> Floats:
+        """From the curve, of a back's places that turns by the first numbers, and stretches."""
+        way = np.cumsum(turns[:-1])
+        made = np.stack([-np.sin(way), np.cos(way)], axis=1) * length_mm * turns[-1] / len(way)
+        back = Polyline(np.concatenate([np.zeros((1, 2)), np.cumsum(made, axis=0)])).at(shares)
+        there = line.at(shares) if curve.ends == "fixed" else line.nearest(back)[0]
+        return (back - there).ravel()
+
+    start = np.append(np.diff(forwards[::PIECE], prepend=0.0), 1.0)
+    bounds = np.zeros_like(start), np.append(np.full(len(start) - 1, np.inf), STRETCHED)
+    bounds[0][-1] = 1.0
+    start = np.clip(start, bounds[0] + 1e-6, bounds[1] - 1e-6)
+    best = least_squares(distances, start, bounds=bounds)
+    near_mm = math.sqrt(2 * best.cost / len(shares))
     back = np.maximum.accumulate(np.maximum(direction, 0.0)) - direction
     first = line.length_mm * float((back > back.max() / 10).argmax()) / len(back)
     return (
         f"{OPTION}: turns backwards by {np.degrees(back.max()):.0f}° beyond {first:.0f} mm of it; "
         "what stops it: pressure bends chambers towards their base alone, so 0° at least; one that "
-        f"bends forwards alone comes as near as about {off:.2g} mm rms"
+        f"bends forwards alone comes as near as about {near_mm:.2g} mm (root mean square)"
     )
 
+
+PIECE, STRETCHED = 5, 1.2
+"""Pieces of a curve that turn as one, and length of a back under pressure by that at rest, at most,
+where the nearest curve that bends forwards is sought."""
 
 NOTHING: Final = 0.005
 """Distance by the length of a curve that bending backwards may cost and is not told."""

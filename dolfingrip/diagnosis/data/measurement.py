@@ -385,12 +385,16 @@ def _supplies(rows: pd.DataFrame) -> tuple[str, ...]:
 
 
 def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataFrame) -> list[str]:
-    """Doubt rows whose control moves against the branch that they are named after."""
+    """Doubt rows whose control moves against the branch that they are named after.
+
+    Rows of suction may be named after the pressure, which falls as the suction grows.
+    """
     if test.supplies:  # a branch is that of one of them
         return []
     rows = measurement.rows(test.number)
     named, moves = told.loc[rows.index, "branch"], rows["branch"]
     against = named.map({"loading": "unloading", "unloading": "loading"}) == moves
+    against &= rows[test.control] >= 0
     does = {"loading": "falls", "unloading": "rises"}
     return [
         f"{test}: {len(own)} rows are named {branch}, the first in line {own['line'].iloc[0]:.0f}, "

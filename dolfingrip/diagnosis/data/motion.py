@@ -25,9 +25,10 @@ class Motion:
     """The motion of a control along the rows of one test.
 
     Attributes:
-        branch: (n,) ``loading``, ``unloading`` or ``hold``, of each row.
-        cycle: (n,) number of the cycle, from 1 on: each begins where the control rises after it
-            fell.
+        branch: (n,) ``loading`` (away from 0), ``unloading`` (back towards 0) or ``hold``, of each
+            row.
+        cycle: (n,) number of the cycle, from 1 on: each begins where the control is loaded again,
+            to a side of 0 that it was unloaded from in this cycle.
         leg: (n,) number of the ramp or wait that each row belongs to, from 0 on.
     """
 
@@ -96,15 +97,22 @@ def motion(values: Sequence[np.ndarray], time_s: np.ndarray, sigma: float) -> Mo
         time_s: (n,) time of each row, rising.
         sigma: standard deviation of the controls' gauge; 0 where none is told.
     """
-    each = [_legs(value, time_s, sigma) for value in values]
+    each = [_legs(value, time_s, sigma, len(values) > 1) for value in values]
     branches = np.array([branch for branch, _ in each])
     leg = np.cumsum(np.any([new for _, new in each], axis=0))
     starts = np.flatnonzero(np.diff(leg, prepend=-1))
-    branch = branches[farthest(np.array(values), leg)[leg], np.arange(len(leg))]
-    cycles, fell = [1], False
-    for name in branch[starts]:
-        cycles.append(cycles[-1] + (name == "loading" and fell))
-        fell = name == "unloading" or (fell and name == "hold")
+    leads = farthest(np.array(values), leg)
+    branch = branches[leads[leg], np.arange(len(leg))]
+    cycles, left = [1], set[bool]()
+    for number, (name, start) in enumerate(zip(branch[starts], starts, strict=True)):
+        value = values[leads[number]]
+        end = [*starts[1:], len(leg)][number] - 1
+        if name == "unloading":
+            left.add(bool(value[max(start - 1, 0)] < 0))
+        again = name == "loading" and bool(value[end] < 0) in left
+        if again:
+            left.clear()
+        cycles.append(cycles[-1] + again)
     return Motion(branch, np.array(cycles[1:])[leg], leg)
 
 
@@ -122,16 +130,26 @@ def farthest(values: np.ndarray, leg: np.ndarray) -> np.ndarray:
     return found
 
 
-def _legs(value: np.ndarray, time_s: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) Branch of each row by one control, and whether a leg begins there."""
+def _legs(
+    value: np.ndarray, time_s: np.ndarray, sigma: float, several: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) Branch of each row by one control, or one of several, and whether a leg begins there."""
     noise = _noise(value, sigma)
     change = _change(value, noise)
     within = max(ROUTES.closest * _size(value), ROUTES.rests * noise)
     rests = _resting(value, time_s, change, within)
     up = _rising(value, change)
-    branch = np.where(rests, "hold", np.where(up, "loading", "unloading")).astype(object)
+    turns = np.flatnonzero(up[1:] != up[:-1])
+    since = np.concatenate([[0.0], value[turns]])[np.searchsorted(turns, np.arange(len(value)))]
+    way = np.where(up, 1.0, -1.0)
+    back = (way * since < -change) & (way * value <= change)
+    branch = np.where(rests, "hold", np.where(back, "unloading", "loading")).astype(object)
     jumped = np.concatenate([[False], np.abs(np.diff(value)) > change])
-    return branch, np.concatenate([[False], branch[1:] != branch[:-1]]) | (rests & jumped)
+    # a way from one side of 0 to the other may have no row between; one control begins at rest
+    away = (np.abs(value[:-1]) > change) | several
+    beyond = (up[1:] != up[:-1]) & away & ~rests[1:]
+    new = np.concatenate([[False], (branch[1:] != branch[:-1]) | beyond])
+    return branch, new | (rests & jumped)
 
 
 def _groups(value: np.ndarray, change: float) -> list[slice]:

@@ -40,6 +40,7 @@ from scipy.interpolate import CubicSpline
 from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.diagnosis.data.motion import farthest, smallest_change
 from dolfingrip.diagnosis.policy import ROUTES
+from dolfingrip.sections.procedure import branch_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,6 +278,7 @@ class ControlSegment:
         jump: a change of the control that is none of the gauge's noise.
         leads_to: value of the wait that follows; NaN where none does.
         lead: column of the control whose values these are: of several the one that moves farthest.
+        below: whether it lies on the side of suction, where a load grows as its value falls.
         others: values of the other controls at each row, by column; those that rest are constant.
     """
 
@@ -291,6 +293,7 @@ class ControlSegment:
     jump: float
     leads_to: float = math.nan
     lead: str = ""
+    below: bool = False
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def led(
@@ -318,8 +321,13 @@ class ControlSegment:
         """Where it leads to."""
         if not math.isnan(self.leads_to):
             return self.leads_to
-        falls = self.branch == "unloading"
-        return float(self.value.min() if falls else self.value.max())
+        return float(self.value.min() if self.way < 0 else self.value.max())
+
+    @property
+    def way(self) -> float:
+        """1 where the value rises, -1 where it falls, 0 where it waits."""
+        away = {"loading": 1.0, "unloading": -1.0}.get(self.branch, 0.0)
+        return -away if self.below else away
 
     @property
     def lasts_s(self) -> float:
@@ -369,10 +377,11 @@ def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[
             own = np.full(b - a, meant)
             if before.size and found[-1].branch != "hold" and found[-1].lead == controls[lead]:
                 found[-1] = replace(found[-1], leads_to=meant)
+        side = own[-1] if branch[a] == "loading" else value[max(a - 1, 0)]
         found.append(
             ControlSegment(
                 int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma,
-                rounds_by, jump, lead=controls[lead], others=others,
+                rounds_by, jump, lead=controls[lead], below=bool(side < -jump), others=others,
             )
         )  # fmt: skip
     return found
@@ -516,17 +525,17 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
 
 def _back(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
     """The way back from the stop before to where a ramp begins, if nothing was read along it."""
-    way = {"loading": 1.0, "unloading": -1.0}.get(segment.branch, 0.0)
+    way = segment.way
     start = meant_end(float(segment.value[0]), segment.size / ROUTES.most, segment.rounds_by)
     if before is None or way * (start - before.value) >= -segment.jump:
         return []
     time_s = max(float(segment.time_s[0]), before.time_s + 1e-6)
-    return [NominalStop(time_s, start, segment.cycle, "unloading" if way > 0 else "loading")]
+    return [NominalStop(time_s, start, segment.cycle, branch_of(before.value, start))]
 
 
 def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
     """Stops of a ramp."""
-    way = 1.0 if segment.branch == "loading" else -1.0
+    way = segment.way
     time_s, value = segment.time_s, segment.value
     if len(value) > segment.most:
         edges = np.linspace(0, len(value), segment.most + 1).astype(int)

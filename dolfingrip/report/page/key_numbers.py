@@ -117,7 +117,7 @@ def _blocked(run: Run) -> list[KeyNumber]:
     turn = run.result.turning_point
     if turn:
         value = said(turn.pressure_kPa, "kPa")
-        found.append(KeyNumber("Bellows touch, force rises faster", value, "", "turning point"))
+        found.append(KeyNumber("Force turns steeper", value, "", f"turning point; {turn.touch}"))
     return found
 
 

@@ -38,7 +38,7 @@ def test_the_stops_follow_every_supply(tmp_path: Path) -> None:
     (test,) = measurement.tests
     assert test.supplies == ("pressure_kPa", OWN)
     assert measurement.readings["branch"].to_list() == [
-        *3 * ("loading",), *2 * ("unloading",), *2 * ("hold",), *2 * ("unloading",),
+        *5 * ("loading",), *2 * ("hold",), *2 * ("unloading",),
     ]  # fmt: skip
     (group,) = groups(measurement, Config())
     assert group.curve is None  # no single pressure tells the state

@@ -40,6 +40,8 @@
   var LETTER = { size: 13, width: 0.56, least: 9.5 };
   var NARROW = 420;
   var NEAR = 26;
+  var FEW = 80;
+  var DENSE = 300;
   function svg(parent, name, attributes = {}, text = null) {
     const made = document.createElementNS(NAMESPACE, name);
     for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
@@ -183,10 +185,15 @@
         if (s.style !== "points") {
           svg(f.root, "path", { class: `line ${s.colour} ${s.style}`, d: path(points) });
         }
-        if (s.style === "dash" || s.x.length > 80) continue;
+        const many = s.x.length > FEW;
+        if (s.style === "dash" || many && s.style !== "points") continue;
+        const r = !many ? 3 : s.x.length < DENSE ? 1.8 : 1.2;
+        const there = /* @__PURE__ */ new Set();
         for (const [x, y] of points) {
-          if (x === null || y === null) continue;
-          svg(f.root, "circle", { cx: x, cy: y, r: 3, class: `dot ${s.colour}` });
+          const place = `${Math.round(x)} ${Math.round(y)}`;
+          if (x === null || y === null || many && there.has(place)) continue;
+          there.add(place);
+          svg(f.root, "circle", { cx: x, cy: y, r, class: `dot ${s.colour}${many ? " full" : ""}` });
         }
       }
       drawn.cursor = svg(f.root, "g", { class: "cursor" });

@@ -35,6 +35,7 @@ class GradientDesign(Contribution):
         for each in found:
             content = DesignFile.read(each.folder)
             page.charts += _steps(each.folder, content)
+            content = content.shown
             page.tables.append(_parameters(content))
             page.checks += [
                 Check(
