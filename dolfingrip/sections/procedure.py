@@ -19,7 +19,7 @@ from dolfingrip.sections.section import FINGERS, Numbers, Refusal, Role, Section
 
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
-Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
+Cycles = Annotated[tuple[Annotated[int, Field(ge=1, le=1_000_000)], ...], Field(strict=False)]
 Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 
 STEP_KPA = 25.0
