@@ -66,7 +66,12 @@ class ExperimentSettings(Section):
     hold_s: float = Field(0.0, ge=0, description="wait at the maximum of each cycle")
     rest_s: float = Field(0.0, ge=0, description="wait unpressurised after each cycle")
     dynamic: bool = Field(False, description="with inertia, in the time of ramps and waits")
-    hold_readings: int = Field(4, ge=1, le=1000, description="readings of a wait, ever sparser")
+    hold_readings: int = Field(
+        4,
+        ge=1,
+        le=1000,
+        description="readings of a wait, ever sparser; even if dynamic",
+    )
 
     @model_validator(mode="before")
     @classmethod
