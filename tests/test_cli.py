@@ -40,7 +40,7 @@ BAD = {
     "colour": ["--colour-by", "strain"],
 }
 SAID = {
-    "value": "finger.gap_mm = -1: allowed: above 0 mm",
+    "value": "finger.gap_mm = -1: allowed: at least 0.001 and at most 10000 mm",
     "unknown key": "finger.wall_cm: unknown key; did you mean finger.wall_mm?",
     "geometry": "finger.wall_mm = 4.0: thicker than half a bellows; allowed: above 0 and below 3.5",
     "too thin to mesh": "finger.wall_mm = 3.499999: leaves 2e-06 mm between two faces; allowed:",

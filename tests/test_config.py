@@ -62,19 +62,19 @@ DIMENSIONLESS = {
 
 REFUSED = {
     # a value out of its range, which is reported with its unit
-    "finger.gap_mm=-1": "finger.gap_mm = -1: allowed: above 0 mm",
-    "finger.wall_mm=nan": "finger.wall_mm = NaN: not a finite number; allowed: above 0 mm",
+    "finger.gap_mm=-1": "finger.gap_mm = -1: allowed: at least 0.001 and at most",
+    "finger.wall_mm=nan": "finger.wall_mm = NaN: not a finite number; allowed: at least 0.001",
     "finger.bellows=0": "finger.bellows = 0: allowed: at least 1 and at most 60",
     "plate.tilt_deg=90": "plate.tilt_deg = 90: allowed: above -80 and below 80 deg",
     "morph.xi1=-0.3": "morph.xi1 = -0.3: allowed: at least -0.2 and at most 1",
     "morph.xi2=1.5": "morph.xi2 = 1.5: allowed: at least -0.5 and at most 1",
-    "material.nu=0.5": "material.nu = 0.5: allowed: above 0 and below 0.5",
-    "experiment.rate_kPa_per_s=0": "experiment.rate_kPa_per_s = 0: allowed: above 0 kPa/s",
+    "material.nu=0.5": "material.nu = 0.5: allowed: at least 1e-06 and below 0.5",
+    "experiment.rate_kPa_per_s=0": "experiment.rate_kPa_per_s = 0: allowed: at least 1e-06 and",
     # another type: nothing is converted silently
-    "finger.wall_mm=thick": 'finger.wall_mm = "thick": not a number; allowed: above 0 mm',
-    "finger.wall_mm='2'": 'finger.wall_mm = "2": not a number; allowed: above 0 mm',
-    "finger.wall_mm=true": "finger.wall_mm = true: not a number; allowed: above 0 mm",
-    "finger.wall_mm=1\n2": 'finger.wall_mm = "1\\n2": not a number; allowed: above 0 mm',
+    "finger.wall_mm=thick": 'finger.wall_mm = "thick": not a number; allowed: at least 0.001',
+    "finger.wall_mm='2'": 'finger.wall_mm = "2": not a number; allowed: at least 0.001',
+    "finger.wall_mm=true": "finger.wall_mm = true: not a number; allowed: at least 0.001",
+    "finger.wall_mm=1\n2": 'finger.wall_mm = "1\\n2": not a number; allowed: at least 0.001',
     "finger.bellows=2.5": "finger.bellows = 2.5: not an integer; allowed: at least 1",
     "mesh.half=1": "mesh.half = 1: allowed: true, false",
     "mesh.file=3": "mesh.file = 3: allowed: a file's path",
@@ -181,7 +181,11 @@ def test_gravity_across_the_symmetry_plane_is_refused_for_a_half_finger_only() -
     [
         ("a.toml", "wall", "--config {}: not TOML: "),
         ("a.toml", "[finger]\nwall_mm = 1\nwall_mm = 2\n", "--config {}: not TOML: "),
-        ("a.toml", "[finger]\nwall_mm = -1\n", "finger.wall_mm = -1: allowed: above 0 mm"),
+        (
+            "a.toml",
+            "[finger]\nwall_mm = -1\n",
+            "finger.wall_mm = -1: allowed: at least 0.001 and at most",
+        ),
         ("a.json", "{", "--config {}: not a run.json: "),
         ("a.json", "{}", "--config {}: not a run.json: "),
         ("a.json", '{"config": 3}', "--config {}: not a run.json: "),

@@ -48,7 +48,10 @@ def test_text_without_a_reader_ends_quietly(arguments: list[str]) -> None:
 def test_bad_input_keeps_its_exit_code_without_a_reader() -> None:
     code, errors = _without_a_reader(["config", "--set", "finger.wall_mm=-1"])
     assert code == 2
-    assert errors == "dolfingrip: --set finger.wall_mm = -1: allowed: above 0 mm\n"
+    assert (
+        errors
+        == "dolfingrip: --set finger.wall_mm = -1: allowed: at least 0.001 and at most 10000 mm\n"
+    )
 
 
 def test_an_output_that_is_closed_from_the_start_loses_no_file(tmp_path: Path) -> None:

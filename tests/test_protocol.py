@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from dolfingrip import config
 from dolfingrip.cli import app as cli
+from dolfingrip.cli.experiment_commands import _poses
 from dolfingrip.config import ConfigError
+from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.experiments.protocol import pressure_stops
 from dolfingrip.sections import protocol_file as protocol
 
 COUPON = ("coupon", "displacement_mm")
@@ -210,3 +214,52 @@ def test_what_a_supply_of_its_own_cannot_be(table: dict[str, object], said: str)
     given = {"time_s": [0.0, 1.0], "pressure_kPa": [0.0, 1.0]}
     with pytest.raises(ConfigError, match=f"cavity.cavity.pressure_kPa = .*{said}"):
         config.from_dict({"protocol": given, "cavity": {"cavity": table}})
+
+
+def test_readings_of_a_wait_are_never_at_one_time() -> None:
+    """However many there are: the first of a long wait is a millionth of it after its start."""
+    for count in (1, 2, 14, 80, 1000):
+        times = 10.0 + np.array([0.0, *protocol.waits(0.2, count)])
+        assert (np.diff(times) > 0).all(), count
+        assert times[-1] == 10.2
+    np.testing.assert_allclose(protocol.waits(9.0, 3), [1.0, 3.0, 9.0])  # 3ⁿ, as before
+    np.testing.assert_allclose(np.diff(protocol.waits(0.2, 80, even=True)), 0.0025)
+
+
+WAIT = "[[segment]]\nto_kPa = 10.0\nreadings = 1\n[[segment]]\nhold_s = 0.2\nreadings = 4\n"
+
+
+@pytest.mark.parametrize("by", ["option", "file"])
+def test_waits_in_motion_are_evenly_spaced(tmp_path: Path, by: str) -> None:
+    """No part of a swing counts for more, whether the option or the file asks for it."""
+    file = _written(tmp_path, "[experiment]\ndynamic = true\n", "own.toml")
+    asked = SimpleNamespace(
+        protocol=_written(tmp_path, WAIT), specimen=None, out=tmp_path,
+        config=file if by == "file" else None,
+    )  # fmt: skip
+    changes = {"experiment.dynamic": True} if by == "option" else {}
+    ((_, found),) = _poses(EXPERIMENTS["bending"], asked, changes)  # type: ignore[arg-type]
+    assert found.experiment.dynamic
+    np.testing.assert_allclose(found.protocol.time_s, [0, 0.4, 0.45, 0.5, 0.55, 0.6])
+    ((_, still),) = _poses(EXPERIMENTS["bending"], replaced(asked), {})  # type: ignore[arg-type]
+    np.testing.assert_allclose(np.diff(still.protocol.time_s[2:]) * 27 / 0.2, [2, 6, 18])
+
+
+def replaced(asked: SimpleNamespace) -> SimpleNamespace:
+    """The same without a configuration of its own, so that nothing moves."""
+    return SimpleNamespace(**{**vars(asked), "config": None})
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"protocol.time_s": [0.0, 1.0, 1.0], "protocol.pressure_kPa": [0.0, 5.0, 5.0]},
+         "protocol.time_s = 1, 1: allowed: with experiment.dynamic each 1e-09 s or more after"),
+        ({"experiment.hold_s": 1e-20, "experiment.max_pressure_kPa": 10.0}, "experiment.hold_s: "),
+    ],
+)  # fmt: skip
+def test_one_time_twice_is_refused_in_motion(change: dict[str, object], said: str) -> None:
+    """Two states at one time have no velocity between them."""
+    with pytest.raises(ConfigError, match=said):
+        pressure_stops(config.load(None, {**change, "experiment.dynamic": True}))
+    assert len(pressure_stops(config.load(None, change))) >= 3

@@ -30,7 +30,7 @@ from dolfingrip.experiments.synthetic import check_noise
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report.table import tabulate
-from dolfingrip.sections import protocol_file
+from dolfingrip.sections import protocol_file, tables
 from dolfingrip.sections.tables import assignments
 
 DEMO = ("bending", "blocked_force")
@@ -324,8 +324,13 @@ def _poses(
         if asked.specimen is not None:
             raise ConfigError(f"--specimen {asked.specimen}: allowed: with --protocol FILE.csv")
         return [(asked.out, configuration.load(asked.config, changes))]
+    told = tables.read(asked.config).get("experiment", {}) if asked.config else {}
     table, poses = protocol_file.read(
-        asked.protocol, experiment.name, experiment.control.name, asked.specimen
+        asked.protocol,
+        experiment.name,
+        experiment.control.name,
+        asked.specimen,
+        even=changes.get("experiment.dynamic", told.get("dynamic", False)),
     )
     settings: list[tuple[Path, Change]] = [
         (asked.out / pose.name, {**changes, **assignments(pose.set)}) for pose in poses

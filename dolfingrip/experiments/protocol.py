@@ -78,7 +78,7 @@ def cycles(
 
     def wait(length_s: float, cycle: int) -> None:
         last = found[-1]
-        for after in waits(length_s, experiment.hold_readings):
+        for after in waits(length_s, experiment.hold_readings, even=experiment.dynamic):
             found.append(Stop(last.value, last.time_s + after, "hold", cycle))
 
     for cycle in range(1, experiment.cycles + 1):
@@ -131,8 +131,19 @@ def pressure_stops(config: Config) -> Sequence[Stop]:
         config: of the experiment.
 
     Raises:
-        ConfigError: one line, if the protocol is not one for a finger.
+        ConfigError: one line, if the protocol is not one for a finger, or tells one time twice to
+            a finger with inertia.
     """
+    found = _pressure_stops(config)
+    for one, other in pairwise(found) if config.experiment.dynamic else ():
+        if other.time_s - one.time_s < EVEN_S:
+            key = "protocol.time_s" if config.protocol.time_s else "experiment.hold_s: readings at"
+            allowed = f"with experiment.dynamic each {EVEN_S:g} s or more after the one before"
+            raise ConfigError(f"{key} = {one.time_s:g}, {other.time_s:g}: allowed: {allowed}")
+    return found
+
+
+def _pressure_stops(config: Config) -> Sequence[Stop]:
     experiment, protocol = config.experiment, config.protocol
     if protocol.time_s:
         if not protocol.pressure_kPa:

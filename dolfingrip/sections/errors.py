@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from annotated_types import BaseMetadata
 from pydantic import BaseModel, ValidationError
 
-from dolfingrip.sections.units import unit
+from dolfingrip.sections.units import NOTHING, unit
 
 BOUNDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
 LONGEST = 60
@@ -138,28 +138,32 @@ def reason(kind: str, info: Any, key: str) -> str:
         return "allowed: true, false"
     if hint is Path:
         return "allowed: a file's path in quotes"
-    if get_origin(hint) is tuple:
-        return f"allowed: {_entries(hint, info)}"
     if hint is str:
         return "allowed: a text in quotes"
     what = "integer" if hint is int else "number"
+    nearly = f"nearer to 0 than {NOTHING:g}; " if kind == "nearly_zero" else ""
+    if get_origin(hint) in (tuple, dict):
+        return f"{nearly}allowed: {_entries(hint, info, unit(key))}"
     limits = _within(info.metadata)
     allowed = f"{limits} {unit(key)}".strip() if limits else f"any finite {what}"
-    if kind.startswith(("greater", "less")):
-        return f"allowed: {allowed}"
+    if kind.startswith(("greater", "less", "nearly")):
+        return f"{nearly}allowed: {allowed}"
     if kind == "finite_number":
         what = "finite number"
     article = "an" if what == "integer" else "a"
     return f"not {article} {what}; allowed: {allowed}"
 
 
-def _entries(hint: Any, info: Any) -> str:
-    """The values that a list may hold, in words."""
-    if get_args(hint)[1:2] not in ((), (Ellipsis,)):
-        return "three finite numbers, as in [1, 0, 0]"
+def _entries(hint: Any, info: Any, unit: str) -> str:
+    """The values that a list or a table of numbers may hold, in words."""
     inner, bounded = entry_of(hint)
     if get_origin(inner) is Literal:
         return f"a list of {', '.join(str(choice) for choice in get_args(inner))}"
+    each = f", each {_within(bounded)} {unit}".rstrip() if bounded else ""
+    if get_origin(hint) is dict:
+        return f"a table of numbers{each}"
+    if get_args(hint)[1:2] not in ((), (Ellipsis,)):
+        return f"three finite numbers, as in [1, 0, 0]{each}"
     limits = {
         name: getattr(item, name)
         for item in info.metadata
@@ -168,18 +172,17 @@ def _entries(hint: Any, info: Any) -> str:
     }
     count = " to ".join(dict.fromkeys(str(limit) for limit in limits.values()))
     what = "integers" if inner is int else "numbers"
-    each = _within(bounded)
-    text = " ".join(part for part in ("a list of", count, what) if part)
-    return f"{text}, each {each}" if each else text
+    return " ".join(part for part in ("a list of", count, what) if part) + each
 
 
 def entry_of(hint: Any) -> tuple[Any, Sequence[Any]]:
-    """Return the type of a list's entries, and their bounds; None of a type without arguments.
+    """Return the type of the entries of a list or a table, and their bounds; None of other types.
 
     Args:
         hint: annotation of a key.
     """
-    entry = next(iter(get_args(bare(hint))), None)
+    whole = bare(hint)
+    entry = next(iter(get_args(whole)[get_origin(whole) is dict :]), None)
     if get_origin(entry) is not Annotated:
         return entry, []
     kind, *more = get_args(entry)
@@ -198,13 +201,14 @@ def _within(metadata: Sequence[Any]) -> str:
 
 
 def bare(hint: Any) -> Any:
-    """Return a type without ``None``, which makes it optional.
+    """Return a type without ``None``, which makes it optional, and without what is noted of it.
 
     Args:
         hint: annotation of a key.
     """
     if get_origin(hint) in (Union, types.UnionType):
-        return next(part for part in get_args(hint) if part is not type(None))
+        part = next(part for part in get_args(hint) if part is not type(None))
+        return get_args(part)[0] if get_origin(part) is Annotated else part
     return hint
 
 

@@ -81,7 +81,7 @@ class Material(MaterialLaw):
     bulk_MPa: float | None = Field(None, gt=0, description="bulk modulus, instead of nu")
     density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
     elongation_at_break: float | None = Field(
-        None, gt=0, description="nominal strain at which it breaks; break_share is by it"
+        None, gt=0, le=100, description="nominal strain at which it breaks; break_share is by it"
     )
 
     @classmethod

@@ -37,8 +37,10 @@ class Solver(Section):
     memory_GB: float | None = Field(
         None, gt=0, description="largest memory that a run may need; default: what is free"
     )
-    rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
-    atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
+    rtol: float = Field(
+        1e-6, ge=1e-14, le=0.1, description="residual, relative to the step's first"
+    )
+    atol_N: float = Field(1e-9, ge=1e-14, le=1e-4, description="residual, absolute (N)")
     max_iterations: int = Field(
         30, ge=1, le=1000, description="Newton iterations a step, three times as many where damped"
     )
@@ -49,7 +51,7 @@ class Solver(Section):
         description="largest step in time; default: as the pressure's allows, dynamic 0.02 s",
     )
     time_error_mm: float = Field(
-        0.01, gt=0, le=10, description="dynamic: error of a step in time, which sets its length"
+        0.01, ge=1e-6, le=10, description="dynamic: error of a step in time, which sets its length"
     )
     hht_alpha: float = Field(
         -0.05,

@@ -31,7 +31,7 @@ class WeightedFit(Section):
     cavity, because chambers of one size that have grown alike are stretched alike.
     """
 
-    weight: float = Field(1.0, gt=0, description="probability, relative to the other fits'")
+    weight: float = Field(1.0, ge=1e-30, description="probability, relative to the other fits'")
     set: Mapping[str, Any] = Field({}, description="values by key of the configuration")
     growth: Numbers = Field((), description="cavity's volume by that at rest, rising")
     factor: Numbers = Field((), description="measured pressure by the simulated one there")

@@ -19,7 +19,7 @@ from dolfingrip.sections.section import FINGERS, Numbers, Refusal, Role, Section
 
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
-Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
+Cycles = Annotated[tuple[Annotated[int, Field(ge=1, le=1_000_000)], ...], Field(strict=False)]
 Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 
 
@@ -82,7 +82,12 @@ class ExperimentSettings(Section):
     hold_s: float = Field(0.0, ge=0, description="wait at the maximum of each cycle")
     rest_s: float = Field(0.0, ge=0, description="wait unpressurised after each cycle")
     dynamic: bool = Field(False, description="with inertia, in the time of ramps and waits")
-    hold_readings: int = Field(4, ge=1, le=1000, description="readings of a wait, ever sparser")
+    hold_readings: int = Field(
+        4,
+        ge=1,
+        le=1000,
+        description="readings of a wait, ever sparser; even if dynamic",
+    )
 
     @model_validator(mode="before")
     @classmethod

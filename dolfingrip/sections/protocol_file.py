@@ -39,6 +39,9 @@ from dolfingrip.sections.units import unit
 SPARSER = 3.0
 """Ratio of the times of successive readings of a wait; relaxation slows down."""
 
+FIRST = 1e-6
+"""The first reading of a wait is not nearer to its start, as a part of its length."""
+
 Lines = Annotated[tuple[str, ...], Field(strict=False)]
 
 
@@ -90,14 +93,18 @@ class ProtocolFile(Section):
     pose: Annotated[tuple[SetupPose, ...], Field(strict=False)] = Field((), description="set-ups")
 
 
-def waits(length_s: float, count: int) -> list[float]:
+def waits(length_s: float, count: int, *, even: bool = False) -> list[float]:
     """Return the times (s) after a wait's start at which readings are taken; the last is its end.
 
     Args:
         length_s: length of the wait.
         count: number of readings.
+        even: whether they are at equal distances, as a specimen in motion is read.
     """
-    return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
+    if even:
+        return [length_s * (k + 1) / count for k in range(count)] if length_s else []
+    ratio = min(SPARSER, FIRST ** (-1 / max(count - 1, 1)))
+    return [length_s * ratio ** (k + 1 - count) for k in range(count)] if length_s else []
 
 
 def key(column: str) -> str:
@@ -111,7 +118,12 @@ def key(column: str) -> str:
 
 
 def read(
-    file: Path, experiment: str, control: str = "pressure_kPa", specimen: str | None = None
+    file: Path,
+    experiment: str,
+    control: str = "pressure_kPa",
+    specimen: str | None = None,
+    *,
+    even: bool = False,
 ) -> tuple[dict[str, Any], Sequence[SetupPose]]:
     """Read the columns of the protocol that a file describes, and its poses.
 
@@ -120,6 +132,7 @@ def read(
         experiment: experiment whose rows of a CSV are read.
         control: column of the experiment's control, ``pressure_kPa`` or ``displacement_mm``.
         specimen: specimen whose rows of a CSV are read; required if the experiment has several.
+        even: whether readings of a wait are at equal distances, as where the specimen has inertia.
 
     Returns:
         Values by column, and set-ups; :func:`key` says where a column belongs.
@@ -140,10 +153,10 @@ def read(
     by = f"to_{unit(control)}"
     if not all(each.leads(by) for each in asked.segment):
         raise ConfigError(f"--protocol {file}: segment: allowed: {by} or hold_s in a {experiment}")
-    return _table(asked, control), asked.pose
+    return _table(asked, control, even), asked.pose
 
 
-def _table(asked: ProtocolFile, control: str) -> dict[str, list[Any]]:
+def _table(asked: ProtocolFile, control: str, even: bool) -> dict[str, list[Any]]:
     """Readings of all segments: each of the controls goes on a straight line to its end."""
     own = dict.fromkeys(name for each in asked.segment for name in each.cavity_kPa)
     by, rate = f"to_{unit(control)}", f"rate_{unit(control)}_per_s"
@@ -154,7 +167,7 @@ def _table(asked: ProtocolFile, control: str) -> dict[str, list[Any]]:
         for segment in asked.segment:
             start_s, start, *_ = rows[-1]
             if segment.hold_s is not None:
-                after = waits(segment.hold_s, segment.readings)
+                after = waits(segment.hold_s, segment.readings, even=even)
                 rows += [(start_s + t, start, cycle, "hold") for t in after]
                 continue
             end = start | segment.cavity_kPa

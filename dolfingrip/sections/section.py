@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
 from dolfingrip.channels import Part
-from dolfingrip.sections import errors, tables
+from dolfingrip.sections import errors, ranges, tables
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.units import unit
 
@@ -89,6 +89,12 @@ class Section(BaseModel):
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True
     )
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: object) -> None:
+        """Give every number the range of its unit."""
+        for key, info in cls.model_fields.items():
+            ranges.narrow(key, info)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse a change, in one line.

@@ -13,7 +13,7 @@ from typing import Any, Final
 import tomlkit
 from pydantic import BaseModel
 
-from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.errors import ConfigError, shown
 
 POSTERIOR = "posterior"
 """Table, next to the sections, with the uncertainty that a fit to measurements left."""
@@ -62,15 +62,15 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
         value = toml(f"v = {text}")["v"]
     except ValueError:
         return key, float(text) if SHORT_NUMBER.fullmatch(text) else text
-    check_numbers(value, f"{option} {key}")
+    check_values(value, f"{option} {key}")
     return key, value
 
 
-def check_numbers(value: Any, name: str) -> None:
-    """Raise if a whole number is too large for a floating-point one.
+def check_values(value: Any, name: str) -> None:
+    """Raise if a whole number is too large for a floating-point one, or a text has a NUL in it.
 
     Args:
-        value: a number, or tables and lists of them.
+        value: a number or a text, or tables and lists of them.
         name: that the message calls it.
 
     Raises:
@@ -78,13 +78,15 @@ def check_numbers(value: Any, name: str) -> None:
     """
     if isinstance(value, dict):
         for key, entry in value.items():
-            check_numbers(entry, f"{name}.{key}")
+            check_values(entry, f"{name}.{key}")
     elif isinstance(value, list):
         for entry in value:
-            check_numbers(entry, name)
+            check_values(entry, name)
     elif isinstance(value, int) and abs(value) > sys.float_info.max:
         digits = len(str(abs(value)))
         raise ConfigError(f"{name}: a number of {digits} digits; allowed: below 1.8e308")
+    elif "\0" in str(value):
+        raise ConfigError(f"{name} = {shown(value)}: allowed: a text without the character NUL")
 
 
 def assignments(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
@@ -180,7 +182,7 @@ def whole(file: Path, option: str) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise ConfigError(f"{named}: not a run.json: its config is no table")
     for name, table in data.items():
-        check_numbers(table, f"{named}: {name}")
+        check_values(table, f"{named}: {name}")
     return data
 
 
@@ -237,6 +239,7 @@ def anchor(data: dict[str, Any], folder: Path) -> None:
     for name in ("mesh", "food", "obstacle"):
         section = data.get(name)
         if isinstance(section, dict) and isinstance(section.get("file"), str | Path):
+            check_values(section["file"], f"{name}.file")
             section["file"] = str((folder / section["file"]).resolve())
 
 

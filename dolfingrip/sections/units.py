@@ -2,35 +2,66 @@
 
 from __future__ import annotations
 
+from typing import Final, NamedTuple
+
 KPA = 1e-3
 """MPa per kPa."""
 
-UNITS = {
-    "mm": "mm",
-    "mm2": "mm²",
-    "per_m": "1/m",
-    "MPa": "MPa",
-    "kPa": "kPa",
-    "N": "N",
-    "s": "s",
-    "deg": "deg",
-    "kg_m3": "kg/m³",
-    "m_s2": "m/s²",
-    "kPa_per_s": "kPa/s",
-    "mm_per_s": "mm/s",
-    "N_per_s": "N/s",
-    "N_per_mm": "N/mm",
-    "mm_per_N": "mm/N",
-    "rad_per_Nmm": "rad/(N mm)",
-    "N_per_mm3": "N/mm³",
-    "Nmm_per_rad": "N mm/rad",
-    "degC": "°C",
-    "per_degC": "1/°C",
-    "GB": "GB",
-    "g": "g",
-    "mJ": "mJ",
+
+class Unit(NamedTuple):
+    """A unit, and the sizes that numbers in it have in a finger, its rig and its laboratory.
+
+    Attributes:
+        text: as people read it.
+        least, most: a number that says something of such a thing is not smaller or larger.
+    """
+
+    text: str
+    least: float
+    most: float
+
+
+NOTHING: Final = 1e-30
+"""What is nearer to 0 is no size of anything; what rounding leaves of a 0 is larger."""
+
+UNITS: Final = {
+    "mm": Unit("mm", 0.001, 1e4),
+    "mm2": Unit("mm²", 1e-6, 1e6),
+    "per_m": Unit("1/m", 1e-6, 1e6),
+    "MPa": Unit("MPa", 1e-6, 1e6),
+    "kPa": Unit("kPa", 0.0001, 1e4),
+    "N": Unit("N", 1e-9, 100000),
+    "s": Unit("s", 1e-9, 1e9),
+    "deg": Unit("deg", 1e-6, 720),
+    "kg_m3": Unit("kg/m³", 1, 100000),
+    "m_s2": Unit("m/s²", 1e-6, 1000),
+    "kPa_per_s": Unit("kPa/s", 1e-6, 1e6),
+    "mm_per_s": Unit("mm/s", 1e-6, 1e6),
+    "N_per_s": Unit("N/s", 1e-9, 1000),
+    "N_per_mm": Unit("N/mm", 1e-6, 1e6),
+    "mm_per_N": Unit("mm/N", 1e-9, 1000),
+    "rad_per_Nmm": Unit("rad/(N mm)", 1e-12, 1),
+    "N_per_mm3": Unit("N/mm³", 1e-9, 1e6),
+    "Nmm_per_rad": Unit("N mm/rad", 1e-6, 1e9),
+    "degC": Unit("°C", 1e-6, 1000),
+    "per_degC": Unit("1/°C", 1e-9, 1),
+    "GB": Unit("GB", 0.001, 100000),
+    "g": Unit("g", 1e-6, 1e6),
+    "mJ": Unit("mJ", 1e-9, 1e6),
 }
 """Units by the ending of a key."""
+
+PURE: Final = Unit("", 1e-6, 1e6)
+"""Of keys without a unit in their names."""
+
+
+def of(key: str) -> Unit:
+    """Return the unit that a key's name ends in, with the sizes of numbers in it.
+
+    Args:
+        key: with or without the names of sections.
+    """
+    return UNITS.get(_ending(key), PURE)
 
 
 def unit(key: str) -> str:
@@ -39,7 +70,7 @@ def unit(key: str) -> str:
     Args:
         key: with or without the names of sections.
     """
-    return UNITS.get(_ending(key), "")
+    return of(key).text
 
 
 def words(key: str) -> str:

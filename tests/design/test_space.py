@@ -65,7 +65,10 @@ def test_whole_numbers_stay_whole() -> None:
         ("morph.xi1=0:0.5:1", "count = 1: allowed: 2 to 100000"),
         ("morph.xi1=0.5:0.1", "allowed: low below high"),
         ("morph.xi1=-0.3:1", "morph.xi1 = -0.3: allowed: at least -0.2 and at most 1"),
-        ("finger.wall_mm=-1:1", "finger.wall_mm = -1: allowed: above 0 mm"),
+        (
+            "finger.wall_mm=-1:1",
+            "finger.wall_mm = -1: allowed: at least 0.001 and at most",
+        ),
         ("finger.bellows=1.5:3", "finger.bellows = 1.5: not an integer; allowed: at least 1"),
         ("finger.wall=1:2", "finger.wall: unknown key; did you mean finger.wall_mm?"),
         ("extensions.prony.g=0:0.1", "extensions.prony.g: no number"),

@@ -248,7 +248,10 @@ def test_derivatives_by_films_and_regions() -> None:
     [
         (["material.film.mu_MPa=30"], 'material.film = "film": no such region; allowed: body, '),
         (["material.mu_Mpa=3"], "material.mu_Mpa: unknown key; did you mean material.mu_MPa? "),
-        (["material.base.mu_MPa=-3"], "material.base.mu_MPa = -3: allowed: above 0 MPa"),
+        (
+            ["material.base.mu_MPa=-3"],
+            "material.base.mu_MPa = -3: allowed: at least 1e-06 and",
+        ),
         (["film.sheet=3"], "film.sheet = 3: not a table; allowed: keys model, "),
         (["film.sheet.Et_N_per_mm=0"], "film.sheet.Et_N_per_mm = 0.0: allowed: above 0, or "),
         (["film.sheet.region=foil"], 'film.sheet.region = "foil": no such region; allowed: '),

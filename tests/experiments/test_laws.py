@@ -226,7 +226,7 @@ REFUSED = {
     ): 'material.mu_MPa = 3: allowed: with another law than "ogden", su',
     (*OGDEN, "material.C10_MPa=1"): 'than "ogden", such as "polynomial"',
     (*FILM, "material.film.C10_MPa=1"): "material.film.C10_MPa = 1: allowed: with another law than",
-    (*FILM, "material.film.nu=1"): "material.film.nu = 1: allowed: above 0 and below 0.5",
+    (*FILM, "material.film.nu=1"): "material.film.nu = 1: allowed: at least 1e-06 and below 0.5",
     (FILM[0], "material.film.law=ogden"): "material.film.ogden_mu_MPa = []: allowed: a list of",
     (*FILM, "material.film.law=1"): "material.film.law = 1: allowed: arruda-boyce, extended-tube, ",
     (*FILM, "material.film.c10=1"): "material.film.c10: unknown key; allowed: law, mu_MPa, nu",

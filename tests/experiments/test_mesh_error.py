@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from support import small
 
+from dolfingrip.config import load
 from dolfingrip.experiments import run
 from dolfingrip.experiments.mesh_error import estimate, whole
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.results.readings import Readings
+from dolfingrip.sections.tables import assignments
 
 
 @pytest.mark.parametrize(
@@ -39,6 +41,26 @@ def _readings(*values: float) -> Readings:
         for i, value in enumerate(values)
     ]
     return Readings("blocked_force", small.config.Config(), rows)
+
+
+@pytest.mark.parametrize(
+    ("changes", "order"),
+    [
+        ([], 1.08),  # twice the exponent of the displacement at an edge of 270°
+        (["solver.element=P2"], 1.08),
+        (["solver.integration=selective"], 2.0),
+        (["finger.kind=cast"], 2.0),
+        (["finger.kind=cast", "solver.integration=full"], 1.08),
+    ],
+)
+def test_the_whole_error_is_that_of_bisections_without_end(
+    changes: list[str], order: float
+) -> None:
+    """A reading whose error falls with h to the order: the first change tells the whole error."""
+    config = load(None, assignments(changes))
+    exact, error = 3.0, 0.1
+    coarse, fine = exact + error, exact + error / 2**order
+    assert whole(config) * (coarse - fine) == pytest.approx(error, rel=1e-12)
 
 
 def test_an_error_that_changes_its_sign_is_told_at_each_load() -> None:

@@ -344,3 +344,34 @@ def test_friction_follows_all_unknowns(shape: SignedDistance) -> None:
     assert taylor.rates(change, rate.array, 1e-3).min() > 1.9
     rows = model.unknowns.global_rows(np.arange(len(rate.array)))
     assert np.abs(rate.array[rows]).max() > 0
+
+
+@pytest.mark.parametrize("length", [0.6, 1.0, 1.5])
+def test_friction_s_normal_forces_are_by_mm_where_the_gradient_is_longer_or_shorter(
+    length: float,
+) -> None:
+    """Force and rise are derivatives of the energy by the body's way along its normal.
+
+    φ is ``length`` times the distance from a plane, as a sampled one may be: its values are those
+    of differences of the energy and of the forces, whatever its gradient's length is.
+    """
+    model, contact, _ = resting(Plane((0.0, 0.0, -length)), gap_mm=0.1 * length)
+    first = contact.tangential(model.u.x.array)
+    normal = first.normals[0]
+    np.testing.assert_allclose(first.normals, np.tile(normal, (len(first.keys), 1)))
+    assert len(first.keys) >= 2
+
+    def moved(way_mm: float) -> tuple[float, np.ndarray]:
+        """Energy and normal forces after the plane has come nearer by a way."""
+        for constant, part in zip(contact.pose.constants[:3], way_mm * normal, strict=True):
+            constant.value += part
+        energy = contact.value(model.u.x.array)
+        found = contact.tangential(model.u.x.array).normal_N
+        for constant, part in zip(contact.pose.constants[:3], way_mm * normal, strict=True):
+            constant.value -= part
+        return energy, found
+
+    step = 1e-6
+    (more, nearer), (less, farther) = moved(step), moved(-step)
+    assert first.normal_N.sum() == pytest.approx((more - less) / (2 * step), rel=1e-6)
+    np.testing.assert_allclose(first.rise_N_per_mm, (nearer - farther) / (2 * step), rtol=1e-6)

@@ -144,5 +144,5 @@ def test_random_fingers(seed: int) -> None:
 
 @pytest.mark.parametrize("key", ["wall_mm", "gap_mm", "channel_mm", "base_layer_mm", "tip_mm"])
 def test_too_thin_to_be_modelled(key: str) -> None:
-    with pytest.raises(MeshError, match=rf"^finger\.{key} = 1e-06: .* at least 0\.01 mm$"):
-        finger_mesh(Finger.model_validate({key: 1e-6}), COARSE)
+    with pytest.raises(MeshError, match=rf"^finger\.{key} = 0\.001: .* at least 0\.01 mm$"):
+        finger_mesh(Finger.model_validate({key: 1e-3}), COARSE)

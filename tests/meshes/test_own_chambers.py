@@ -194,7 +194,7 @@ def test_results_without_them_keep_their_keys() -> None:
         ),
         (
             {"finger.override.3.depth_mm": -4.0},
-            "finger.override.3.depth_mm = -4.0: allowed: above 0 and at most 500 mm",
+            "finger.override.3.depth_mm = -4.0: allowed: at least 0.001 and at most 500 mm",
         ),
         ({"finger.override.9.depth_mm": 14.0}, "finger.override.9 = a table: allowed: 1 to 8"),
         (

@@ -192,7 +192,7 @@ class Scenario(Section):
 class Method(Section):
     """How long it is sought."""
 
-    simulations: int = Field(40, ge=1, description="largest number of load paths")
+    simulations: int = Field(40, ge=1, le=1_000_000, description="largest number of load paths")
     radius: float = Field(
         0.25, gt=0, le=1, description="first step in each variable, as a part of its range"
     )

@@ -49,7 +49,7 @@ from dolfingrip.diagnosis.data.table import (
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.parameter import named
 from dolfingrip.parameter.nuisances import NUISANCES, USUAL
-from dolfingrip.sections import tables
+from dolfingrip.sections import tables, units
 from dolfingrip.sections.section import Role
 
 SECTIONS: Final = tuple(
@@ -274,8 +274,11 @@ class SetupFile:
 
     def _number(self, key: str, value: Any, low: float | None = None) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        within = "above 0" if low is None else f"at least {low:g}"
-        if not number or not math.isfinite(value) or value < 0 or (low is None and value == 0):
+        unit = units.of(key)
+        least = unit.least if low is None else low
+        nearly = number and 0 < abs(value) < units.NOTHING
+        if not number or nearly or not least <= value <= unit.most:
+            within = f"at least {least:g} and at most {unit.most:g} {unit.text}".strip()
             raise self._refuse(f"{key} = {value}: allowed: {within}")
         return float(value)
 

@@ -33,6 +33,7 @@ from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.recorder import columns
 from dolfingrip.sections.procedure import Branch
 from dolfingrip.sections.tables import check_separator
+from dolfingrip.sections.units import NOTHING
 
 EXPERIMENT_NAMES: Final = tuple(name for name, each in EXPERIMENTS.items() if each.measured)
 """Experiments that the format has and the package simulates."""
@@ -270,6 +271,8 @@ def _number(line: _Line, name: str, text: str) -> float:
         raise line.refuse(f"{name} = {text}: not a finite number; {within}, or nothing")
     if not low <= value <= high:
         raise line.refuse(f"{name} = {text}: {within}")
+    if 0 < abs(value) < NOTHING:
+        raise line.refuse(f"{name} = {text}: nearer to 0 than {NOTHING:g}; {within}")
     return value
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.example import EXAMPLES
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.errors import SLACK, Errors, errors_of
-from dolfingrip.diagnosis.coupon import CouponSimulation
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Scatter, errors_of
+from dolfingrip.diagnosis.coupon import CouponAnalysis, CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read, selected
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
@@ -53,3 +55,13 @@ def test_a_slip_that_all_share_stays_in_the_rig(off: Errors) -> None:
     assert slack.std == pytest.approx(0.1 / np.sqrt(2))
     assert np.isfinite(off.covariance).all()
     assert np.linalg.eigvalsh(off.covariance).min() > 0
+
+
+@pytest.mark.parametrize(("found", "told"), [(0.08, 0.03), (0.01, 0.03)])
+def test_a_new_coupon_may_differ_as_much_as_was_told_or_found(found: float, told: float) -> None:
+    """Few coupons that happen to be alike do not make the next one like them."""
+    scatter = Scatter(found, told, 0.0, estimated=True)
+    of = SimpleNamespace(errors=SimpleNamespace(scatter=scatter))
+    readings = np.array([2.0, 5.0])
+    shared, _ = CouponAnalysis.covariances(of, None, readings)  # type: ignore[arg-type]
+    np.testing.assert_allclose(np.sqrt(np.diag(shared)), max(0.03, found) * readings)

@@ -1,0 +1,80 @@
+"""The range of every number of the configuration: its own, within the sizes that its unit has.
+
+A key that says ``gt=0`` is at least its unit's least size; one that has no bound ends at the
+largest. A key whose range has a 0 in it takes no number that is nearly 0.
+
+>>> from dolfingrip.sections.specimen import ThicknessMorph
+>>> ThicknessMorph.model_fields["d_mm"].metadata
+[Ge(ge=0.001), Le(le=10000.0)]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import UnionType
+from typing import Annotated, Any, Final, Union, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le
+from pydantic import AfterValidator
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
+
+from dolfingrip.sections import units
+from dolfingrip.sections.errors import bare
+
+
+def _something(value: float | None) -> float | None:
+    if value and abs(value) < units.NOTHING:
+        raise PydanticCustomError("nearly_zero", "nearly 0")
+    return value
+
+
+_SOMETHING: Final = AfterValidator(_something)
+
+
+def narrow(key: str, info: FieldInfo) -> None:
+    """Give the numbers of a key the range of its unit where it tells none of its own.
+
+    Args:
+        key: whose name ends in its unit.
+        info: pydantic's description of the key, which is changed.
+    """
+    unit = units.of(key)
+    if bare(info.annotation) is float:
+        info.metadata = _within(info.metadata, unit)
+    else:
+        info.annotation = _of_entries(info.annotation, unit)
+
+
+def _of_entries(hint: Any, unit: units.Unit) -> Any:
+    """A type with the range in each of its numbers."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint is float:
+        return Annotated[(float, *_within((), unit))]
+    if origin is Annotated and inner[0] is float:
+        bounds = [each for item in inner[1:] for each in getattr(item, "metadata", [item])]
+        return Annotated[(float, *_within(bounds, unit))]
+    if origin is Annotated:
+        return Annotated[(_of_entries(inner[0], unit), *inner[1:])]
+    if origin in (Union, UnionType):
+        return Union[tuple(_of_entries(each, unit) for each in inner)]  # noqa: UP007  # of a tuple
+    if origin in (tuple, dict):
+        return origin[tuple(_of_entries(each, unit) for each in inner)]
+    return hint
+
+
+def _within(metadata: Sequence[Any], unit: units.Unit) -> list[Any]:
+    """The bounds of a number's metadata, and the missing ones by its unit."""
+    kept = [each for each in metadata if each != Gt(0) and each is not _SOMETHING]
+    if not _limits(kept, "lt", "le"):
+        kept.append(Le(unit.most))
+    if not _limits(kept, "gt", "ge"):
+        kept.insert(0, Ge(unit.least if Gt(0) in metadata else -unit.most))
+    if _limits(kept, "gt", "ge")[0] <= 0:
+        kept.append(_SOMETHING)
+    return kept
+
+
+def _limits(metadata: Sequence[Any], *names: str) -> list[float]:
+    found = [getattr(each, name, None) for each in metadata for name in names]
+    return [limit for limit in found if limit is not None]
