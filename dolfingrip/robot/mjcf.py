@@ -49,6 +49,10 @@ SUPPLY_N_PER_M: Final = 1e3
 
 SUPPLY_KG: Final = 1e-3
 
+LIFT_N_S_PER_M: Final = 2000.0
+"""Damping of the base, which with the largest force of its actuator limits its speed: an input that
+jumps would throw off food that is held by little."""
+
 CONTACT: Final = {"solref": "0.004 1", "solimp": "0.95 0.99 0.0005", "condim": "4"}
 
 TURNING: Final = (0.002, 0.0001)
@@ -240,7 +244,10 @@ def finger(robot: RobotFile, skin: BoundSkin, friction: float) -> str:
     return _STEPS.format(largest_ms=2e3 * least) + model.text()
 
 
-def gripper(robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction: float) -> str:
+def gripper(
+    robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction: float,
+    lift_mm_per_s: float,
+) -> str:  # fmt: skip
     """Return the model of a gripper, whose base moves up and down.
 
     Args:
@@ -248,6 +255,7 @@ def gripper(robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction
         skin: bound to its links.
         stands: places of the fingers.
         friction: of fingers on other bodies.
+        lift_mm_per_s: speed up to which the base follows its input.
 
     Returns:
         Text of the MJCF file; its inputs are the pressure (kPa) of all fingers, and the height of
@@ -257,10 +265,12 @@ def gripper(robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction
     _supply(model, robot)
     base = model.add("worldbody", "body", name="base", gravcomp=1)
     add(base, "inertial", pos=np.zeros(3), mass=1, diaginertia=np.full(3, 0.01))
-    add(base, "joint", name="lift_m", type="slide", axis=(0, 0, 1), damping=2000)
+    add(base, "joint", name="lift_m", type="slide", axis=(0, 0, 1), damping=LIFT_N_S_PER_M)
+    most_N = LIFT_N_S_PER_M * lift_mm_per_s * M_PER_MM
     model.add(
-        "actuator", "position", name="lift_m", joint="lift_m", kp=100_000, ctrlrange=(-0.2, 0.5)
-    )
+        "actuator", "position", name="lift_m", joint="lift_m", kp=100_000, ctrlrange=(-0.2, 0.5),
+        forcerange=(-most_N, most_N),
+    )  # fmt: skip
     for number, stand in enumerate(stands):
         prefix = f"{stand.name.split()[-1]}_"
         _finger(model, base, robot, skin, stand, prefix, 1 << number, friction)
