@@ -1,10 +1,14 @@
 """Torques of a finger's joints from its pressure, for simulators that read finger.urdf.
 
-It needs NumPy and the robot.json beside it. A simulator's loop calls :meth:`JointLaws.efforts` with
-the joints' places in the order of ``JointLaws.names``, in m and rad, and applies what it returns::
+It needs NumPy and the robot.json beside it. At every step a simulator's loop calls
+:meth:`JointLaws.efforts` with the joints' places in the order of ``JointLaws.names``, in m and rad,
+and applies what it returns::
 
     finger = JointLaws("robot.json")
-    efforts = finger.efforts(pressure_kPa=100.0, position=q, velocity=v)
+    efforts = finger.efforts(pressure_kPa=100.0, position=q)
+
+These are springs and pressure. The joints' damping stands in finger.urdf: it is large beside the
+inertia of a light link, and stays stable only where the simulator itself integrates it implicitly.
 """
 
 from __future__ import annotations
@@ -30,20 +34,14 @@ class JointLaws:
         hinge = np.array([each["kind"] == "hinge" for each in every])
         # from N·mm to N·m of hinges, and from 1/mm to 1/m of slides
         self.laws = laws * np.where(hinge[:, None], 1e-3, [1.0, 1e3, 1e3, 1.0])
-        low, high = data["valid"]["pressure_kPa"]
-        stiff = [-(self.laws[:, 1] * p + self.laws[:, 2]) for p in (low, high)]
-        self.damping = np.array([each["damping_s"] for each in every]) * np.maximum(*stiff)
 
-    def efforts(
-        self, pressure_kPa: float, position: np.ndarray, velocity: np.ndarray
-    ) -> np.ndarray:
+    def efforts(self, pressure_kPa: float, position: np.ndarray) -> np.ndarray:
         """Return forces (N) of slides and torques (N·m) of hinges.
 
         Args:
             pressure_kPa: in the finger.
             position: (joints,) m and rad, in the order of ``names``.
-            velocity: (joints,) m/s and rad/s.
         """
         a, b, c, d = self.laws.T
         p = pressure_kPa
-        return a * p + b * p * position + c * position + d * p * p - self.damping * velocity
+        return a * p + b * p * position + c * position + d * p * p

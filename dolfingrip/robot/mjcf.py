@@ -35,6 +35,12 @@ fingers is held with 2.2 N at ``impratio`` 10, with 2.5 N at 5, as friction cree
 SWINGING: Final = {"integrator": "implicitfast"}
 """How one finger is integrated: the other way damps its swinging as much as its material does."""
 
+_STEPS: Final = """\
+<!-- Integrator implicitfast holds in steps of up to {largest_ms:.3g} ms: twice the least time by
+     which damping multiplies a stiffness. Longer steps need integrator discrete, which damps more.
+     RK4 takes damping explicitly, and needs steps of 0.005 ms. -->
+"""
+
 ARM: Final = 1e-3
 """Coefficient of the pressure's slide in tendons."""
 
@@ -42,6 +48,10 @@ SUPPLY_N_PER_M: Final = 1e3
 """Stiffness with which the pressure's slide follows its input; all tendons pull it by some mN."""
 
 SUPPLY_KG: Final = 1e-3
+
+LIFT_N_S_PER_M: Final = 2000.0
+"""Damping of the base, which with the largest force of its actuator limits its speed: an input that
+jumps would throw off food that is held by little."""
 
 CONTACT: Final = {"solref": "0.004 1", "solimp": "0.95 0.99 0.0005", "condim": "4"}
 
@@ -70,6 +80,27 @@ def _law_si(coordinate: JointCoordinate) -> Law:
     if coordinate.kind == "hinge":
         return a * M_PER_MM, b * M_PER_MM, c * M_PER_MM, d * M_PER_MM
     return a, b / M_PER_MM, c / M_PER_MM, d
+
+
+def damping(robot: RobotFile, coordinate: JointCoordinate) -> float:
+    """Return the damping of a coordinate, by its largest stiffness.
+
+    Simulators integrate it implicitly, and the springs of the laws explicitly. At any inertia these
+    are stable in steps of up to twice the time that a stiffness is multiplied by.
+
+    Args:
+        robot: chain, with the pressures that it is valid for.
+        coordinate: of it.
+
+    Returns:
+        N·s/m of a slide, N·m·s/rad of a hinge.
+    """
+    _, b, c, _ = _law_si(coordinate)
+    return _damping_s(coordinate) * max(-(b * p + c) for p in robot.valid.pressure_kPa)
+
+
+def _damping_s(coordinate: JointCoordinate) -> float:
+    return max(coordinate.damping_s, STEP_S)
 
 
 class _Model:
@@ -109,14 +140,12 @@ def _supply(model: _Model, robot: RobotFile) -> None:
 def _springs(model: _Model, joint: Element, robot: RobotFile, coordinate: JointCoordinate) -> None:
     """Let a joint and two tendons to the pressure's slide give a law.
 
-    With L = w ± s P, springs −k₁ L − k₂ L² of both tendons and of the joint sum to it. Damping by
-    the largest stiffness keeps these explicit springs stable at any link's mass.
+    With L = w ± s P, springs −k₁ L − k₂ L² of both tendons and of the joint sum to it.
     """
     a, b, c, d = _law_si(coordinate)
     name, first = joint.get("name", ""), -a / ARM
     both, apart = -d / ARM**2, -b / (2 * ARM)
-    stiffest = max(-(b * p + c) for p in robot.valid.pressure_kPa)
-    joint.set("damping", f"{max(coordinate.damping_s, STEP_S) * stiffest:.7g}")
+    joint.set("damping", f"{damping(robot, coordinate):.7g}")
     joint.set("stiffness", f"{-c - first:.7g} {-both:.7g} 0")
     for sign, linear, square in ((1, first, (both + apart) / 2), (-1, 0.0, (both - apart) / 2)):
         if linear or square:
@@ -211,10 +240,14 @@ def finger(robot: RobotFile, skin: BoundSkin, friction: float) -> str:
     height = 1.2 * robot.tip_mm[2]
     stand = Stand("finger", np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, height]))
     _finger(model, model.section("worldbody"), robot, skin, stand, "", 1, friction)
-    return model.text()
+    least = min(_damping_s(each) for joint in robot.joints for each in joint.coordinates)
+    return _STEPS.format(largest_ms=2e3 * least) + model.text()
 
 
-def gripper(robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction: float) -> str:
+def gripper(
+    robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction: float,
+    lift_mm_per_s: float,
+) -> str:  # fmt: skip
     """Return the model of a gripper, whose base moves up and down.
 
     Args:
@@ -222,6 +255,7 @@ def gripper(robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction
         skin: bound to its links.
         stands: places of the fingers.
         friction: of fingers on other bodies.
+        lift_mm_per_s: speed up to which the base follows its input.
 
     Returns:
         Text of the MJCF file; its inputs are the pressure (kPa) of all fingers, and the height of
@@ -231,10 +265,12 @@ def gripper(robot: RobotFile, skin: BoundSkin, stands: Sequence[Stand], friction
     _supply(model, robot)
     base = model.add("worldbody", "body", name="base", gravcomp=1)
     add(base, "inertial", pos=np.zeros(3), mass=1, diaginertia=np.full(3, 0.01))
-    add(base, "joint", name="lift_m", type="slide", axis=(0, 0, 1), damping=2000)
+    add(base, "joint", name="lift_m", type="slide", axis=(0, 0, 1), damping=LIFT_N_S_PER_M)
+    most_N = LIFT_N_S_PER_M * lift_mm_per_s * M_PER_MM
     model.add(
-        "actuator", "position", name="lift_m", joint="lift_m", kp=100_000, ctrlrange=(-0.2, 0.5)
-    )
+        "actuator", "position", name="lift_m", joint="lift_m", kp=100_000, ctrlrange=(-0.2, 0.5),
+        forcerange=(-most_N, most_N),
+    )  # fmt: skip
     for number, stand in enumerate(stands):
         prefix = f"{stand.name.split()[-1]}_"
         _finger(model, base, robot, skin, stand, prefix, 1 << number, friction)

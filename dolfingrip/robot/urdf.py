@@ -1,4 +1,8 @@
-"""A finger as URDF: links, joints, inertia and collision; the laws are those of control.py."""
+"""A finger as URDF: links, joints, damping, inertia and collision; control.py has the laws.
+
+Damping is the simulator's: as a torque from outside, it would stand by itself on links that have a
+thousandth of the mass, and need steps of 5 µs.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ import numpy as np
 
 from dolfingrip.files.robot import Link, RobotFile
 from dolfingrip.files.xml import add, text
-from dolfingrip.robot.mjcf import M_PER_MM
+from dolfingrip.robot.mjcf import M_PER_MM, damping
 
 BETWEEN: Final = 1e-3
 """Part of a link's mass and inertia that each link between the joints of its place has, as most
@@ -70,6 +74,7 @@ def finger(robot: RobotFile) -> str:
             add(made, "axis", xyz=each.axis)
             reach = REACH[each.kind]
             add(made, "limit", lower=-reach, upper=reach, effort=1000, velocity=1000)
+            add(made, "dynamics", damping=damping(robot, each), friction=0)
             origin = place
         for name in between:  # only there as URDF's joints have one coordinate each
             _massive(root, name, link, place, BETWEEN)

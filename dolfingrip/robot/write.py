@@ -54,7 +54,8 @@ def write(
     }
     if placed is not None:
         body, stands = placed
-        texts["gripper.xml"] = mjcf.gripper(file, skin, stands, friction)
+        speed = config.gripper.lift_mm_per_s
+        texts["gripper.xml"] = mjcf.gripper(file, skin, stands, friction, speed)
         texts["scene.xml"] = mjcf.scene(config.food, body, "gripper.xml")
     found = [file.write(out)]
     for name, text in texts.items():

@@ -12,6 +12,7 @@ import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,10 +25,10 @@ from dolfingrip.experiments.simulate import compute
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.robot import Accuracy, RobotFile
 from dolfingrip.meshes.measures import moments
-from dolfingrip.robot import build, runs
+from dolfingrip.robot import build, mjcf, runs
 from dolfingrip.robot.chain import COORDINATES
 from dolfingrip.robot.fit import MOST_JOINTS
-from dolfingrip.robot.links import whole_solid
+from dolfingrip.robot.links import skin, whole_solid
 from dolfingrip.robot.robot import Robot
 from dolfingrip.sections.errors import ConfigError
 
@@ -172,18 +173,50 @@ def test_damping_of_a_material_that_relaxes(robot: Robot) -> None:
     assert build.damping_s(short(), robot) == build.DAMPING_S
 
 
+def stated_step_s(folder: Path) -> float:
+    """The largest step that finger.xml states."""
+    found = re.search(r"steps of up to ([\d.]+) ms", (folder / "finger.xml").read_text("utf-8"))
+    assert found is not None
+    return float(found[1]) / 1e3
+
+
 @pytest.mark.slow
-def test_no_input_blows_it_up(made: Path) -> None:
-    """Steps and a square wave of 5 Hz, with gravity."""
-    model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
-    data = mujoco.MjData(model)
-    for number in range(12):
-        data.ctrl[0] = (50.0, -20.0)[number % 2]
-        for _ in range(100):
-            mujoco.mj_step(model, data)
-        assert np.isfinite(data.qpos).all()
-        assert np.abs(data.qpos[1:]).max() < 1.0
-    assert not any(each.number for each in data.warning)
+@pytest.mark.parametrize("damping_s", [None, 1e-4])
+def test_no_input_blows_it_up(damping_s: float | None, made: Path, tmp_path: Path) -> None:
+    """Steps and a square wave of 5 Hz, with gravity: at the file's step and the largest it states.
+
+    A material that relaxes much faster than the finger swings has a damping of less than a step.
+    """
+    file, mesh = RobotFile.read(made), whole_solid(short())
+    if damping_s is None:
+        shutil.copy(made / "finger.xml", tmp_path)
+    else:
+        joint = file.joints[0].model_copy(
+            update={
+                "coordinates": tuple(
+                    each.model_copy(update={"damping_s": damping_s})
+                    for each in file.joints[0].coordinates
+                )
+            }
+        )
+        ends = [file.links[0].from_mm, *(link.to_mm for link in file.links)]
+        lightly = file.model_copy(update={"joints": (joint, *file.joints[1:])})
+        (tmp_path / "finger.xml").write_text(mjcf.finger(lightly, skin(mesh, ends), 0.4), "utf-8")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "finger.xml"))
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    assert model.opt.timestep == 1e-3
+    largest = stated_step_s(tmp_path)
+    assert largest == pytest.approx(4e-3 if damping_s is None else 2e-3)
+    for step in (1e-3, largest):
+        model.opt.timestep = step
+        data = mujoco.MjData(model)
+        for number in range(12):
+            data.ctrl[0] = (50.0, -20.0)[number % 2]
+            for _ in range(round(0.1 / step)):
+                mujoco.mj_step(model, data)
+            assert np.isfinite(data.qpos).all()
+            assert np.abs(data.qpos[1:]).max() < 1.0
+        assert not any(each.number for each in data.warning)
 
 
 @pytest.mark.slow
@@ -196,32 +229,67 @@ def test_the_scene_holds_still_food(made: Path) -> None:
     before = data.body("food").xpos.copy()
     data.actuator("pressure_kPa").ctrl[0] = 50.0
     data.actuator("lift_m").ctrl[0] = 0.02
-    for _ in range(600):
+    speeds = []
+    for _ in range(800):
         mujoco.mj_step(model, data)
+        speeds.append(data.joint("lift_m").qvel[0])
+    # an input that jumps lifts as fast as finite elements do, less what the fingers weigh
+    assert max(speeds) == pytest.approx(1e-3 * short().gripper.lift_mm_per_s, rel=0.03)
     assert data.body("food").xpos == pytest.approx(before, abs=5e-4)  # short fingers miss it
     assert data.body("base").xpos[2] == pytest.approx(0.02, abs=1e-3)
     names = {model.body(i).name for i in range(model.nbody)}
     assert {"A_link_1", "B_link_1", "C_link_1", "food"} <= names
 
 
-@pytest.mark.slow
-def test_urdf_and_control(robot: Robot, made: Path) -> None:
-    """MuJoCo reads the URDF; the efforts of control.py bring it to the chain's equilibrium."""
-    found = importlib.util.spec_from_file_location("control", made / "control.py")
+def controlled(folder: Path) -> tuple[Any, Any]:
+    """The URDF in MuJoCo without gravity and contacts, and the laws of control.py beside it."""
+    found = importlib.util.spec_from_file_location("control", folder / "control.py")
     assert found is not None
     assert found.loader is not None
     module = importlib.util.module_from_spec(found)
     found.loader.exec_module(module)
-    control = module.JointLaws(made / "robot.json")
-    model = mujoco.MjModel.from_xml_path(str(made / "finger.urdf"))
+    model = mujoco.MjModel.from_xml_path(str(folder / "finger.urdf"))
     model.opt.gravity[:] = 0
     model.geom_contype[:] = 0  # links of one place overlap
+    return model, module.JointLaws(folder / "robot.json")
+
+
+def stepped_deg(folder: Path, pressure_kPa: float, step_s: float, integrator: str) -> float:
+    """Angle of the URDF's tip after a ramp of pressure, by steps as control.py says."""
+    model, control = controlled(folder)
+    model.opt.timestep = step_s
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+    data = mujoco.MjData(model)
+    while data.time < 1.5:
+        pressure = pressure_kPa * min(data.time / 0.1, 1.0)
+        data.qfrc_applied[:] = control.efforts(pressure_kPa=pressure, position=data.qpos)
+        mujoco.mj_step(model, data)
+    assert not any(each.number for each in data.warning)
+    last = len(RobotFile.read(folder).joints)
+    turned = data.body(f"link_{last}").xmat.reshape(3, 3)
+    return float(np.degrees(np.arctan2(-turned[0, 2], turned[2, 2])))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator", ["EULER", "IMPLICITFAST"])
+def test_urdf_rests_where_the_chain_does(integrator: str, robot: Robot, made: Path) -> None:
+    """In steps of 1 ms, and of the largest that finger.xml states, in MuJoCo; to 0.01 %."""
+    for step_s in (1e-3, stated_step_s(made)):
+        for pressure in (-20.0, 50.0):
+            found = stepped_deg(made, pressure, step_s, integrator)
+            assert found == pytest.approx(float(robot.angle_deg(pressure)[0]), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_urdf_and_control(robot: Robot, made: Path) -> None:
+    """MuJoCo reads the URDF; the efforts of control.py vanish at the chain's equilibrium."""
+    model, control = controlled(made)
     assert [model.joint(i).name for i in range(model.njnt)] == control.names
     # an equilibrium by the law alone: no effort where the chain rests
     w = robot.state(50.0).w[0]
     position = w.copy()
     position[robot.chain.of("slide", "shear")] *= 1e-3
-    efforts = control.efforts(50.0, position, np.zeros_like(position))
+    efforts = control.efforts(50.0, position)
     assert np.abs(efforts).max() < 1e-9
     data = mujoco.MjData(model)
     data.qpos[:] = position
@@ -318,6 +386,9 @@ def test_an_error_that_no_chain_has(
     assert 1 < most <= MOST_JOINTS
     assert nearest == len(file.joints)
     assert all(link.mass_kg > 0 for link in file.links)
+    # light links of many joints need no shorter steps
+    angle = float(Robot(file).angle_deg(50.0)[0])
+    assert stepped_deg(tmp_path, 50.0, 1e-3, "EULER") == pytest.approx(angle, rel=1e-3)
 
 
 @pytest.mark.slow
