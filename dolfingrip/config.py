@@ -44,6 +44,7 @@ __all__ = [
     "checked",
     "dumps",
     "felt",
+    "followed",
     "from_dict",
     "load",
 ]
@@ -96,7 +97,9 @@ def load(
     tables.put(data, defaults, replace=False)
     tables.put(data, overrides)
     tables.anchor(data, Path())
-    return from_dict(data)
+    found = from_dict(data)
+    # with a mesh file, the table of another kind may say what the mesh was made of
+    return followed(found, overrides) if found.geometry.of_file else found
 
 
 def changed(config: Config, change: Change) -> Config:
@@ -112,7 +115,33 @@ def changed(config: Config, change: Change) -> Config:
     """
     data = config.opened({tables.parts(key)[0] for key in change})
     tables.put(data, change)
-    return checked(type(config), data)
+    return followed(checked(type(config), data), change)
+
+
+OUTER: Final = ("length_mm", "width_mm", "depth_mm")
+"""Dimensions that commands take from the table of a solid whose mesh file they cannot ask."""
+
+
+def followed(config: Config, change: Change) -> Config:
+    """Return a configuration; refuse a change of dimensions that its mesh file does not follow.
+
+    Args:
+        config: with the change.
+        change: values by key that someone asks for.
+
+    Raises:
+        ConfigError: one line naming the key and its value.
+    """
+    geometry, table = config.geometry, config.geometry_table
+    told = geometry.effort if geometry.of_file else ("kind", *OUTER)
+    for key, value in change.items() if config.mesh.file is not None else ():
+        section, _, name = key.partition(".")
+        if section == table and name and name not in told:
+            raise ConfigError(
+                f"{key} = {value}: a dimension of the solid in mesh.file, which stays as it is; "
+                "allowed: draw it anew and adopt it"
+            )
+    return config
 
 
 def from_dict(data: dict[str, Any]) -> Config:

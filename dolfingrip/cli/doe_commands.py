@@ -70,6 +70,7 @@ def planned(asked: DoeSettings, resolved: Config) -> Plan:
         ConfigError: one line.
     """
     varied = [space.parse(text) for text in asked.parameter or space.PAPER]
+    configuration.followed(resolved, {each.key: each.low for each in varied})
     keys = _keys(asked.gradients, asked.parameters, asked.objective, resolved)
     if asked.fields and asked.objective is not None:
         raise ConfigError("--fields: allowed: without --objective, whose results are its own")

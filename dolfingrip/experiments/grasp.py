@@ -130,6 +130,9 @@ class Grasp(Experiment):
         }
         mesh: dict[str, Any] = {"half": False}
         sized = config.mesh.size_mm is not None or config.mesh.edge_size_mm is not None
+        if config.mesh.file is not None and config.gripper.preset == "coarse":
+            words = 'a size of elements; allowed: "default" with mesh.file'
+            raise ConfigError(f'gripper.preset = "coarse": {words}')
         if config.gripper.preset == "coarse" and not sized:
             mesh["size_mm"] = COARSE_MM
             if config.geometry.thin:

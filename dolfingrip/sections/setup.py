@@ -203,6 +203,12 @@ class Sections(Section):
         if self.solver.element == "S2" and self.mesh.target_elements is not None:
             words = 'a number of tetrahedra; allowed: with solver.element = "P1" or "P2"'
             yield Refusal("mesh.target_elements", words)
+        if self.mesh.both_sides and not self.hexahedra:
+            yield Refusal("mesh.both_sides", 'allowed: with hexahedra, solver.element = "S2"')
+        for key in ("size_mm", "edge_size_mm", "target_elements", "both_sides"):
+            if self.mesh.file is not None and getattr(self.mesh, key):
+                words = "of elements that are made; allowed: without mesh.file, or mesh.refine"
+                yield Refusal(f"mesh.{key}", words)
         if self.mesh.file is not None and self.geometry.differ:
             table = self.geometry_table
             words = f"allowed: without [{table}.override] and [{table}.along]"

@@ -121,10 +121,9 @@ def test_the_experiment() -> None:
 def test_half_a_mesh_file_is_mirrored(tmp_path: Path) -> None:
     """A file's half has the whole finger's stiffness; the elements are the same."""
     file = tmp_path / "half.msh"
-    files.write(file, solid(small.short(*EVEN)))
-    found = [
-        run("push", small.short(*settings, "experiment.step_kPa=50"), comm=MPI.COMM_SELF)
-        for settings in (EVEN, (f"mesh.file={file}",))
-    ]
+    made = small.short(*EVEN, "experiment.step_kPa=50")
+    files.write(file, solid(made))
+    unsized = {"file": file, "size_mm": None, "edge_size_mm": None}
+    found = [run("push", each, comm=MPI.COMM_SELF) for each in (made, made.changed(mesh=unsized))]
     for column in (X, Y):
         np.testing.assert_allclose(*(each.column(column) for each in found), rtol=1e-5)

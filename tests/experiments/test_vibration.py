@@ -6,8 +6,6 @@ the tangent and statics tell.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -16,8 +14,6 @@ from support import small
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.request import Request
-from dolfingrip.experiments.rigs.undeformed import solid
-from dolfingrip.meshes import files
 
 FREE = (
     "mesh.size_mm=10", "mesh.edge_size_mm=10", "contact.self_contact=false",
@@ -47,7 +43,7 @@ def test_a_step_of_pressure_swings_about_rest_in_the_first_mode() -> None:
     assert abs(swung[3]) < 0.2 * loaded
 
 
-def test_refusals(tmp_path: Path) -> None:
+def test_refusals() -> None:
     moving = small.short("experiment.dynamic=true")
     with pytest.raises(ConfigError, match="lift_acceleration_m_s2: none; allowed with exp"):
         Request.of("grasp", moving)
@@ -58,7 +54,3 @@ def test_refusals(tmp_path: Path) -> None:
         Request.of("bend", moving, gradients=())
     with pytest.raises(ConfigError, match='control = volume: allowed with dynamic: "pressure"'):
         small.short("experiment.dynamic=true", 'experiment.control="volume"')
-    file = tmp_path / "half.msh"
-    files.write(file, solid(small.short()))
-    with pytest.raises(ConfigError, match="no vibration across; allowed: a whole one"):
-        run("vibrate", small.short(f"mesh.file={file}"), comm=MPI.COMM_SELF)

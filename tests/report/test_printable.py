@@ -76,7 +76,8 @@ def test_a_mesh_file_has_no_step(tmp_path: Path) -> None:
 
     design = config.load(None, assignments([*SHORT, "mesh.order=1"]))
     files.write(tmp_path / "finger.msh", solid(design))
-    design = design.changed(mesh={"file": tmp_path / "finger.msh"})
+    unsized = {"file": tmp_path / "finger.msh", "size_mm": None, "edge_size_mm": None}
+    design = design.changed(mesh=unsized)
     with pytest.raises(ConfigError, match=r"\.step: a mesh file has no boxes; allowed: \.stl"):
         printable.write(design, tmp_path / "a.step")
     assert printable.write(design, tmp_path / "a.stl").volume_mm3 > 0

@@ -47,7 +47,7 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
     """
 
     def finer(config: Config) -> Config:
-        if config.hexahedra:
+        if config.hexahedra or config.mesh.file is not None:
             return config.changed(mesh={"refine": REFINED * config.mesh.refine})
         sizes = config.mesh.tetrahedra_mm()
         return config.changed(

@@ -1,0 +1,159 @@
+"""Every key of the configuration does something: it changes a result, or it is refused.
+
+The keys that only say something of a part or of the solver are in ``Section.effort``; tables that
+no experiment feels are for moulds.
+"""
+
+from __future__ import annotations
+
+import typing
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support import hollow_box
+from support.command import run_command
+
+from dolfingrip import config
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.experiments.request import Request
+from dolfingrip.experiments.rigs.undeformed import solid
+from dolfingrip.meshes import files
+from dolfingrip.sections.errors import bare
+from dolfingrip.sections.geometry.index import GEOMETRIES
+
+kinds = pytest.mark.parametrize("kind", GEOMETRIES)
+
+OWN_TABLES = ("override", "along")
+"""Dimensions of single chambers, which tests/meshes/test_own_chambers.py moves."""
+
+MESHES = {"half": False, "order": 1, "size_mm": 3.0, "edge_size_mm": 2.5, "refine": 2,
+          "target_elements": 500, "both_sides": True}  # fmt: skip
+
+
+def finger(kind: str, folder: Path) -> Config:
+    """A coarse finger of a kind; of an adopted one half a box as a file."""
+    sizes = (6.0, 1.5) if GEOMETRIES[kind].hexahedra else (8.0, 7.9)
+    mesh: dict[str, Any] = dict(zip(("size_mm", "edge_size_mm"), sizes, strict=True))
+    if GEOMETRIES[kind].of_file:
+        files.write(folder / "box.msh", hollow_box.mesh())
+        mesh = {"file": str(folder / "box.msh")}
+    tables: dict[str, Any] = {"finger": {"kind": kind}, "mesh": mesh, "morph": {"d_mm": 4.0}}
+    geometry = GEOMETRIES[kind]
+    if geometry.number in geometry.model_fields:
+        tables.setdefault(geometry.table(), {})[geometry.number] = 2
+    return config.from_dict(tables)
+
+
+def others(value: Any, info: Any) -> list[Any]:
+    """Other values of a key, of which one may be allowed."""
+    if typing.get_origin(hint := bare(info.annotation)) is typing.Literal:
+        return [each for each in typing.get_args(hint) if each != value]
+    if isinstance(value, bool):
+        return [not value]
+    if isinstance(value, int):
+        return [value + 1, value - 1]
+    if isinstance(value, float):
+        return [1.03 * value, 0.97 * value] if value else [0.03, 2.0, -0.03]
+    if isinstance(value, tuple) and value and isinstance(value[0], float):
+        return [[0.0, 0.0, 2.0], [2.0, 0.0, 1.0]]
+    return [5.0, 2, 2000, True, [1.0, 2.0, 3.0]] if value is None else []
+
+
+def told(asked: Config) -> list[str]:
+    """What each experiment's answer depends on, or why it refuses the configuration."""
+    found = []
+    for name in EXPERIMENTS:
+        try:
+            found.append(Request.of(name, asked).key)
+        except ConfigError as error:
+            found.append(str(error))
+    return found
+
+
+@kinds
+def test_every_key_counts_in_some_experiment(tmp_path: Path, kind: str) -> None:
+    base = finger(kind, tmp_path)
+    before, idle, tried = told(base), [], 0
+    for table, section in base.tables.items():
+        for key, info in type(section).model_fields.items():
+            changes = []
+            for value in others(getattr(section, key), info):
+                try:
+                    changes.append(config.changed(base, {f"{table}.{key}": value}))
+                except ConfigError:
+                    continue
+            tried += bool(changes)
+            if changes and section.felt_by and key not in section.effort:
+                idle += [f"{table}.{key}"] * all(told(each) == before for each in changes)
+    assert not idle
+    assert tried > 80
+
+
+def shape(asked: Config) -> tuple[Any, ...]:
+    """What tells one mesh from another."""
+    mesh = solid(asked)
+    return mesh.points.shape, mesh.cells.shape, float(abs(mesh.points).sum()), *mesh.facets
+
+
+@pytest.mark.parametrize("kind", [
+    pytest.param(kind, marks=pytest.mark.slow if each.tetrahedra else [])
+    for kind, each in GEOMETRIES.items()
+])  # fmt: skip
+def test_every_dimension_and_size_changes_the_mesh(tmp_path: Path, kind: str) -> None:
+    """Or the key is refused, as those of a file are."""
+    base = finger(kind, tmp_path)
+    before, idle = shape(base), []
+    table = base.geometry_table
+    own = [
+        (f"{table}.{key}", others(getattr(base.geometry, key), info))
+        for key, info in type(base.geometry).model_fields.items()
+        if key not in (*OWN_TABLES, *base.geometry.effort, "kind")
+    ]
+    sizes = [(f"mesh.{key}", [value]) for key, value in MESHES.items()]
+    thicknesses = [(f"morph.{key}", [0.1]) for key in ("xi1", "xi2")]
+    refused = 0
+    for key, values in own + sizes + thicknesses:
+        same = False
+        for value in values:
+            try:
+                same = shape(config.changed(base, {key: value})) == before
+            except ConfigError:
+                refused += 1
+                continue
+            if not same:
+                break
+        idle += [key] * same
+    # hexahedra of first order have straight edges, and those of a file the order that they have
+    assert set(idle) <= {"mesh.order"}
+    assert refused >= 8 or not GEOMETRIES[kind].of_file
+
+
+@pytest.mark.parametrize(
+    "setting",
+    ["adopted.wall_mm=1", "adopted.length_mm=120", "mesh.size_mm=2", "mesh.both_sides=true"],
+)
+@pytest.mark.parametrize("command", ["bend", "mesh", "doe", "synthetic", "push", "grasp"])
+def test_a_file_s_dimensions_are_refused_by_every_command(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], command: str, setting: str
+) -> None:
+    finger("adopted", tmp_path)
+    file = ("--set", f"mesh.file={tmp_path / 'box.msh'}", "--set", "finger.kind=adopted")
+    assert run_command(command, *file, "--set", setting, "--out", tmp_path / "out") == 2
+    error = capfd.readouterr().err
+    assert setting.replace("=", " = ").replace("true", "True") in error.replace(".0", "")
+    assert error.count("\n") == 1
+
+
+def test_a_campaign_varies_no_dimension_of_a_file(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Nor that of a finger whose table only describes the file."""
+    finger("adopted", tmp_path)
+    for kind, key in (("adopted", "adopted.wall_mm"), ("bellows", "finger.wall_mm")):
+        file = ("--set", f"mesh.file={tmp_path / 'box.msh'}", "--set", f"finger.kind={kind}")
+        asked = ("doe", "--parameter", f"{key}=2:3:2", *file, "--out", tmp_path / "out")
+        assert run_command(*asked) == 2
+        said = f"{key} = 2.0: a dimension of the solid in mesh.file, which stays as it is; allowed:"
+        assert said in capfd.readouterr().err
