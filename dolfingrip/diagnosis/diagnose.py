@@ -23,7 +23,7 @@ from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
+from dolfingrip.diagnosis.data.suspicion import reversed_signs, sentences, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.finger.analysis import analyse_fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
@@ -112,11 +112,13 @@ def diagnose_measurement(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say, quick = settings.say, settings.quick
+    doubts = _told(sentences(reversed_signs(measurement, config)), say)
     analysis = analyse(measurement, config, workers, settings.effects, say)
-    found = diagnosed(analysis, config, quick=quick, say=say)
     told = analysis.configured
-    shown = np.where(np.isfinite(told), told, found.analysis.problem.base)
-    found.suspicions = found.irregular + sentences(suspicions(found.analysis.measurement, shown))
+    shown = np.where(np.isfinite(told), told, analysis.problem.base)
+    doubts += _told(sentences(suspicions(analysis.measurement, shown)), say, doubts)
+    found = diagnosed(analysis, config, quick=quick, say=say)
+    found.suspicions = doubts or found.irregular  # which a slip makes up where there is none
     outside = found.analysis.specimens_apart() if settings.specimens else None
     if outside is not None:
         say(f"{outside.sentence}; diagnosing the others")
@@ -135,6 +137,14 @@ def diagnose_measurement(
     found.next, failed = settled_by(found, say, simulating=whole)
     found.warnings += failed
     return found
+
+
+def _told(found: list[str], say: Callable[[str], None], before: Sequence[str] = ()) -> list[str]:
+    """Say doubts that were not said before, and return them."""
+    new = [each for each in found if each not in before]
+    for each in new:
+        say(f"check the data first: {each}")
+    return new
 
 
 def analyse(

@@ -22,6 +22,8 @@ class DataPolicy:
         no_slip: a ratio within this factor of 1 is no slip.
         slip_leaves: largest part of the unexplained change that a scale may leave.
         fewest_of_loading: rows of a first loading that tell how evenly it went.
+        fewest_of_sign: readings that tell whether a column falls as the control rises.
+        falls: correlation of both below which it does.
         uneven: distance from a line in time, by its range, from which on a travel is not even.
         more_even: by how much more even another column has to be.
         readings_of_wait: readings of a planned wait, whose distances grow.
@@ -39,6 +41,8 @@ class DataPolicy:
     no_slip: float = 2.5
     slip_leaves: float = 0.6
     fewest_of_loading: int = 6
+    fewest_of_sign: int = 4
+    falls: float = -0.95
     uneven: float = 0.04
     more_even: float = 4.0
     readings_of_wait: int = 5

@@ -18,12 +18,18 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS
 from dolfingrip.diagnosis.policy import DATA
 
 _DEGREES: Final = 180 / math.pi
 
+
+_REVERSED: Final = "the sign is reversed"
+
+SIGNED: Final = (ANGLE.unit, FORCE.unit)
+"""Units of readings that rise with the pressure, or with a coupon's travel."""
 
 _OF_READING: Final[Mapping[str, Mapping[str, float]]] = {
     "deg": {"an angle in radians": _DEGREES, "degrees turned twice": 1 / _DEGREES},
@@ -99,6 +105,31 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
     return found
 
 
+def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
+    """The signs that the readings tell without a simulation, as every finger bends to its back.
+
+    Args:
+        measurement: the readings.
+        config: the model; a mesh of one's own may bend to either side.
+
+    Returns:
+        A suspicion for each angle and force that falls as steadily as its control rises.
+    """
+    found: list[Suspicion] = []
+    for test in measurement.tests:
+        rows = measurement.rows(test.number)
+        told = test.applied(config)
+        if test.of_finger and (test.supplies or told.mesh.file or told.geometry.of_file):
+            continue
+        for name in (each for each in READING_COLUMNS if CHANNELS[each].unit in SIGNED):
+            pairs = rows[[test.control, name]].dropna()
+            if len(pairs) < DATA.fewest_of_sign or not pairs.std().all():
+                continue
+            if (alike := pairs.corr().iloc[0, 1]) < DATA.falls:
+                found.append(Suspicion(test, name, -1.0, _REVERSED, 1 + alike))
+    return found
+
+
 def sentences(found: Sequence[Suspicion]) -> list[str]:
     """Suspicions in sentences; what several specimens raise alike is told once."""
     alike: dict[tuple[str, str], list[Suspicion]] = {}
@@ -149,12 +180,14 @@ def _scaled(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
         if left >= DATA.slip_leaves or missed >= DATA.slip_leaves * np.linalg.norm(measured):
             continue
         if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
-            found.append(Suspicion(test, name, -1.0, "the sign is reversed", left))
+            found.append(Suspicion(test, name, -1.0, _REVERSED, left))
             continue
-        for meaning, factor in _OF_READING.get(CHANNELS[name].unit, {}).items():
-            if _alike(abs(ratio), 1 / factor):
-                by = math.copysign(factor, ratio)
-                found.append(Suspicion(test, name, by, meaning, left))
+        slips = _OF_READING.get(CHANNELS[name].unit, {}).items()
+        alike = [each for each in slips if _alike(abs(ratio), 1 / each[1])]
+        if ratio < 0 and not alike:  # however much softer or stiffer the finger is, too
+            alike = [(_REVERSED, 1.0)]
+        for meaning, factor in alike:
+            found.append(Suspicion(test, name, math.copysign(factor, ratio), meaning, left))
     return found + _of_control(test, ratios, columns)
 
 

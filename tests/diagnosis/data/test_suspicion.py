@@ -8,9 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.data.suspicion import Suspicion, sentences, suspicions
+from dolfingrip.diagnosis.data.suspicion import (
+    Suspicion,
+    reversed_signs,
+    sentences,
+    suspicions,
+)
 from dolfingrip.diagnosis.data.table import MEASURED
 
 pd = pytest.importorskip("pandas")
@@ -197,3 +203,49 @@ def test_slips_of_coupons_are_told_once(travel: np.ndarray, force: np.ndarray, t
     found = coupons(travel, force)
     assert any(told in each for each in found)
     assert all(each.startswith("coupon, 2 specimens (lab.csv)") for each in found)
+
+
+SIGN = "angle_deg: the sign is reversed? (factor -1)"
+
+
+def lab(columns: dict[str, np.ndarray], experiment: str = "blocked_force") -> Measurement:
+    """A measurement of one test, without a simulation."""
+    table = pd.DataFrame(np.nan, index=range(len(columns["angle_deg"])), columns=list(MEASURED))
+    table = table.astype({"experiment": object, "specimen": object, "branch": object})
+    table[["experiment", "specimen", "branch"]] = [experiment, "A", "loading"]
+    table["cycle"], table["test"] = 1, 0
+    for name, values in columns.items():
+        table[name] = values
+    return Measurement(table, [SpecimenTest(0, Path("lab.csv"), experiment, "A", LabSetup())])
+
+
+@pytest.mark.parametrize("rows", [[0, 3, 6, 10], list(range(11))])
+@pytest.mark.parametrize("towards", [1.0, -0.3])
+def test_a_reversed_sign_is_seen_without_a_simulation(rows: list[int], towards: float) -> None:
+    """Under pressure or suction, by four readings or eleven, of whatever size the angle is."""
+    pressure = towards * PRESSURE[rows]
+    for size in (0.02, 1.0, 13.0):
+        angle = size * towards * angle_deg(PRESSURE[rows])
+        force = force_N(PRESSURE[rows])
+        columns = {"pressure_kPa": pressure, "angle_deg": -angle}
+        (said,) = sentences(reversed_signs(lab(columns), Config()))
+        assert SIGN in said
+        told = {**columns, "angle_deg": angle, "force_N": towards * force}
+        assert reversed_signs(lab(told), Config()) == []
+    noise = np.random.default_rng(7).normal(0.0, 0.3, len(rows))
+    if len(rows) > 4:  # noise falls with no pressure
+        assert reversed_signs(lab({**columns, "angle_deg": noise}), Config()) == []
+
+
+def test_a_mesh_of_one_s_own_may_bend_to_either_side() -> None:
+    columns = {"pressure_kPa": PRESSURE, "angle_deg": -angle_deg(PRESSURE)}
+    own = Config().changed(mesh={"file": "own.msh"})
+    assert reversed_signs(lab(columns), own) == []
+
+
+@pytest.mark.parametrize("wrong", [4.0, 0.08])
+def test_a_reversed_sign_is_seen_beside_a_modulus_that_is_far_off(wrong: float) -> None:
+    """No unit explains such a factor: the sign is what the readings tell."""
+    true = {"angle_deg": angle_deg(PRESSURE), "tip_z_mm": -tip_mm(PRESSURE)}
+    (said,) = found(true, PRESSURE, wrong)
+    assert (said.column, said.factor, said.meaning) == ("tip_z_mm", -1.0, "the sign is reversed")
