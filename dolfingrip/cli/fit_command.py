@@ -81,8 +81,9 @@ def fit_laws(
     screen.print(_values(fits, best))
     for line in (*choice.reasons, *_remarks(fits, best, data)):
         screen.say(f"- {line}")
-    picture.write(material.charts(data, fits, best), out / "fit.png", material.LOOK)
+    charts = material.charts(data, fits, best)
     if best.relative_rms > MISFIT:
+        picture.write(charts, out / "fit.png", material.LOOK)
         raise ConfigError(
             f"--law {best.law.name}: it misses the readings by {100 * best.relative_rms:.2g} % "
             f"(rms), so no material.toml is written; picture: {out / 'fit.png'}; allowed: up to "
@@ -94,6 +95,7 @@ def fit_laws(
             "allowed: another law, or fewer readings by --max-stretch"
         )
     fit.write(best, data, out / "material.toml")
+    picture.write(charts, out / "fit.png", material.LOOK)
     screen.say(
         f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}"
     )

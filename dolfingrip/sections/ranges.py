@@ -11,7 +11,7 @@ largest. A key whose range has a 0 in it takes no number that is nearly 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Annotated, Any, Final, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le
@@ -40,7 +40,8 @@ def narrow(key: str, info: FieldInfo) -> None:
         info: pydantic's description of the key, which is changed.
     """
     unit = units.of(key)
-    if bare(info.annotation) is float:
+    others = [each for each in get_args(info.annotation) if each is not NoneType]
+    if bare(info.annotation) is float and len(others) < 2:  # a number, or none
         info.metadata = _within(info.metadata, unit)
     else:
         info.annotation = _of_entries(info.annotation, unit)

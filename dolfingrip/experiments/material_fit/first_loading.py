@@ -83,7 +83,7 @@ def _unbroken(load: np.ndarray) -> np.ndarray:
     least = (1 - FALL) * greatest - max(TURN * float(load.max()), _noise(load))
     keep, fallen = load >= least, smooth < least
     if fallen.any():
-        keep[int(np.argmax(load[: int(np.argmax(fallen))])) + 1 :] = False
+        keep[int(np.argmax(load[: int(np.argmax(fallen)) + 1])) + 1 :] = False
     return keep
 
 
