@@ -144,7 +144,9 @@ def reason(kind: str, info: Any, key: str) -> str:
     nearly = f"nearer to 0 than {NOTHING:g}; " if kind == "nearly_zero" else ""
     if get_origin(hint) in (tuple, dict):
         return f"{nearly}allowed: {_entries(hint, info, unit(key))}"
-    limits = _within(info.metadata)
+    beside = [get_args(part) for part in get_args(info.annotation) if get_origin(part) is Annotated]
+    of_number = [each for kind_of, *notes in beside if kind_of is hint for each in notes]
+    limits = _within([*info.metadata, *of_number])
     allowed = f"{limits} {unit(key)}".strip() if limits else f"any finite {what}"
     if kind.startswith(("greater", "less", "nearly")):
         return f"{nearly}allowed: {allowed}"
