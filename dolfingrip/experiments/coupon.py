@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
-from dolfingrip.channels import DISPLACEMENT, NOMINAL_STRAIN, NOMINAL_STRESS, TIME, readings
+from dolfingrip.channels import (
+    DISPLACEMENT,
+    NOMINAL_STRAIN,
+    NOMINAL_STRESS,
+    TIME,
+    TRANSVERSE_STRAIN,
+    readings,
+)
 from dolfingrip.experiments.experiment import (
     MPI,
     Config,
@@ -15,13 +23,19 @@ from dolfingrip.experiments.experiment import (
     Option,
     Plot,
     Profile,
+    Readings,
     Rig,
 )
 from dolfingrip.experiments.protocol import Stop, cycles, given, steps
+from dolfingrip.experiments.results import doubts
 from dolfingrip.sections.errors import ConfigError
 
 FIT: Final = "--fit FILE.csv"
 """The option that options of a fit are allowed with."""
+
+
+GROWN: Final = 1.2
+"""Volume, by that at rest, which no rubber reaches."""
 
 
 class Coupon(Experiment):
@@ -62,6 +76,24 @@ class Coupon(Experiment):
         from dolfingrip.experiments.rigs.bar_rig import BarRig
 
         return BarRig.built(config, comm, profile)
+
+    def notes(self, config: Config) -> list[str]:
+        return doubts.not_given(config)
+
+    def remarks(self, result: Readings) -> list[str]:
+        if not result.rows:
+            return []
+        stretch = 1 + result.column(NOMINAL_STRAIN.name)
+        volume = stretch * (1 + result.column(TRANSVERSE_STRAIN.name)) ** 2
+        most, nu = int(volume.argmax()), result.config.material.poisson
+        found = doubts.of_law(result.config, float(stretch.max()))
+        if volume[most] > GROWN:
+            soft = ", where the energy K/2 (ln J)² softens" if volume[most] > math.e else ""
+            found.append(
+                f"at a stretch of {stretch[most]:.3g} the volume is {volume[most]:.2f} of that at "
+                f"rest{soft}: rubber keeps it and resists more; nu = {nu:.4g}"
+            )
+        return found
 
     def setup(self, config: Config) -> dict[str, Any]:
         return {

@@ -60,8 +60,23 @@ def _of_name(table: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
     for key, value in told.items():
         if key in defaults and key not in _KEPT and value != own.get(key):
             raise outside(key, shown(value), f'allowed: without name = "{name}", which tells it')
+    if told.get("bulk_MPa") is not None:
+        own.pop("nu", None)
     return {**own, **told}
 
+
+def known_as(material: Material) -> tuple[str, dict[str, Any]] | None:
+    """Return the name of the material that has these constants, and what is known of it.
+
+    Args:
+        material: as it is resolved, without its name.
+    """
+    own = {"law": material.law, **material.constants()}.items()
+    return next((each for each in named().items() if own <= each[1]["material"].items()), None)
+
+
+OF_RUBBER: Final = 0.499
+"""Poisson's ratio of a law that was fitted as if the volume stayed."""
 
 ALWAYS: Final = {"mu_MPa": 2.93, "ogden_mu_MPa": [], "ogden_alpha": []}
 """Keys of laws that count in keys of stored results with any law, where the law does not set them:

@@ -19,6 +19,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.coupons import CouponSeries, reach
 from dolfingrip.experiments.material_fit.law import LAWS, Law, Mode, stress
 from dolfingrip.files import whole
+from dolfingrip.sections.material import OF_RUBBER
 
 Values = np.ndarray
 
@@ -269,10 +270,10 @@ def write(fit: LawFit, data: Sequence[CouponSeries], file: Path) -> None:
             f"{key.rpartition('.')[2]} ± {half:.2g}"
             for key, half in zip(fit.law.keys, fit.half_width, strict=True)
         ),
-        "A coupon does not tell how compressible the material is: give material.nu or bulk_MPa.",
+        'Fitted at constant volume. Tetrahedra of 10 nodes lock: take solver.element = "P2-P1".',
     ):
         document.add(tomlkit.comment(line))
     values = [float(f"{value:.{DIGITS}g}") for value in fit.values]
     for name, table in fit.law.tables(values).items():
-        document.add(name, table)
+        document.add(name, table | {"nu": OF_RUBBER})
     whole.write(file, tomlkit.dumps(document))

@@ -12,11 +12,14 @@ from dolfingrip.channels import (
     BENDING_ANGLE,
     BENDING_DIRECTION,
     BREAK_SHARE,
+    LARGEST_STRETCH,
     PRESSURE,
     WALL_GAP,
 )
+from dolfingrip.sections.material import DEFAULT, OF_RUBBER, known_as
 
 if TYPE_CHECKING:
+    from dolfingrip.config import Config
     from dolfingrip.experiments.results.readings import Readings
 
 
@@ -70,6 +73,9 @@ def of_motion(result: Readings) -> Iterator[Doubt]:
                 "elongation at break",
                 f"a wall breaks at {reached:.3g} kPa: its elongation reaches that at break",
             )
+    if LARGEST_STRETCH.name in result:
+        stretch = float(np.nanmax(result.column(LARGEST_STRETCH.name)))
+        yield from (Doubt("the law's stretch", each) for each in of_law(result.config, stretch))
     ratios = [each.pressure_ratio for each in result.config.cavity.all.values()]
     highest = int(np.argmax(pressure))
     forwards = pressure[highest] > 0 and all(ratio == 1 for ratio in ratios)
@@ -104,6 +110,38 @@ def elongation(result: Readings) -> list[str]:
     most = int(np.argmax(share))
     return [
         f"largest elongation: {100 * share[most]:.3g} % of that at break, at {pressure[most]:g} kPa"
+    ]
+
+
+def not_given(config: Config) -> list[str]:
+    """Say which numbers of a material nobody gave, and what stands in their place.
+
+    Args:
+        config: of a run; the default material is known as a whole.
+    """
+    material, default = config.material, DEFAULT
+    if material.constants() == default.constants():
+        return []
+    missing = [] if material.nu or material.bulk_MPa else [f"nu = {material.poisson:g}"]
+    if config.gravity.acceleration_m_s2 and material.density_kg_m3 == default.density_kg_m3:
+        missing.append(f"density_kg_m3 = {default.density_kg_m3:g}")
+    what = f"not given, so printed NinjaFlex's is taken; rubber has nu = {OF_RUBBER}"
+    return [f"material: {' and '.join(missing)}: {what}"] if missing else []
+
+
+def of_law(config: Config, stretch: float) -> list[str]:
+    """Say where a run leaves the stretches that a named material's law is known of.
+
+    Args:
+        config: of the run.
+        stretch: the largest one.
+    """
+    name, known = known_as(config.material) or ("", {"stretch": np.inf})
+    if stretch <= 1.001 * known["stretch"]:
+        return []
+    return [
+        f"{name}: the largest stretch is {stretch:.3g}; its law is known to {known['stretch']:g} "
+        f"alone ({known['source']})"
     ]
 
 
