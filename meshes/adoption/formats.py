@@ -31,6 +31,9 @@ _UNITS_MM: Final = {
     "meter": 1000.0,
 }  # fmt: skip
 _CORE: Final = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+_PATH: Final = "{http://schemas.microsoft.com/3dmanufacturing/production/2015/06}path"
+_FIRST: Final = "/3dmodel"
+"""End of the type of the relation from a package to the model that is built."""
 
 
 def triangles_of(path: Path, scale: float) -> tuple[Floats, Ints]:
@@ -115,34 +118,44 @@ def _of_cad(path: Path) -> object:
 def _of_3mf(path: Path) -> object:
     """All objects that a 3MF file builds, placed, in mm.
 
-    Source: 3MF Core Specification 1.3, chapters 3 and 4.
+    Slicers put each object into a model of its own in the archive, which the first one names.
+
+    Source: 3MF Core Specification 1.3, chapters 3 and 4; 3MF Production Extension 1.1, chapter 4.
     """
     import pyvista as pv
 
     with package.opened(path) as packed:
-        name = next(each for each in packed.namelist() if each.lower().endswith(".model"))
-        root = xml.parse(packed.read(name))
-    unit = _UNITS_MM[root.get("unit", "millimeter")]
-    objects = {each.get("id"): each for each in root.iter(f"{_CORE}object")}
+        names = [each for each in packed.namelist() if each.lower().endswith((".model", ".rels"))]
+        models = {f"/{each}": xml.parse(packed.read(each)) for each in names}
+    of_package = models.get("/_rels/.rels", ())
+    first = [each.get("Target", "") for each in of_package if each.get("Type", "").endswith(_FIRST)]
+    places = [f"/{each.lstrip('/')}" for each in first]
+    start = next(each for each in (*places, *models) if each in models and each.endswith(".model"))
+    objects = {(n, o.get("id")): o for n, m in models.items() for o in m.iter(f"{_CORE}object")}
     found = pv.PolyData()
 
-    def add(number: str | None, turn: Floats, moved: Floats) -> None:
+    def add(of: str, element: Element, turn: Floats, moved: Floats) -> None:
         nonlocal found
-        model = objects[number]
+        its_turn, its_move = _transform(element)
+        turn, moved = its_turn @ turn, its_move * _UNITS_MM[units[of]] @ turn + moved
+        of = element.get(_PATH, of)
+        model = objects.get((of, element.get("objectid")))
+        if model is None:
+            raise MeshError(f"no object {element.get('objectid')} in {of}; allowed: one that is")
         for mesh in model.iter(f"{_CORE}mesh"):
             corners = [[float(v.get(k, "")) for k in "xyz"] for v in mesh.iter(f"{_CORE}vertex")]
             rows = [
                 [int(t.get(k, "")) for k in ("v1", "v2", "v3")]
                 for t in mesh.iter(f"{_CORE}triangle")
             ]
-            points = (np.array(corners) @ turn + moved) * unit
+            points = np.array(corners) * _UNITS_MM[units[of]] @ turn + moved
             found = found + pv.PolyData.from_regular_faces(points, np.array(rows))
         for part in model.iter(f"{_CORE}component"):
-            its_turn, its_move = _transform(part)
-            add(part.get("objectid"), its_turn @ turn, its_move @ turn + moved)
+            add(of, part, turn, moved)
 
-    for item in root.iter(f"{_CORE}item"):
-        add(item.get("objectid"), *_transform(item))
+    units = {name: model.get("unit", "millimeter") for name, model in models.items()}
+    for item in models[start].iter(f"{_CORE}item"):
+        add(start, item, np.eye(3), np.zeros(3))
     return found
 
 

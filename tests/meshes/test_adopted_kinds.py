@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,9 +12,11 @@ from pathlib import Path
 import gmsh
 import numpy as np
 import pytest
+from support import hollow_bar
 
 from dolfingrip.meshes import files, groups
 from dolfingrip.meshes.adoption.adopt import ANOTHER_SIZE, AdoptedPart, adopt
+from dolfingrip.meshes.adoption.formats import triangles_of
 from dolfingrip.meshes.adoption.roles import Asked
 from dolfingrip.meshes.adoption.sizes import MeshRequest
 from dolfingrip.meshes.gmsh_model import session
@@ -291,3 +294,137 @@ def test_one_element_through_the_wall(tmp_path: Path) -> None:
     coarse, fine = (adopt(file, Asked(), MeshRequest(size_mm=size)) for size in (4.0, 1.3))
     assert "one element through the wall at" in " ".join(coarse.warnings)
     assert fine.warnings == ()
+
+
+CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"
+TO_MODEL = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+
+
+def of_slicer(objects: str, items: str) -> str:
+    """A model as slicers write it, whose components may lie in other models of the archive."""
+    return (
+        f'<?xml version="1.0"?><model unit="millimeter" xmlns="{CORE}" xmlns:p="{PRODUCTION}" '
+        f'requiredextensions="p"><resources>{objects}</resources><build>{items}</build></model>'
+    )
+
+
+@pytest.mark.parametrize("unit", ["millimeter", "centimeter"])
+def test_3mf_of_a_slicer_whose_objects_are_models_of_their_own(tmp_path: Path, unit: str) -> None:
+    """Numbers of objects are those of their model; placements lie in one another.
+
+    Two plates: the bar of `hollow_bar` on the first one, and a box, 100 mm away, on the second one.
+    """
+    scale = {"millimeter": 1.0, "centimeter": 10.0}[unit]
+
+    def mesh(points: np.ndarray, rows: np.ndarray, number: int) -> str:
+        corners = "".join(
+            f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in np.asarray(points) / scale
+        )
+        facets = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in rows)
+        return (
+            f'<object id="{number}" type="model"><mesh><vertices>{corners}</vertices>'
+            f"<triangles>{facets}</triangles></mesh></object>"
+        )
+
+    points, rows = hollow_bar.triangles()
+    box, sides = hollow_bar.box(np.zeros(3), np.array([4.0, 5.0, 6.0]))
+    outer, inner = (of_slicer(each, "").replace("millimeter", unit) for each in (
+        mesh(points[:8], rows[:12], 1) + mesh(points[8:], rows[12:] - 8, 2), mesh(box, sides, 1),
+    ))  # fmt: skip
+    quarter, beside = "0 1 0 -1 0 0 0 0 1 30 0 0", "1 0 0 0 1 0 0 0 1 100 0 0"
+    main = of_slicer(
+        '<object id="1"><components>'
+        '<component p:path="/3D/Objects/bar_1.model" objectid="1"/>'
+        '<component p:path="/3D/Objects/bar_1.model" objectid="2"/></components></object>'
+        f'<object id="2"><components><component objectid="1" transform="{quarter}"/>'
+        "</components></object>",
+        f'<item objectid="2" transform="1 0 0 0 1 0 0 0 1 0 7 0"/>'
+        f'<item objectid="1" p:path="/3D/Objects/box.model" transform="{beside}"/>',
+    )
+    told = (
+        '<?xml version="1.0"?><Relationships '
+        'xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+        f'<Relationship Target="/3D/3dmodel.model" Id="r" Type="{TO_MODEL}"/></Relationships>'
+    )
+    with zipfile.ZipFile(tmp_path / "part.3mf", "w") as packed:
+        packed.writestr("3D/Objects/bar_1.model", outer)
+        packed.writestr("3D/Objects/box.model", inner)
+        packed.writestr("_rels/.rels", told)
+        packed.writestr("3D/3dmodel.model", main)
+    found, triangles = triangles_of(tmp_path / "part.3mf", 1.0)
+    assert len(triangles) == 36
+    expected = np.vstack(
+        [points @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]] + [30, 7, 0], box + np.array([100, 0, 0])]
+    )
+    for place in expected:
+        assert np.abs(found - place).max(axis=1).min() < 1e-5
+    volume = enclosed_volume(found, triangles)
+    assert volume == pytest.approx(hollow_bar.VOLUME_MM3 + 120.0, rel=1e-5)
+    with zipfile.ZipFile(tmp_path / "lost.3mf", "w") as packed:
+        packed.writestr("3D/3dmodel.model", main)
+    with pytest.raises(MeshError, match=r"no object 1 in /3D/Objects/bar_1\.model; allowed"):
+        triangles_of(tmp_path / "lost.3mf", 1.0)
+
+
+def text_stl(name: str, end: str) -> bytes:
+    """The bar as a text."""
+    points, rows = hollow_bar.triangles()
+    facets = (
+        "facet normal 0 0 0\n  outer loop\n"
+        + "".join(f"    vertex {x:.3e} {y:+g} {z}\n" for x, y, z in points[row])
+        + "  endloop\nendfacet\n"
+        for row in rows
+    )
+    return f"solid {name}\n{''.join(facets)}{end}".encode()
+
+
+BEHIND = b"//+\r\nSurface Loop(1) = {1};\r\n//+\r\nVolume(1) = {1};\r\n"
+TEXTS = {
+    "text": text_stl("bar", "endsolid bar\n"),
+    "text and more": text_stl("bar", "endsolid bar\n") + BEHIND,
+    "text without end": text_stl("bar", ""),
+    "upper case": text_stl("bar", "endsolid bar\n").upper(),
+    "byte order mark": b"\xef\xbb\xbf" + text_stl("", "endsolid\n"),
+}
+
+
+@pytest.mark.parametrize("header", [b"bar", b"solid bar of a CAD program", b"solid\nfacet normal"])
+@pytest.mark.parametrize("behind", [b"", BEHIND], ids=["alone", "text behind"])
+def test_binary_stl(tmp_path: Path, header: bytes, behind: bytes) -> None:
+    """Whose header may begin as a text's does; what follows the last triangle is no triangle."""
+    points, triangles = triangles_of(hollow_bar.stl(tmp_path / "bar.stl", header, behind), 1.0)
+    assert (len(points), len(triangles)) == (16, 24)
+    assert enclosed_volume(points, triangles) == pytest.approx(hollow_bar.VOLUME_MM3, rel=1e-6)
+
+
+@pytest.mark.parametrize("content", TEXTS.values(), ids=list(TEXTS))
+def test_text_stl(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "bar.STL").write_bytes(content)
+    points, triangles = triangles_of(tmp_path / "bar.STL", 1.0)
+    assert enclosed_volume(points, triangles) == pytest.approx(hollow_bar.VOLUME_MM3, rel=1e-6)
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".vtk", ".vtu"])
+@pytest.mark.parametrize("content", [
+    b"", b"solid bar\n", b"nothing of the kind\n", b"solid\nvertex 1 2 3\n", b"solid\nvertex 1 2 e",
+    TEXTS["text"].replace(b".", b","), b"ply\nformat ascii 1.0\nelement vertex 3\n",
+])  # fmt: skip
+def test_what_has_no_triangles_gets_one_line(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], suffix: str, content: bytes
+) -> None:
+    """And nothing of what VTK has to say of it."""
+    (tmp_path / f"bar{suffix}").write_bytes(content)
+    with warnings.catch_warnings(record=True) as warned, pytest.raises(MeshError) as caught:
+        triangles_of(tmp_path / f"bar{suffix}", 1.0)
+    assert not warned
+    assert "\n" not in str(caught.value)
+    assert "allowed: " in str(caught.value) or "XML" in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_binary_stl_that_ends_early(tmp_path: Path) -> None:
+    whole = hollow_bar.stl(tmp_path / "bar.stl").read_bytes()
+    (tmp_path / "bar.stl").write_bytes(whole[:700])
+    with pytest.raises(MeshError, match="no triangles; allowed: a closed surface of triangles"):
+        triangles_of(tmp_path / "bar.stl", 1.0)
