@@ -135,7 +135,7 @@ class DesignFile(ResultFile):
 
     @property
     def shown(self) -> DesignFile:
-        """The same as people see it: a curve's mean squares are root mean squares in mm."""
+        """Result as people see it: a curve's mean squares are root mean squares in mm."""
         if self.quantity != CURVE.name:
             return self
         return _rooted(self).model_copy(

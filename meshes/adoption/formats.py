@@ -23,6 +23,9 @@ MESHES: Final = (".msh", ".inp", ".vtk", ".vtu")
 MERGED: Final = 1e-6
 """Distance, relative to the extent, up to which corners of triangles are one point."""
 
+MOST_PLACED: Final = 10_000
+"""Objects that a 3MF file may place."""
+
 TURN: Final = 24
 """Triangles around a full turn of a curved face of CAD."""
 
@@ -132,10 +135,13 @@ def _of_3mf(path: Path) -> object:
     places = [f"/{each.lstrip('/')}" for each in first]
     start = next(each for each in (*places, *models) if each in models and each.endswith(".model"))
     objects = {(n, o.get("id")): o for n, m in models.items() for o in m.iter(f"{_CORE}object")}
-    found = pv.PolyData()
+    points, triangles, placed = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], 0
 
     def add(of: str, element: Element, turn: Floats, moved: Floats) -> None:
-        nonlocal found
+        nonlocal placed
+        placed += 1  # objects of objects may be more than a machine can hold
+        if placed > MOST_PLACED:
+            raise MeshError(f"more than {MOST_PLACED} objects; allowed: so many")
         its_turn, its_move = _transform(element)
         turn, moved = its_turn @ turn, its_move * _UNITS_MM[units[of]] @ turn + moved
         of = element.get(_PATH, of)
@@ -148,15 +154,15 @@ def _of_3mf(path: Path) -> object:
                 [int(t.get(k, "")) for k in ("v1", "v2", "v3")]
                 for t in mesh.iter(f"{_CORE}triangle")
             ]
-            points = np.array(corners) * _UNITS_MM[units[of]] @ turn + moved
-            found = found + pv.PolyData.from_regular_faces(points, np.array(rows))
+            triangles.append(np.array(rows) + sum(map(len, points)))
+            points.append(np.array(corners) * _UNITS_MM[units[of]] @ turn + moved)
         for part in model.iter(f"{_CORE}component"):
             add(of, part, turn, moved)
 
     units = {name: model.get("unit", "millimeter") for name, model in models.items()}
     for item in models[start].iter(f"{_CORE}item"):
         add(start, item, np.eye(3), np.zeros(3))
-    return found
+    return pv.PolyData.from_regular_faces(np.vstack(points), np.vstack(triangles))
 
 
 def _transform(element: Element) -> tuple[Floats, Floats]:

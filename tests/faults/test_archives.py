@@ -129,6 +129,30 @@ def test_entities_of_3mf(document_type: str, tmp_path: Path) -> None:
         triangles_of(tmp_path / "part.3mf", 1.0)
 
 
+@pytest.mark.parametrize("of", ["itself", "others"])
+def test_objects_of_objects(of: str, tmp_path: Path) -> None:
+    """A 3MF file of a kilobyte that places 10¹¹ objects, or one within itself."""
+    first = 1 if of == "itself" else 2
+    objects = "".join(
+        f'<object id="{i}"><components>'
+        + f'<component objectid="{i - first + 1}"/>' * (1 if of == "itself" else 10)
+        + "</components></object>"
+        for i in range(1, 12)
+    )
+    space = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+    model = (
+        f'<model unit="millimeter" xmlns="{space}"><resources><object id="0"><mesh>'
+        '<vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
+        '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>'
+        f"{objects}</resources>"
+        '<build><item objectid="11"/></build></model>'
+    )
+    with ZipFile(tmp_path / "part.3mf", "w") as packed:
+        packed.writestr("3D/3dmodel.model", model)
+    with pytest.raises(MeshError, match=r"more than 10000 objects|recursion"):
+        triangles_of(tmp_path / "part.3mf", 1.0)
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_entities_of_meshes_and_fields(document_type: str, encoding: str, tmp_path: Path) -> None:
     text = document_type + '<VTKFile type="UnstructuredGrid"><a>&a11;</a></VTKFile>'

@@ -153,6 +153,11 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
 
     A polynomial of the load for each channel, protocol and branch.
 
+    Args:
+        listed: the readings.
+        along: where they lie.
+        base: those of the model, shape (n,).
+
     Returns:
         The factor, shape (n,), and its derivative by the load, shape (n,).
     """
