@@ -68,17 +68,23 @@ def fit_laws(
     laws = [law for law in chosen if len(law.keys) < readings]
     if not laws:
         raise ConfigError(f"--fit: {readings} readings; allowed: more than a law has parameters")
-    fits = []
+    by_name: dict[str, LawFit] = {}
+    idle: list[str] = []
     with progress.shown(screen, "laws", total=len(laws)) as show:
         for i, law in enumerate(laws):
-            fits.append(fit.fit(law, data))
+            found = fit.of_use(fit.fit(law, data), data)
+            by_name[found.law.name] = found
+            idle += [] if found.law is law else [law.title]
             show(i + 1, len(laws), law.title)
+    fits = list(by_name.values())
     choice = choose(fits, data)
     best = choice.best
     screen.say(_told(data, readings))
     screen.print(_quality(fits, best, data))
     screen.print()
     screen.print(_values(fits, best))
+    if idle:
+        screen.say(f"- left out, as a term of them improves nothing: {'; '.join(idle)}")
     for line in (*choice.reasons, *_remarks(fits, best, data)):
         screen.say(f"- {line}")
     picture.write(material.charts(data, fits, best), out / "fit.png", material.LOOK)
@@ -172,7 +178,7 @@ def _remarks(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
         f"{series.name}: its tangent rises from the start, as that of rubber does in compression "
         f'and in no tension; if it was pressed, tell mode = "{COMPRESSION}" in its TOML'
         for series in data
-        if series.stretch.min() >= 1 and is_hollow(series.stretch, series.stress_MPa)
+        if series.stretch.min() >= 1 and is_hollow(series.stretch - 1, series.stress_MPa)
     ]
     found += choice.apart(fits, data)
     if best.correlation > 0.5:
