@@ -236,12 +236,11 @@ def _likeliest(law: Law, data: Sequence[CouponSeries], starts: Sequence[Values])
     moduli = [i for i, key in enumerate(law.keys) if "MPa" in key]
     tolerance, found = tolerances_MPa(data), []
     for start in starts:
-        units = [np.where(np.arange(len(start)) == i, 1.0, start) for i in moduli]
-        for unit, own in zip(units, moduli, strict=True):
-            unit[[i for i in moduli if i != own]] = 0.0
+        scaled = start.copy()
+        scaled[moduli] = 0.0
+        units = scaled + np.eye(len(start))[moduli]
         basis = np.stack([predicted_MPa(law, data, unit) / tolerance for unit in units], axis=1)
         best, left = nnls(basis, measured_MPa(data) / tolerance)
-        scaled = start.copy()
         scaled[moduli] = np.maximum(best, NEGLIGIBLE * best.max())
         found.append((float(left), scaled))
     return [start for _, start in sorted(found, key=lambda each: each[0])[:STARTS]]
