@@ -16,13 +16,7 @@ from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import choice, coupons, fit
 from dolfingrip.experiments.material_fit.choice import choose, unstable
-from dolfingrip.experiments.material_fit.coupons import (
-    COMPRESSION,
-    MODES,
-    CouponSeries,
-    farthest,
-    reach,
-)
+from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
 from dolfingrip.experiments.material_fit.first_loading import is_hollow
 from dolfingrip.experiments.material_fit.fit import FREE, LOOKED_AT, MISFIT, LawFit
 from dolfingrip.experiments.material_fit.law import LAWS, limit_points
@@ -68,17 +62,23 @@ def fit_laws(
     laws = [law for law in chosen if len(law.keys) < readings]
     if not laws:
         raise ConfigError(f"--fit: {readings} readings; allowed: more than a law has parameters")
-    fits = []
+    by_name: dict[str, LawFit] = {}
+    idle: list[str] = []
     with progress.shown(screen, "laws", total=len(laws)) as show:
         for i, law in enumerate(laws):
-            fits.append(fit.fit(law, data))
+            found = fit.of_use(fit.fit(law, data), data)
+            by_name[found.law.name] = found
+            idle += [] if found.law is law else [law.title]
             show(i + 1, len(laws), law.title)
+    fits = list(by_name.values())
     choice = choose(fits, data)
     best = choice.best
     screen.say(_told(data, readings))
     screen.print(_quality(fits, best, data))
     screen.print()
     screen.print(_values(fits, best))
+    if idle:
+        screen.say(f"- left out, as a term of them improves nothing: {'; '.join(idle)}")
     for line in (*choice.reasons, *_remarks(fits, best, data)):
         screen.say(f"- {line}")
     charts = material.charts(data, fits, best)
@@ -106,7 +106,7 @@ def _told(data: Sequence[CouponSeries], readings: int) -> str:
     for mode in dict.fromkeys(series.mode for series in data):
         of_mode = [series for series in data if series.mode == mode]
         count = f"{len(of_mode)} specimen{'s' if len(of_mode) > 1 else ''}"
-        parts.append(f"{mode}: {count}, {reach(of_mode)}")
+        parts.append(f"{mode}: {count}, {coupons.reach(of_mode)}")
     left_out = sum(series.left_out for series in data)
     others = "readings are left out: the way back, later loops, or what follows a slip or a break"
     parts += [f"{left_out} further {others}"] if left_out else []
@@ -172,9 +172,9 @@ def _remarks(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
     ]  # fmt: skip
     found += [
         f"{series.name}: its tangent rises from the start, as that of rubber does in compression "
-        f'and in no tension; if it was pressed, tell mode = "{COMPRESSION}" in its TOML'
+        f'and in no tension; if it was pressed, tell mode = "{coupons.COMPRESSION}" in its TOML'
         for series in data
-        if series.stretch.min() >= 1 and is_hollow(series.stretch, series.stress_MPa)
+        if series.stretch.min() >= 1 and is_hollow(series.stretch - 1, series.stress_MPa)
     ]
     found += choice.apart(fits, data)
     if best.correlation > 0.5:

@@ -27,7 +27,6 @@ from dolfingrip.experiments.experiment import (
     Rig,
 )
 from dolfingrip.experiments.protocol import Stop, cycles, given, steps
-from dolfingrip.experiments.results import doubts
 from dolfingrip.sections.errors import ConfigError
 
 FIT: Final = "--fit FILE.csv"
@@ -78,9 +77,13 @@ class Coupon(Experiment):
         return BarRig.built(config, comm, profile)
 
     def notes(self, config: Config) -> list[str]:
+        from dolfingrip.experiments.results import doubts
+
         return doubts.not_given(config)
 
     def remarks(self, result: Readings) -> list[str]:
+        from dolfingrip.experiments.results import doubts
+
         if not result.rows:
             return []
         stretch = 1 + result.column(NOMINAL_STRAIN.name)

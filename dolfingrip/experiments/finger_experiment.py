@@ -83,6 +83,8 @@ class FingerExperiment(Experiment):
         return [*notes(config), *ballooning.note(config)]
 
     def remarks(self, result: Readings) -> list[str]:
+        from dolfingrip.experiments.results import doubts
+
         said = [doubt.sentence for doubt in doubts.of_motion(result)]
         return [*doubts.elongation(result), *said]
 
@@ -103,7 +105,9 @@ def notes(config: Config) -> list[str]:
     Args:
         config: of a simulation.
     """
-    found = []
+    from dolfingrip.experiments.results import doubts
+
+    found = doubts.not_given(config)
     region, element = config.geometry.limiting, config.solver.element
     if region and not (config.mesh.file or region in config.material.own or config.film.all):
         found.append(
@@ -123,4 +127,4 @@ def notes(config: Config) -> list[str]:
             f'solver.element = "{quadratic}": nu = {config.material.poisson:.4g} is nearly '
             f'incompressible, where it {does}; take "P2-P1"'
         )
-    return found + doubts.not_given(config)
+    return found

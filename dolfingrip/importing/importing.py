@@ -454,7 +454,7 @@ def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
         for name, scale in (("stretch", length), (STRAIN, length), (STRESS, area)):
             if name in table:
                 table = _from_nominal(found, table, name, scale if length and area else None)
-    _pressed_or_pulled(found, table, mode)
+    _pressed_or_pulled(found, table, mode, length or math.nan)
     if nominal and not (length and area):
         found.notes.append(
             "for coupon --fit; diagnose needs a travel and a force: --gauge-length and --area"
@@ -464,7 +464,9 @@ def _coupon(found: ImportedTable, told: Told, experiment: str) -> None:
         _times(found, told, "rate_mm_per_s")
 
 
-def _pressed_or_pulled(found: ImportedTable, table: pd.DataFrame, mode: str | None) -> None:
+def _pressed_or_pulled(
+    found: ImportedTable, table: pd.DataFrame, mode: str | None, length_mm: float
+) -> None:
     """Turn the signs of a press to those of compression; ask where a pulled one looks like it."""
     ways, loads = (
         [n for n in names if n in table] for names in (coupons.STRETCHES, coupons.STRESSES)
@@ -480,8 +482,9 @@ def _pressed_or_pulled(found: ImportedTable, table: pd.DataFrame, mode: str | No
             table[name] = turned
     elif mode is None and "mode" not in table and ways and loads:
         both = table[[ways[0], loads[0]]].dropna().to_numpy()
-        both = both[first_loading(1 + both[:, 0] - both[0, 0], both[:, 1])]
-        if (both[:, 0] >= both[0, 0]).all() and is_hollow(both[:, 0], both[:, 1]):
+        strain = (both[:, 0] - both[0, 0]) / (length_mm if ways[0] == "displacement_mm" else 1.0)
+        first = first_loading(1 + strain, both[:, 1])
+        if first.any() and strain[first].min() >= 0 and is_hollow(strain[first], both[first, 1]):
             lines = [line("mode", each) for each in (coupons.COMPRESSION, coupons.MODES[0])]
             what = f"{loads[0]} rises ever more steeply, as that of rubber in compression: which?"
             found.questions.append(Question(what, lines))

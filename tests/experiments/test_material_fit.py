@@ -13,7 +13,9 @@ from support.example import EXAMPLES
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import choice, coupons
-from dolfingrip.experiments.material_fit.fit import fit, write
+from dolfingrip.experiments.material_fit.coupons import CouponSeries
+from dolfingrip.experiments.material_fit.first_loading import is_hollow
+from dolfingrip.experiments.material_fit.fit import fit, of_use, write
 from dolfingrip.experiments.material_fit.law import (
     EXPONENTS,
     LAWS,
@@ -304,3 +306,39 @@ def test_a_simpler_law_with_a_smaller_criterion_is_chosen() -> None:
     assert simple.criterion < rich.criterion
     assert choice.choose([rich, simple], data).best is simple
     assert choice.choose([rich, replace(simple, misfit=50.0)], data).best is rich
+
+
+TWO_TERMS = ([0.15, 0.002, 1.0, -7.0], [0.05, 0.3, 8.0, -1.5], [0.2, 0.001, 1.3, 9.0])
+"""Moduli (MPa) and exponents of Ogden's law, the second modulus up to 75 times smaller."""
+
+
+@pytest.mark.parametrize("values", TWO_TERMS)
+def test_a_second_term_of_ogden_s_is_found_wherever_it_is(values: list[float]) -> None:
+    stretch = np.linspace(1, 4, 40)
+    series = CouponSeries("", "uniaxial", stretch,
+                          stress(LAWS["ogden-2"], "uniaxial", stretch, values), None)  # fmt: skip
+    found = fit(LAWS["ogden-2"], [series])
+    assert found.relative_rms < 1e-6
+    assert sorted(found.values) == pytest.approx(sorted(values), rel=1e-3)
+    assert of_use(found, [series]) is found
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_term_that_improves_nothing_is_left_out(noise: float) -> None:
+    """Neo-Hooke's readings need no second term, whatever law has one."""
+    stretch = np.linspace(1.02, 2.5, 60)
+    draw = np.random.default_rng(3).standard_normal(60)
+    exact = stress(LAWS["neo-hooke"], "uniaxial", stretch, [0.3])
+    data = [CouponSeries("", "uniaxial", stretch, exact * (1 + noise * draw), None)]
+    for name, simple in (("mooney-rivlin", "neo-hooke"), ("yeoh", "neo-hooke"),
+                         ("ogden-2", "ogden-1"), ("ogden-3", "ogden-1")):  # fmt: skip
+        assert of_use(fit(LAWS[name], data), data).law.name == simple
+    assert of_use(fit(LAWS["ogden-1"], data), data).law.name == "ogden-1"
+
+
+def test_a_pulled_silicone_is_not_taken_for_a_pressed_one() -> None:
+    """Its tangent rises nearly from the start: it stiffens up to a stretch of 7."""
+    (series,) = coupons.read(EXAMPLES / "coupons" / "ecoflex30_uniaxial.csv")
+    for end in (1.3, 1.6, 1.9, 2.5, 4, 8):
+        own = series.stretch <= end
+        assert not is_hollow(series.stretch[own] - 1, series.stress_MPa[own])

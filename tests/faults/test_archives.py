@@ -143,7 +143,8 @@ def test_objects_of_objects(of: str, tmp_path: Path) -> None:
     model = (
         f'<model unit="millimeter" xmlns="{space}"><resources><object id="0"><mesh>'
         '<vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
-        '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>'
+        '<vertex x="0" y="1" z="0"/></vertices>'
+        '<triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>'
         f"{objects}</resources>"
         '<build><item objectid="11"/></build></model>'
     )

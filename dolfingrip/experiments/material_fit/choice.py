@@ -70,8 +70,8 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
     if not stable:
         stable = usable or list(fits)
         where = "none of the laws is stable (Drucker) where it was measured"
-    enough = max((1 + EQUAL) * min(map(_scatter, stable)), FINEST)
-    equal = [fit for fit in stable if _scatter(fit) <= enough]
+    enough = max((1 + EQUAL) * min(fit.scatter for fit in stable), FINEST)
+    equal = [fit for fit in stable if fit.scatter <= enough]
     best = min(equal, key=lambda fit: (len(fit.values), fit.criterion))
     simpler = [
         fit for fit in stable
@@ -92,14 +92,6 @@ def choose(fits: Sequence[LawFit], data: Sequence[CouponSeries]) -> LawChoice:
         for line in instabilities(fit, reached)[-1:]
     ]
     return LawChoice(best, tuple(reasons))
-
-
-def _scatter(fit: LawFit) -> float:
-    """Return the relative scatter of readings about a law, estimated without bias.
-
-    Each constant takes one degree of freedom from the residuals.
-    """
-    return fit.relative_rms * (fit.count / (fit.count - len(fit.values))) ** 0.5
 
 
 def instabilities(fit: LawFit, reached: float) -> list[str]:

@@ -20,6 +20,9 @@ NOISES: Final = 20.0
 UNORDERED: Final = 0.5
 """Noise, as a part of the farthest way, from which on a table has no order."""
 
+FLAT: Final = 0.95
+"""Strain to which nothing is pressed."""
+
 STEEPER: Final = 1.1
 """Growth of the tangent from the first to the last quarter, above which no noise makes it."""
 
@@ -87,18 +90,18 @@ def _unbroken(load: np.ndarray) -> np.ndarray:
     return keep
 
 
-def is_hollow(way: np.ndarray, load: np.ndarray) -> bool:
+def is_hollow(strain: np.ndarray, load: np.ndarray) -> bool:
     """Say if the tangent rises from the start, as in no tension of rubber but in its compression.
 
     Args:
-        way: (n,) travels, strains or stretches of a loading.
+        strain: (n,) nominal strains of a loading; nothing is pressed by 1.
         load: (n,) forces or nominal stresses.
     """
-    ends = way.min() + np.ptp(way) * np.linspace(0, 1, 5)
-    parts = [(low <= way) & (way <= high) for low, high in pairwise(ends)]
-    if min(len(set(way[part])) for part in parts) < 2:
+    ends = strain.min() + np.ptp(strain) * np.linspace(0, 1, 5)
+    parts = [(low <= strain) & (strain <= high) for low, high in pairwise(ends)]
+    if strain.max(initial=0) > FLAT or min(len(set(strain[part])) for part in parts) < 2:
         return False
-    slopes = np.array([np.polyfit(way[part], load[part], 1)[0] for part in parts])
+    slopes = np.array([np.polyfit(strain[part], load[part], 1)[0] for part in parts])
     return bool(slopes[0] > 0 and (np.diff(slopes) > 0).all() and slopes[3] > STEEPER * slopes[0])
 
 

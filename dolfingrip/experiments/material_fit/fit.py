@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 import tomlkit
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult, least_squares, nnls
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
@@ -38,11 +38,20 @@ EQUAL: Final = 0.1
 """Fits whose relative scatter is larger than the smallest by no more than this part of it are as
 good."""
 
+NOTHING: Final = 0.01
+"""Part of the scatter by which a term improves a law at least, or it is left out."""
+
 FINEST: Final = 0.001
 """Fits whose relative scatter is below this are equally good, as no coupon is measured better."""
 
 MISFIT: Final = 0.2
 """Relative rms above which a law is no description of the readings, and is not written."""
+
+NEGLIGIBLE: Final = 1e-3
+"""Part of the largest modulus from which others start that are best at 0."""
+
+STARTS: Final = 8
+"""Starts of a fit that has more; those are taken whose best moduli leave the least misfit."""
 
 FREE: Final = 100.0
 """A value is called free if the half width of its interval is larger by this factor."""
@@ -91,6 +100,14 @@ class LawFit:
         return np.asarray(WITHIN * np.sqrt(np.diag(self.covariance)))
 
     @property
+    def scatter(self) -> float:
+        """Relative scatter of readings about the law, estimated without bias.
+
+        Each constant takes one degree of freedom from the residuals.
+        """
+        return self.relative_rms * (self.count / (self.count - len(self.values))) ** 0.5
+
+    @property
     def criterion(self) -> float:
         """Bayesian information criterion (Schwarz), χ² + k ln n; the smallest is the best."""
         return self.misfit + len(self.values) * float(np.log(self.count))
@@ -120,6 +137,8 @@ def fit(law: Law, data: Sequence[CouponSeries]) -> LawFit:
 
     scale = shear_MPa(data)
     starts = [np.array(start) for start in law.fittable.starts(scale)]
+    if len(starts) > STARTS:
+        starts = _likeliest(law, data, starts)
     found = [_solved(law, residuals, start, scale) for start in starts]
     values = np.asarray(min(found, key=lambda each: float(each.cost)).x)
     left = residuals(values)
@@ -139,6 +158,20 @@ def fit(law: Law, data: Sequence[CouponSeries]) -> LawFit:
         len(left),
         effective,
     )
+
+
+def of_use(found: LawFit, data: Sequence[CouponSeries]) -> LawFit:
+    """Return the fit of the law without a term that improves nothing, else the fit itself.
+
+    Args:
+        found: fit of a law.
+        data: series that it was fitted to.
+    """
+    law = LAWS.get(found.law.fittable.fewer)
+    if law is None:
+        return found
+    less = of_use(fit(law, data), data)
+    return less if less.scatter <= max((1 + NOTHING) * found.scatter, FINEST) else found
 
 
 def jacobian(law: Law, values: Values, function: Callable[[Values], np.ndarray]) -> np.ndarray:
@@ -196,6 +229,21 @@ def shear_MPa(data: Sequence[CouponSeries]) -> float:
 
 def _noise_MPa(data: Sequence[CouponSeries]) -> np.ndarray:
     return np.concatenate([np.full(len(s.stretch), s.noise_MPa or 0.0) for s in data])
+
+
+def _likeliest(law: Law, data: Sequence[CouponSeries], starts: Sequence[Values]) -> list[Values]:
+    """The starts with the least misfit, each with its best moduli, which the law is linear in."""
+    moduli = [i for i, key in enumerate(law.keys) if "MPa" in key]
+    tolerance, found = tolerances_MPa(data), []
+    for start in starts:
+        scaled = start.copy()
+        scaled[moduli] = 0.0
+        units = scaled + np.eye(len(start))[moduli]
+        basis = np.stack([predicted_MPa(law, data, unit) / tolerance for unit in units], axis=1)
+        best, left = nnls(basis, measured_MPa(data) / tolerance)
+        scaled[moduli] = np.maximum(best, NEGLIGIBLE * best.max())
+        found.append((float(left), scaled))
+    return [start for _, start in sorted(found, key=lambda each: each[0])[:STARTS]]
 
 
 def _solved(

@@ -30,7 +30,7 @@ class GentGent(MaterialLaw):
             lambda shear_MPa: [
                 [0.8 * shear_MPa, limit, 0.3 * shear_MPa] for limit in (10.0, 50.0, 200.0)
             ],
-            (0.0, 0.1, 0.0), (float("inf"), 1e4, float("inf")), linear=False,
+            (0.0, 0.1, 0.0), (float("inf"), 1e4, float("inf")), linear=False, fewer="gent",
         ),
     )  # fmt: skip
 

@@ -28,6 +28,7 @@ class Fittable:
         least: smallest size of each value, which then keeps the sign of its start; 0 where it may
             vanish.
         linear: whether the energy is linear in the values.
+        fewer: name of the law that it is without one of its terms; "" where that is none.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Fittable:
     high: tuple[float, ...] = ()
     least: tuple[float, ...] = ()
     linear: bool = True
+    fewer: str = ""
 
     def bounds(self, start: Sequence[float]) -> tuple[list[float], list[float]]:
         """Lower and upper bounds of the values, from a start."""

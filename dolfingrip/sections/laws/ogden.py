@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 from typing import Any, ClassVar, Final
 
 from pydantic import Field
@@ -16,17 +17,8 @@ from dolfingrip.sections.section import Numbers, Refusal
 ALPHA: Final = (0.05, 10.0)
 """Smallest and largest exponent, of either sign."""
 
-EXPONENTS: Final = (
-    (1.3, -2.0, 4.0),
-    (3.0, -4.0, 7.0),
-    (0.7, -1.0, 2.0),
-    (-1.0, 3.0, 6.0),
-    (2.0, 5.0, -3.0),
-)
-"""Exponents of the terms that a fit starts from; a fit of fewer terms takes the first ones."""
-
-SHARES: Final = (1.0, 0.05, 0.01)
-"""Shares of the shear modulus that the terms have at a start."""
+EXPONENTS: Final = (0.7, 1.3, 2.0, 3.0, 4.5, 7.0, 9.5, -1.0, -2.0, -3.0, -5.0, -8.0)
+"""Exponents that the terms of a fit start from, in all combinations."""
 
 
 def terms_refused(
@@ -53,8 +45,7 @@ def _fit(terms: int) -> Fittable:
     """The law with so many terms."""
 
     def starts(shear_MPa: float) -> list[list[float]]:
-        moduli = [shear_MPa * share for share in SHARES[:terms]]
-        return [[*moduli, *each[:terms]] for each in EXPONENTS]
+        return [[*[shear_MPa] * terms, *each] for each in combinations(EXPONENTS, terms)]
 
     return Fittable(
         f"ogden-{terms}",
@@ -65,6 +56,7 @@ def _fit(terms: int) -> Fittable:
         (float("inf"),) * terms + (ALPHA[1],) * terms,
         (0.0,) * terms + (ALPHA[0],) * terms,
         linear=False,
+        fewer=f"ogden-{terms - 1}" if terms > 1 else "",
     )
 
 

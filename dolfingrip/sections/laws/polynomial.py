@@ -17,11 +17,11 @@ POWERS: Final = {"C10_MPa": (1, 0), "C01_MPa": (0, 1), "C20_MPa": (2, 0), "C11_M
 """Exponents of Ī₁ − 3 and Ī₂ − 3 by the keys of their factors."""
 
 
-def _fit(name: str, title: str, *keys: str) -> Fittable:
+def _fit(name: str, title: str, fewer: str, factors: str) -> Fittable:
     """The law with these factors, C10 first."""
-    return Fittable(
-        name, title, keys, lambda shear_MPa: [[shear_MPa / 2] + [0.0] * (len(keys) - 1)]
-    )
+    keys = tuple(f"{each}_MPa" for each in factors.split())
+    start = [0.0] * (len(keys) - 1)
+    return Fittable(name, title, keys, lambda shear: [[shear / 2, *start]], fewer=fewer)
 
 
 class InvariantPolynomial(MaterialLaw):
@@ -33,9 +33,9 @@ class InvariantPolynomial(MaterialLaw):
 
     moduli: ClassVar = tuple(POWERS)
     fits: ClassVar = (
-        _fit("mooney-rivlin", "Mooney–Rivlin", "C10_MPa", "C01_MPa"),
-        _fit("yeoh", "Yeoh", "C10_MPa", "C20_MPa", "C30_MPa"),
-        _fit("polynomial", "polynomial (Biderman)", "C10_MPa", "C01_MPa", "C20_MPa", "C30_MPa"),
+        _fit("mooney-rivlin", "Mooney–Rivlin", "neo-hooke", "C10 C01"),
+        _fit("yeoh", "Yeoh", "neo-hooke", "C10 C20 C30"),
+        _fit("polynomial", "polynomial (Biderman)", "yeoh", "C10 C01 C20 C30"),
     )
 
     C10_MPa: float | None = Field(None, description="polynomial: of (I1 - 3)")
