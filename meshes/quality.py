@@ -82,6 +82,10 @@ class QualityPolicy:
     through: float = 0.5
 
 
+OF_LINEAR = "linear ones (P1) are too stiff"
+"""Words of the warning that matters to linear elements alone."""
+
+
 def judge(
     mesh: SolidMesh, quality: Quality, what_to_do: str, policy: QualityPolicy = QualityPolicy()
 ) -> tuple[str, ...]:
@@ -116,7 +120,7 @@ def judge(
     if share > policy.through:
         found.append(
             f"one element through the wall at {share:.0%} of the cavity's walls: enough for "
-            f"quadratic elements, but linear ones (P1) are too stiff there; {what_to_do}"
+            f"quadratic elements, but {OF_LINEAR} there; {what_to_do}"
         )
     return tuple(found)
 

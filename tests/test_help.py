@@ -59,7 +59,7 @@ FRAGMENTS = {
     "grasp": ("potato-large", "cube", "scoop, pinch, claw", "coarse, default"),
     "pickup": ("kPa", "above 0 and up to 1000 kPa", "scoop, pinch, claw", "potato-small"),
     "friction": ("at least 0.0001 and up to 0.5",),
-    "adopt": ("X,Y,Z", "mm", "above 0 and up to 1000 mm", "25.4 for inches"),
+    "adopt": ("X,Y,Z", "mm", "above 0 and up to 1000 mm", "mm|cm|in|m"),
     "doe": ("grid|sobol|lhs", "KEY=LOW:HIGH[:COUNT]", "at least 1"),
     "optimise": ("at least 0 and up to 1", "default: 1000", "at least 4"),
     "study": ("50, 100, 500, 1000", "0.01, 0.1, 0.5, 0.8"),

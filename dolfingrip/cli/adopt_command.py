@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
 from mpi4py import MPI
 from rich.text import Text
 
@@ -25,6 +26,7 @@ from dolfingrip.meshes.adoption.adopt import AdoptedPart
 from dolfingrip.meshes.adoption.roles import Asked as Roles
 from dolfingrip.meshes.adoption.sizes import MeshRequest
 from dolfingrip.report import adopted as picture
+from dolfingrip.sections.units import UNITS_MM
 
 
 class Meshing:
@@ -122,7 +124,7 @@ def adopt(asked: AdoptSettings) -> None:
                 asked.part,
                 roles,
                 MeshRequest(asked.size_mm, asked.order, asked.cap_mm, meshing.tell),
-                asked.scale,
+                UNITS_MM[asked.unit],
             )
         files.write(asked.out / f"{NAME}.msh", found.mesh)
         write(asked.out / f"{NAME}.toml", _configuration(found, asked.part))
@@ -136,9 +138,37 @@ def adopt(asked: AdoptSettings) -> None:
             screen.say(f"{'quality:':15} {said}")
         for suffix in (".png", ".msh", ".toml"):
             screen.say(f"wrote {asked.out / f'{NAME}{suffix}'}")
-        screen.say(f"next: dolfingrip bend --config {asked.out / f'{NAME}.toml'}")
+        mu_MPa = Config().material.shear_MPa
+        first = f"{_first_kPa(found, mu_MPa):.2g}"
+        screen.say(
+            f"{'material:':15} not known; {mu_MPa:g} MPa is NinjaFlex's: give yours below; walls "
+            f"strain by about {100 * STRAIN:.0f} % at {first} kPa, in proportion to the modulus"
+        )
+        said = f"--set material.mu_MPa={mu_MPa:g} --pressure {float(first):g}"
+        screen.say(f"next: dolfingrip bend --config {asked.out / f'{NAME}.toml'} {said}")
 
     on_root(MPI.COMM_WORLD, work)
+
+
+STRAIN = 0.2
+"""Strain of a part's walls at the pressure that is tried first."""
+
+
+def _first_kPa(found: AdoptedPart, mu_MPa: float) -> float:
+    """A pressure at which the thinnest wall strains by :data:`STRAIN`, to the order of magnitude.
+
+    The wall is that of a tube, ε = p r / (E t), or a clamped strip between the cavity's sides,
+    ε = p a² / (2 E t²), whichever strains more; a = 2 r is the largest width of a cavity across,
+    and E = 3 μ.
+
+    Source: S. Timoshenko & S. Woinowsky-Krieger, Theory of Plates and Shells (1959), articles 2
+    and 6 for the strip, and 108 for the tube.
+    """
+    mesh, copies = found.mesh, np.array([1, 1 + found.roles.half])
+    hollows = [mesh.points[np.unique(mesh.facets[n])] for n in groups.cavities(mesh.facets)]
+    widest_mm = max(float((copies * np.ptp(each[:, :2], axis=0)).max()) for each in hollows)
+    slim = found.measured.wall.mm / widest_mm
+    return 1000 * 3 * mu_MPa * STRAIN * min(2 * slim, 2 * slim**2)
 
 
 def _walls(found: AdoptedPart) -> str:

@@ -306,9 +306,7 @@ class AdoptSettings:
         None, "Thickness of a cap on an opening away from the clamp.", above=0, most=1000
     )
     limit_s: float = option(300.0, "Time after which meshing is given up.", above=0, most=1e6)
-    scale: float = option(
-        1.0, "Of the file's unit; 25.4 for inches.", measured_in="mm", above=0, most=1e6
-    )
+    unit: Literal["mm", "cm", "in", "m"] = option("mm", "Of length in the file.")
 
 
 @dataclass(frozen=True, kw_only=True)

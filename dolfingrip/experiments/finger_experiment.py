@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from dolfingrip.experiments.experiment import (
     DYNAMIC_OPTION,
@@ -17,7 +17,7 @@ from dolfingrip.experiments.experiment import (
     Readings,
 )
 from dolfingrip.experiments.protocol import Stop, pressure_stops
-from dolfingrip.experiments.results import doubts
+from dolfingrip.sections.units import doubted
 
 if TYPE_CHECKING:
     from dolfingrip.sections.geometry.geometry import Geometry
@@ -107,7 +107,7 @@ def notes(config: Config) -> list[str]:
     """
     from dolfingrip.experiments.results import doubts
 
-    found = doubts.not_given(config)
+    found = [*doubts.not_given(config), *_units(config)]
     region, element = config.geometry.limiting, config.solver.element
     if region and not (config.mesh.file or region in config.material.own or config.film.all):
         found.append(
@@ -128,3 +128,22 @@ def notes(config: Config) -> list[str]:
             f'incompressible, where it {does}; take "P2-P1"'
         )
     return found
+
+
+RUBBER_MPA: Final = (0.001, 30.0)
+"""Least and largest shear modulus that is not doubted: those of foams, gels, rubbers and TPU."""
+
+
+def _units(config: Config) -> Iterator[str]:
+    """Yield a doubt about the unit of a modulus or of a length, with the factor."""
+    from dolfingrip.parameter import moduli
+
+    mu, (low, high) = config.material.shear_MPa, RUBBER_MPA
+    units = {"in Pa?": 1e-6, "in kPa?": 1e-3, "in GPa?": 1e3}
+    fits = [f"{name} It is {mu * by:.4g} MPa then" for name, by in units.items()
+            if low <= mu * by <= high]  # fmt: skip
+    if not low <= mu <= high:
+        said = f"a shear modulus of {mu:.4g} MPa, where rubbers have {low:g} to {high:g} MPa"
+        yield f"{next(iter(moduli(config)))}: {said}; {fits[-1] if fits else 'in which unit?'}"
+    for doubt in doubted(config.geometry.length_mm, 1.0):
+        yield f"{config.geometry_table}.length_mm: {doubt}"

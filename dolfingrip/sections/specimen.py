@@ -52,11 +52,7 @@ class Mesh(Section):
         strict=False,
         description="a .msh or Abaqus .inp with the groups cavity, clamp, skin, tip, symmetry",
     )
-    half: bool = Field(
-        True,
-        description="half finger with the symmetry plane y = 0; false: whole, of a file of half a "
-        "finger by its mirror image",
-    )
+    half: bool = Field(True, description="half finger, symmetric in y = 0; false: both halves")
     order: Literal[1, 2] | None = Field(
         None, description="order of the elements written to files; default: the solver's"
     )

@@ -88,3 +88,28 @@ def words(key: str) -> str:
 
 def _ending(key: str) -> str:
     return max((each for each in UNITS if key.endswith(f"_{each}")), key=len, default="")
+
+
+UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4, "m": 1000.0}
+"""Millimetres of each unit that a part's file may be in."""
+
+LENGTHS_MM = (1.0, 1000.0)
+"""Shortest and longest part whose unit is not doubted."""
+
+
+def doubted(length_mm: float, scale: float) -> tuple[str, ...]:
+    """Return a doubt about a file's unit, where its part is far too short or long for a finger.
+
+    Args:
+        length_mm: of the part.
+        scale: mm of the unit that was taken for the file's.
+
+    Returns:
+        One sentence with another unit and the length in it, or none.
+    """
+    low, high = LENGTHS_MM
+    if low <= length_mm <= high:
+        return ()
+    others = {name: length_mm / scale * mm for name, mm in UNITS_MM.items()}
+    fits = [f"--unit {name} makes {x:.4g} mm of it" for name, x in others.items() if low < x < high]
+    return (f"{length_mm:.4g} mm long: in another unit? {fits[-1] if fits else 'scale it'}",)

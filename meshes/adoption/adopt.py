@@ -35,9 +35,13 @@ from dolfingrip.meshes.solid import (
     labels,
     match,
 )
+from dolfingrip.sections.units import doubted
 
-ANOTHER_SIZE = "try another --size-mm, or the STEP file in place of triangles"
+ANOTHER_SIZE = "try another --size-mm"
+OF_TRIANGLES = f"{ANOTHER_SIZE}, or the STEP file in place of triangles"
 MESHED_ANEW = "mesh it anew where it comes from, or adopt its STEP or STL file"
+ADVICE = {**dict.fromkeys(SURFACES, OF_TRIANGLES), **dict.fromkeys(MESHES, MESHED_ANEW)}
+"""What to do about a mesh that is not good, by the ending of the part's file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,8 +109,9 @@ def adopt(path: Path, asked: Asked, wanted: MeshRequest, scale: float = 1.0) -> 
         asked = replace(asked, cavities=[*asked.cavities, *walls])
         mesh, roles, measured = make(path, asked, wanted, scale)
         quality = check(mesh)
-        warnings = judge(mesh, quality, MESHED_ANEW if suffix in MESHES else ANOTHER_SIZE)
-        return AdoptedPart(mesh, quality, warnings, roles, measured)
+        warnings = judge(mesh, quality, ADVICE.get(suffix, ANOTHER_SIZE))
+        found = AdoptedPart(mesh, quality, warnings, roles, measured)
+        return replace(found, warnings=(*doubted(float(found.size_mm[2]), scale), *warnings))
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 

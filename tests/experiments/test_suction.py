@@ -230,3 +230,23 @@ def test_contact_inside_costs_nothing_where_nothing_is_near() -> None:
     one, other = (run("bending", each, comm=MPI.COMM_SELF) for each in (plain, asked))
     np.testing.assert_allclose(one["angle_deg"][1:], other["angle_deg"][-2:], rtol=1e-6)
     assert one["iterations"][1:].sum() == other["iterations"][-2:].sum()
+
+
+def test_the_gap_of_walls_is_that_of_opposite_ones() -> None:
+    """A chamber of 2 mm: 2 mm at rest, however near nodes of a corner are to the wall beside it.
+
+    Shrunk along z alone, its gap is as much smaller.
+    """
+    table = {**SOFT["cast"], "chamber_height_mm": 3.0, "chamber_width_mm": 3.0}
+    config = configuration.from_dict(
+        {**SOFT, "cast": table, "mesh": {"size_mm": 4.0, "edge_size_mm": 0.5},
+         "experiment": {"max_pressure_kPa": -8.0}}
+    )  # fmt: skip
+    finger = small.model(config, plate=False)
+    (walls,) = finger.site.walls.values()
+    u = finger.model.u
+    assert walls.gap_mm(u.x.array, 5.0) < 0.5
+    for share in (0.0, 0.3, 0.9):
+        u.interpolate(lambda x, by=share: np.stack([0 * x[0], 0 * x[0], -by * x[2]]))
+        near = walls.opposite_mm(u.x.array, 5.0)
+        assert near == pytest.approx(2.0 * (1 - share), rel=1e-3)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+from support import hollow_box
 
 from dolfingrip.config import Config, from_dict
 from dolfingrip.experiments.bending import Bending
+from dolfingrip.experiments.index import find
 from dolfingrip.experiments.result import Result
 from dolfingrip.files.run import MeshCheck, RunFile
+from dolfingrip.meshes.quality import check, judge
 from dolfingrip.report.page.content import Check
 from dolfingrip.report.page.key_numbers import summary
-from dolfingrip.report.page.trust import checks
+from dolfingrip.report.page.trust import _estimated, checks
 
 
 class _Run:
@@ -57,6 +61,28 @@ def test_checks_that_were_not_made_come_before_those_that_passed() -> None:
     (number,) = summary([Check("a", "1", "2", "pass", ""), Check("b", "–", "2", "open", "")])
     assert (number.name, number.value, number.verdict) == ("Checks not made", "1", "open")
     assert number.said == "1 of 1 made pass"
+
+
+@pytest.mark.parametrize(("element", "verdict"), [(None, "pass"), ("P2", "pass"), ("P1", "fail")])
+def test_one_element_through_the_wall_fails_linear_ones_alone(
+    element: str | None, verdict: str
+) -> None:
+    """The warning of a hollow box, whose walls are one element thick."""
+    mesh = hollow_box.mesh()
+    (warning,) = judge(mesh, check(mesh), "try another --size-mm")
+    part = {"finger": {"kind": "adopted"}, "mesh": {"file": "part.msh"},
+            "adopted": {"back": "faces −x", "bends_to_back": True, "doubts": [warning]},
+            "solver": {"element": element}}  # fmt: skip
+    found = checks([_Run(None, from_dict(part))], {}, {}, None)  # type: ignore[list-item]
+    (told,) = (each for each in found if each.name.endswith("elements of the part"))
+    assert told.verdict == verdict
+
+
+@pytest.mark.parametrize(("command", "advised"), [("bend", True), ("grasp", False)])
+def test_a_check_is_advised_where_there_is_its_option(command: str, advised: bool) -> None:
+    run: Any = _Run(None, Config())
+    run.experiment = find(command)
+    assert ("--mesh-check" in _estimated(run, "angle_deg", "mesh", "1 %").said) is advised
 
 
 @pytest.mark.parametrize(("bends", "verdict"), [(True, "pass"), (False, "open")])

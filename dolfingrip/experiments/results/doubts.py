@@ -87,9 +87,7 @@ def of_motion(result: Readings) -> Iterator[Doubt]:
         )
     if WALL_GAP.name in result:
         gap = result.column(WALL_GAP.name)
-        # corners of a fine mesh are near from the start
-        near = min(result.config.contact.barrier_mm, float(np.nan_to_num(gap[0], nan=np.inf)))
-        touch = np.flatnonzero(gap <= near / 2)
+        touch = np.flatnonzero(gap <= result.config.contact.barrier_mm / 2)
         if touch.size:
             first = int(touch[0])
             yield Doubt(

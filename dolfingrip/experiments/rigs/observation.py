@@ -128,7 +128,7 @@ class WallGap(Reading):
 
     def value(self) -> float:
         dofs = self.model.u.x.array
-        gaps = [each.gap_mm(dofs, NEAR_WIDTHS * each.width_mm) for each in self._inside]
+        gaps = [each.opposite_mm(dofs, NEAR_WIDTHS * each.width_mm) for each in self._inside]
         smallest = min(gaps, default=np.inf)
         return smallest if np.isfinite(smallest) else float("nan")
 

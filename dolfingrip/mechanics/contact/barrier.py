@@ -21,6 +21,13 @@ ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 EDGES = 2
 """Kind of the pairs of two edges."""
 
+PARTED: Final = {0: 1, 1: 1, EDGES: 2, 3: 1}
+"""Vertices of the first part of a pair, by its kind; those of the second part follow."""
+
+FACING: Final = 0.8
+"""Cosine of the angle between the way from one surface to another and both normals, from which they
+face one another; above 0.71, which both walls of a right corner have."""
+
 PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMethod.CLAMP}
 """Projection of each pair's Hessian, by whether it must be convex."""
 
@@ -287,6 +294,37 @@ class BarrierContact(Term):
         now = self.positions(dofs)
         close = self._pairs(now, reach_mm)
         return float(np.sqrt(close.compute_minimum_distance(self._mesh, now)))
+
+    def opposite_mm(self, dofs: np.ndarray, reach_mm: float) -> float:
+        """Smallest distance of parts that face one another, as walls beside a corner do not.
+
+        Args:
+            dofs: displacement.
+            reach_mm: distance beyond which parts are not looked at.
+
+        Returns:
+            The distance (mm); infinite where no parts that face one another are as near.
+        """
+        now, edges, faces = self.positions(dofs), self._mesh.edges, self._mesh.faces
+        a, b, c = (now[faces[:, i]] for i in range(3))
+        normals = np.cross(b - a, c - a)
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        around: list[set[int]] = [set() for _ in now]
+        for row, corners in enumerate(faces):
+            for corner in corners:
+                around[corner].add(row)
+        found = [np.inf]
+        for (kind, _, _), pair in _known(self._pairs(now, reach_mm)):
+            ids = [each for each in pair.vertex_ids(edges, faces) if each >= 0]
+            parts = ids[: PARTED[kind]], ids[PARTED[kind] :]
+            one, other = (set.intersection(*(around[each] for each in part)) for part in parts)
+            apart, _ = pair.compute_distance_vector_with_coefficients(pair.dof(now, edges, faces))
+            far = float(np.linalg.norm(apart))
+            if all(
+                np.abs(normals[list(each)] @ apart).max() > FACING * far for each in (one, other)
+            ):
+                found.append(far)
+        return min(found)
 
     def intersects(self, dofs: np.ndarray) -> bool:
         """Return whether any two triangles pass through one another."""

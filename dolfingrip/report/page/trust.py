@@ -20,6 +20,7 @@ from dolfingrip.experiments.material_fit.law import OfStretches
 from dolfingrip.experiments.results import doubts
 from dolfingrip.files.table import Columns, numbers, select_rows
 from dolfingrip.meshes.cells import of_cell
+from dolfingrip.meshes.quality import OF_LINEAR
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.page.content import Check, Verdict
 from dolfingrip.report.page.finger import Fields
@@ -159,7 +160,8 @@ def checks(
             for doubt in doubts.of_run(run.result, run.result.facts.mesh.single_walls)
         ]
         if isinstance(run.result.config.geometry, AdoptedGeometry):
-            found += _adopted(run.title, run.result.config.geometry)
+            linear = run.result.config.solver.element == "P1"
+            found += _adopted(run.title, run.result.config.geometry, linear=linear)
         own = fields.get(place)
         if run.column("energy_error_mJ") is not None:
             found.append(_balance_of_grasp(run))
@@ -172,15 +174,16 @@ def checks(
     return found
 
 
-def _adopted(title: str, part: AdoptedGeometry) -> list[Check]:
+def _adopted(title: str, part: AdoptedGeometry, *, linear: bool) -> list[Check]:
     """The rows on the back and the mesh of a user's own part, as they were adopted."""
     if not part.back:
         return []
     back: Verdict = "pass" if part.bends_to_back else "open"
-    told = "; ".join(part.doubts) or "no element is nearly flat"
+    doubts = [each for each in part.doubts if linear or OF_LINEAR not in each]
+    told = "; ".join(doubts) or "no element is nearly flat"
     return [
         Check(f"{title}: back of the part", "–", "it bends to it", back, part.back),
-        Check(f"{title}: elements of the part", "–", "no doubt", _passes(not part.doubts), told),
+        Check(f"{title}: elements of the part", "–", "no doubt", _passes(not doubts), told),
     ]
 
 
@@ -222,7 +225,8 @@ def _estimated(run: Run, column: str, name: str, goal: str) -> Check:
     """The error of the main reading that its run has estimated, where it is largest."""
     check, y = run.result.facts.mesh_check, run.column(column)
     if check is None or y is None:
-        again = "run it with --mesh-check, or give a run on a finer mesh beside it"
+        again = "run it with --mesh-check, or " if run.experiment.mesh_check else ""
+        again += "give a run on a finer mesh beside it"
         return Check(name, "–", goal, "open", f"{OPEN}: {again}")
     if column not in check.errors:
         return Check(name, "–", goal, "open", f"cannot tell: {check.reason(column)}")
