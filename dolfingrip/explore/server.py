@@ -36,11 +36,11 @@ from dolfingrip.sections.gripper import ALPHA_DEG
 
 PACKAGE = "dolfingrip.explore"
 
-EVERY = {
-    "0.0.0.0": (socket.AF_INET, "192.0.2.1"),
-    "::": (socket.AF_INET6, "2001:db8::1"),
-}
-"""Hosts that mean every address of a machine; their family, and an address that is nobody's."""
+EVERY = ("0.0.0.0", "::")
+"""Hosts that mean every address of a machine."""
+
+FAR = ("192.0.2.1", 9)
+"""An address that is nobody's (RFC 5737), by which the system tells the way to others."""
 
 
 def rendered(space: Space, view: str) -> tuple[str, str]:
@@ -276,10 +276,9 @@ def reachable(host: str) -> str:
     """
     if host not in EVERY:
         return host
-    family, far = EVERY[host]
-    with socket.socket(family, socket.SOCK_DGRAM) as asked:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
         try:
-            asked.connect((far, 9))  # sends nothing: it chooses the way, and with it the address
+            asked.connect(FAR)  # sends nothing: it chooses the way, and with it the address
         except OSError:  # without a network
             return socket.gethostname()
         return str(asked.getsockname()[0])

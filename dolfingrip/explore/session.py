@@ -251,6 +251,9 @@ def _shows(answer: Answer) -> bool:
 def parsed(text: str) -> dict[str, Any]:
     """A message of a tab.
 
+    Args:
+        text: as it came, which should be a JSON object.
+
     Raises:
         ConfigError: one line.
     """
