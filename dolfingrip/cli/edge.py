@@ -18,7 +18,7 @@ import typer
 from dolfingrip.cli.installation import how_to_install
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.whole import FULL, WriteError, failed, write
-from dolfingrip.jobs.interrupts import interrupt_behind, terminations_as_interrupts
+from dolfingrip.jobs.interrupts import Termination, interrupt_behind
 from dolfingrip.sections.errors import ConfigError, MachineError, printable
 from dolfingrip.sections.private import cache_folder
 
@@ -30,6 +30,9 @@ TERMINATED = 143
 
 BROKEN = 70
 """Exit code where dolfingrip itself failed, EX_SOFTWARE of ``sysexits.h``."""
+
+QUIET = " -no_signal_handler"
+"""Option of PETSc that leaves signals to Python, and to what ends workers."""
 
 LAUNCHED = ("PMIX_RANK", "OMPI_COMM_WORLD_RANK", "PMI_RANK")
 """Variables that mpirun sets for its processes."""
@@ -134,12 +137,16 @@ def run(command: Any) -> NoReturn:
     os.environ.setdefault("HOME", os.path.expanduser("~"))  # without it Open MPI ends the process
     # workers would import a stranger's signal.py from the working folder; this process does not
     os.environ["PYTHONSAFEPATH"] = "1"
+    # PETSc, once it is loaded, would answer SIGTERM by seven lines
+    options = os.environ.get("PETSC_OPTIONS", "").replace(QUIET, "")
+    os.environ["PETSC_OPTIONS"] = options + QUIET
+    termination = Termination()
+    signal.signal(signal.SIGTERM, termination)
     with unbroken_output():
         world, errors = _world(), sys.stderr
         if rank():  # rank 0 alone prints errors that all ranks have
             sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-        with terminations_as_interrupts() as termination:
-            code, line, everywhere = _result(command)
+        code, line, everywhere = _result(command)
         if code == INTERRUPTED and termination.came:
             code, line = TERMINATED, line.replace("interrupted", "terminated", 1)
         sys.stdout.flush()

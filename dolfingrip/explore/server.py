@@ -36,6 +36,12 @@ from dolfingrip.sections.gripper import ALPHA_DEG
 
 PACKAGE = "dolfingrip.explore"
 
+EVERY = ("0.0.0.0", "::")
+"""Hosts that mean every address of a machine."""
+
+FAR = ("192.0.2.1", 9)
+"""An address that is nobody's (RFC 5737), by which the system tells the way to others."""
+
 
 def rendered(space: Space, view: str) -> tuple[str, str]:
     """The page, and its Content-Security-Policy.
@@ -261,6 +267,23 @@ def bound(host: str, port: int | None) -> socket.socket:
     raise ConfigError(f"--port {tried[0]}: in use; allowed: another, or 0 for any")
 
 
+def reachable(host: str) -> str:
+    """Return an address at which a server can be opened.
+
+    Args:
+        host: that it listens at; of one that means every address of this machine, the one by which
+            other machines reach it is returned.
+    """
+    if host not in EVERY:
+        return host
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+        try:
+            asked.connect(FAR)  # sends nothing: it chooses the way, and with it the address
+        except OSError:  # without a network
+            return socket.gethostname()
+        return str(asked.getsockname()[0])
+
+
 def serve(
     session: Session, token: str, listening: socket.socket, host: str, say: Callable[[str], None]
 ) -> None:
@@ -274,7 +297,8 @@ def serve(
         say: called with the address to open, once it answers.
     """
     port = int(listening.getsockname()[1])
-    name = f"[{host}]" if ":" in host else host
+    name = reachable(host)
+    name = f"[{name}]" if ":" in name else name
     listening.listen()  # a browser may come before the loop runs
     say(f"http://{name}:{port}/?token={token}")
     guarded = application(session, token, host, port)

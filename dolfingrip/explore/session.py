@@ -132,8 +132,9 @@ class Session:
         key = asked.key
         self._single.forget(key)
         before = self._single.job
-        if before is not None and before.key != key:
-            self._everyone({"is": "replaced", "by": wanted.design})
+        if before is not None and before.key != key and before.key in self._asked:
+            dropped = self._asked[before.key][0].design
+            self._everyone({"is": "replaced", "design": dropped, "by": wanted.design})
         self._asked[key] = wanted, meshed
         self._advance(wanted, meshed, 0, 0, "starting")
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -249,6 +250,9 @@ def _shows(answer: Answer) -> bool:
 
 def parsed(text: str) -> dict[str, Any]:
     """A message of a tab.
+
+    Args:
+        text: as it came, which should be a JSON object.
 
     Raises:
         ConfigError: one line.

@@ -10,6 +10,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.request import Request
 from dolfingrip.explore.policy import POLICY
 from dolfingrip.explore.space import EXPERIMENTS, Space
+from dolfingrip.sections.units import unit
 
 VIEWS: Final = (*EXPERIMENTS, "grasp")
 """What can be shown."""
@@ -83,7 +84,8 @@ def read(space: Space, message: Mapping[str, Any]) -> Wanted:
     for each in (*space.varied, *(one for one in space.chambers if one.key in given)):
         value = _number(each.key, given.get(each.key, each.parameter.value(space.base)))
         if not each.low <= value <= each.high:
-            raise ConfigError(f"{each.key} = {value:g}: allowed: {each.low:g} to {each.high:g}")
+            range_ = f"{each.low:g} to {each.high:g} {unit(each.key)}".rstrip()
+            raise ConfigError(f"{each.key} = {value:g}: allowed: {range_}")
         inputs[each.key] = float(round(value)) if each.parameter.integer else value
     config = space.put(space.base, inputs)
     if view == "grasp":

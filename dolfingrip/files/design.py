@@ -7,8 +7,10 @@ from typing import ClassVar, Literal
 
 from pydantic import BaseModel, Field
 
-from dolfingrip.channels import CURVE
 from dolfingrip.files.result_file import Part, ResultFile
+
+CURVE_SQUARE = "curve_mean_square_mm2"
+"""Name of the objective of a curve, which is ``channels.CURVE``'s."""
 
 CURVE_RMS = "curve_rms_mm"
 """Name under which people see the objective of a curve: the root of its mean square."""
@@ -24,7 +26,7 @@ def as_shown(quantity: str, value: float) -> float:
     Returns:
         The root mean square distance from a curve (mm) for its mean square; else the value.
     """
-    return math.sqrt(value) if quantity == CURVE.name else value
+    return math.sqrt(value) if quantity == CURVE_SQUARE else value
 
 
 def named(words: str) -> str:
@@ -33,7 +35,7 @@ def named(words: str) -> str:
     Args:
         words: that may have the name of a mean square.
     """
-    return words.replace(CURVE.name, CURVE_RMS)
+    return words.replace(CURVE_SQUARE, CURVE_RMS)
 
 
 class DesignConstraint(Part):
@@ -135,8 +137,8 @@ class DesignFile(ResultFile):
 
     @property
     def shown(self) -> DesignFile:
-        """Result as people see it: a curve's mean squares are root mean squares in mm."""
-        if self.quantity != CURVE.name:
+        """A copy for people, in which a curve's mean squares are root mean squares in mm."""
+        if self.quantity != CURVE_SQUARE:
             return self
         return _rooted(self).model_copy(
             update={

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -50,23 +49,6 @@ class Termination:
         if not callable(answer):  # a shell's background job ignores Ctrl-C
             raise KeyboardInterrupt
         answer(signal.SIGINT, frame)
-
-
-@contextmanager
-def terminations_as_interrupts() -> Iterator[Termination]:
-    """Answer SIGTERM as Ctrl-C, in the main thread; PETSc, once loaded, would print seven lines."""
-    found = Termination()
-    if threading.current_thread() is not threading.main_thread():
-        yield found
-        return
-    options = os.environ.get("PETSC_OPTIONS", "")
-    os.environ["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()
-    before = signal.signal(signal.SIGTERM, found)
-    try:
-        yield found
-    finally:
-        signal.signal(signal.SIGTERM, before)
-        os.environ["PETSC_OPTIONS"] = options
 
 
 @contextmanager

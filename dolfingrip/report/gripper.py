@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 import pyvista as pv
 from PIL import Image as Pillow
+from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
@@ -37,8 +38,17 @@ HEIGHT_PX: Final = 720
 VIEW: Final = View(azimuth_deg=35.0, elevation_deg=14.0, up=1.0)
 """From where a gripper is seen."""
 
-FRAME_MS: Final = 250
+FRAME_MS: Final = 40
 """Time for which the video shows each picture."""
+
+FILM_S: Final = (3.0, 10.0)
+"""Shortest and longest film; between them it runs at the grasp's own speed."""
+
+AROUND_MM: Final = 25.0
+"""How far the table stands out beyond the food."""
+
+SHADE: Final = "#BDBDB7"
+"""Colour of shadows on the table; it is opaque, as those of several bodies lie in one another."""
 
 MARGIN: Final = 1.04
 """Width and height of the picture, by those of what it shows."""
@@ -84,13 +94,50 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     body = grasped(config.food)
     skin, moments = moments_of(out / "fields.pvd", config, result, body)
     write_scene(out / "grasp.pvd", skin, body, moments)
-    pictures = zip(_images(skin, body, moments), moments, strict=True)
-    images = [video.labelled(picture, moment.label) for picture, moment in pictures]
-    strip = np.concatenate([images[i] for i in stages(list(result["branch"]))], axis=1)
+    shown = [moments[i] for i in stages(list(result["branch"]))]
+    film = filmed(moments, result)
+    images = _images(skin, body, [*shown, *film])
+    strip = np.concatenate(list(map(video.labelled, images, (m.label for m in shown))), axis=1)
     still = out / "grasp.png"
     with whole.stream(still) as content:
         Pillow.fromarray(strip).save(content, "PNG")
-    return [still, *video.write(out / "grasp", images, FRAME_MS)]
+    frames = video.titled(images[len(shown) :], [moment.label for moment in film])
+    return [still, *video.write(out / "grasp", frames, FRAME_MS)]
+
+
+def filmed(moments: Sequence[Moment], result: Columns) -> list[Moment]:
+    """Find what a film shows: the bodies at every picture, between the rows of a result.
+
+    Args:
+        moments: of all rows, at times that do not fall.
+        result: columns of the result.
+
+    Returns:
+        A moment for each picture, without fields. The film is as long as the grasp, within
+        :data:`FILM_S`.
+    """
+    every_s = np.array([moment.time_s for moment in moments])
+    rows = np.flatnonzero(np.diff(every_s, prepend=-1.0) > 0)
+    time_s = every_s[rows]
+    if len(rows) < 2:
+        return list(moments)
+    lasts_s = float(np.clip(np.ptp(time_s), *FILM_S))
+    at = np.linspace(time_s[0], time_s[-1], round(1000 * lasts_s / FRAME_MS) + 1)
+
+    def between(values: Sequence[Any]) -> Floats:
+        kept = np.array([values[row] for row in rows], dtype=float)
+        return np.asarray(PchipInterpolator(time_s, kept)(at))
+
+    skin, food = between([m.skin for m in moments]), between([m.food for m in moments])
+    tables, pressures = between([m.table_mm for m in moments]), between(result[PRESSURE.name])
+    towards = rows[np.searchsorted(time_s, at - 1e-9).clip(max=len(rows) - 1)]
+    return [
+        Moment(
+            skin[i], food[i], float(tables[i]), skin[i] - skin[0], {}, float(now),
+            label(float(now), round(float(pressures[i])), str(result["branch"][row])),
+        )
+        for i, (now, row) in enumerate(zip(at, towards, strict=True))
+    ]  # fmt: skip
 
 
 def label(time_s: float, pressure_kPa: float, branch: str) -> str:
@@ -246,6 +293,12 @@ def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Im
         food: Any = body.surface.polydata()
         plotter.add_mesh(food, color=FOOD, smooth_shading=True, ambient=0.3)
         plotter.add_mesh(table, color=PALE, ambient=0.4)
+        bodies = [food, *(mesh for mesh, _ in fingers)]
+        shadows = [each.copy() for each in bodies]
+        for shadow in shadows:
+            plotter.add_mesh(shadow, color=SHADE, lighting=False)
+        least, most = np.array(table.bounds).reshape(3, 2).T
+        least[2] = most[2] = most[2] + 0.2  # just above the table, which light from above meets
         focus = ((low + high) / 2) @ np.array([right, up]) + np.mean(every @ towards) * towards
         far = 5 * float(np.ptp(every, axis=0).max())
         aim(plotter, focus, VIEW, far=far, height_mm=height_mm)
@@ -255,6 +308,8 @@ def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Im
                 mesh.points = moment.skin[nodes] + by
             creases.points = moment.skin + by + 0.25 * towards
             food.points = moment.food + by
+            for shadow, body_above in zip(shadows, bodies, strict=True):
+                shadow.points = np.clip(body_above.points, least, most)
             images.append(shot(plotter))
     return images
 
@@ -267,7 +322,7 @@ def _surface(skin: Skin, finger: int) -> tuple[Any, np.ndarray]:
 
 
 def _table(moments: Sequence[Moment]) -> Any:
-    """A slab below the food, as wide as the food and the fingers together."""
-    every = np.concatenate([moments[0].skin, moments[0].food])
-    low, high = every.min(axis=0) - 8, every.max(axis=0) + 8
+    """A slab below the food, a little wider than it."""
+    food = moments[0].food
+    low, high = food.min(axis=0) - AROUND_MM, food.max(axis=0) + AROUND_MM
     return pv.Box((low[0], high[0], low[1], high[1], -4.0, 0.0))

@@ -10,7 +10,7 @@ communicate.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -90,10 +90,13 @@ class Pictures:
         """
         empty = np.full_like(self.images[0], 255)
         drawn, place = around(empty, **self._scales)
-        frames = []
-        for image, label in zip(self.images, self.labels, strict=True):
-            drawn[place] = image
-            frames.append(video.labelled(drawn, label, video.POLICY.large_px))
+
+        def around_each() -> Iterator[Image]:
+            for image in self.images:
+                drawn[place] = image
+                yield drawn
+
+        frames = video.titled(around_each(), self.labels, video.POLICY.large_px)
         return video.write(stem, frames)
 
     def _save(self, images: Sequence[Image], labels: Sequence[str], file: Path) -> Path:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from importlib.util import find_spec
+from io import BytesIO
+from itertools import zip_longest
 from pathlib import Path
 from typing import Final
 
@@ -32,6 +35,7 @@ class VideoPolicy:
         height_px: height of the shapes in a video.
         label_px: height of the letters above a picture.
         large_px: height of the letters above a picture with scales.
+        gif_bytes: size of a GIF above which every second picture is left out.
     """
 
     frame_ms: int = 80
@@ -39,6 +43,7 @@ class VideoPolicy:
     height_px: int = 640
     label_px: int = 26
     large_px: int = 40
+    gif_bytes: int = 3_000_000
 
     def frames(self, seconds: float | None = None) -> int:
         """Return the number of pictures in a video.
@@ -51,14 +56,25 @@ class VideoPolicy:
 
 POLICY: Final = VideoPolicy()
 
+FIGURE_SPACE: Final = "\u2007"
+"""A space as wide as a digit."""
 
-def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) -> list[Path]:
+
+def write(
+    stem: Path,
+    images: Sequence[Image],
+    frame_ms: int = POLICY.frame_ms,
+    policy: VideoPolicy = POLICY,
+) -> list[Path]:
     """Write pictures as a GIF of half their size, and as an MP4 in H.264.
+
+    The GIF has fewer pictures, each shown for longer, where it would be too large to send.
 
     Args:
         stem: path of the files, without their suffix.
         images: pictures of one size, shape (height, width, 3).
         frame_ms: time for which each picture is shown.
+        policy: has the largest size of the GIF.
 
     Returns:
         The files; no MP4 where PyAV is missing, and a warning says so.
@@ -66,11 +82,11 @@ def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) 
     height, width = (length // 2 for length in images[0].shape[:2])
     frames = [Pillow.fromarray(image).resize((width, height)) for image in images]
     moving, film = stem.with_suffix(".gif"), stem.with_suffix(".mp4")
-    with whole.stream(moving) as content:
-        frames[0].save(
-            content, "GIF", save_all=True, append_images=frames[1:], duration=frame_ms, loop=0,
-            optimize=True,
-        )  # fmt: skip
+    shown_ms, packed = frame_ms, _gif(frames, frame_ms)
+    while len(packed) > policy.gif_bytes and len(frames) > 2:
+        frames, shown_ms = frames[::2], 2 * shown_ms
+        packed = _gif(frames, shown_ms)
+    whole.write(moving, packed)
     if find_spec("av") is None:
         _LOG.warning("no %s: pip install av (dolfingrip's extra video)", film)
         return [moving]
@@ -87,23 +103,60 @@ def write(stem: Path, images: Sequence[Image], frame_ms: int = POLICY.frame_ms) 
     return [moving, film]
 
 
-def labelled(image: Image, text: str, size_px: int = POLICY.label_px) -> Image:
+def _gif(frames: Sequence[Pillow.Image], frame_ms: int) -> bytes:
+    content = BytesIO()
+    frames[0].save(
+        content, "GIF", save_all=True, append_images=frames[1:], duration=frame_ms, loop=0,
+        optimize=True,
+    )  # fmt: skip
+    return content.getvalue()
+
+
+def titled(
+    images: Iterable[Image], texts: Sequence[str], size_px: int = POLICY.label_px
+) -> list[Image]:
+    """Set texts above the pictures of a video, in one size and at one place.
+
+    Numbers at the same place of the texts take the same width, so that nothing jitters.
+
+    Args:
+        images: of one size, shape (height, width, 3).
+        texts: one line each.
+        size_px: height of the letters, at most.
+
+    Returns:
+        Pictures as of :func:`labelled`.
+    """
+    parts = [re.split(r"(-?[\d.]+)", text) for text in texts]
+    width = [max(map(len, each)) for each in zip_longest(*parts, fillvalue="")]
+    for each in parts:  # every second part is a number
+        numbers = zip(each[1::2], width[1::2], strict=False)
+        each[1::2] = [number.rjust(wide, FIGURE_SPACE) for number, wide in numbers]
+    still = ["".join(each) for each in parts]
+    widest = max(still, key=_font(size_px).getlength)
+    return [labelled(i, text, size_px, widest) for i, text in zip(images, still, strict=True)]
+
+
+def labelled(
+    image: Image, text: str, size_px: int = POLICY.label_px, widest: str | None = None
+) -> Image:
     """Set a text above a picture, in letters that are as small as the picture requires.
 
     Args:
         image: picture of shape (height, width, 3).
         text: one line.
         size_px: height of the letters, at most.
+        widest: text that stands amid the picture, and where this one begins; None: this one.
 
     Returns:
         A picture that is higher by twice the letters' height.
     """
-    size, width = size_px, image.shape[1]
-    while size > 8 and _font(size).getlength(text) > 0.96 * width:
+    size, width, widest = size_px, image.shape[1], widest or text
+    while size > 8 and _font(size).getlength(widest) > 0.96 * width:
         size -= 1
     strip = Pillow.new("RGB", (width, 2 * size_px), "white")
-    place = (width / 2, size_px)
-    ImageDraw.Draw(strip).text(place, text, fill=INK, font=_font(size), anchor="mm")
+    place = ((width - _font(size).getlength(widest)) / 2, size_px)
+    ImageDraw.Draw(strip).text(place, text, fill=INK, font=_font(size), anchor="lm")
     return np.concatenate([np.asarray(strip), image])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
 import pyvista as pv
@@ -171,7 +173,7 @@ def test_nothing_of_another_design_is_seen(page: Page) -> None:
     page.wait_for_selector(f"html[data-shown='{last + 1}']:not(.stale)")
     page.fill("#n-1", "2.5")
     page.wait_for_selector(f"html[data-shown='{last + 2}']")
-    reason = "Wall thickness = 2.5: allowed: 1.8 to 2.2"
+    reason = "Wall thickness = 2.5: allowed: 1.8 to 2.2 mm"
     assert page.inner_text("#error") == page.locator("#solve").get_attribute("title") == reason
     assert page.locator("#solve").is_disabled()
     assert (page.inner_text("#numbers"), page.inner_text("#curves")) == ("", "")
@@ -270,6 +272,79 @@ def test_undo_redo_and_a_link(context: BrowserContext, page: Page) -> None:
     assert values() == ["0.3", "1.9"]
 
 
+def test_steps_by_keys_are_one_change(page: Page) -> None:
+    before = page.input_value("#n-1")
+    page.locator("#p-1").focus()
+    for _ in range(6):
+        page.keyboard.press("ArrowLeft")
+    page.wait_for_timeout(900)  # until the design is at rest
+    assert page.input_value("#n-1") != before
+    page.click("#undo")
+    assert page.input_value("#n-1") == before
+
+
+def test_a_link_of_other_sliders_is_told_and_shows_the_start(
+    context: BrowserContext, page: Page, server: Server
+) -> None:
+    """Of two sliders more, of no gripper, of another explorer's keys, and no state at all."""
+    linked = page.evaluate("decodeURIComponent(location.hash.slice('#design='.length))")
+    state = json.loads(linked)
+    for foreign in (
+        {**state, "values": [*state["values"], 1.0, 2.0]},
+        {key: value for key, value in state.items() if key != "gripper"},
+        {**state, "of": "finger.depth_mm,finger.wall_mm"},
+        {},
+    ):
+        other = context.new_page()
+        said = chromium.heard(other)
+        other.goto(f"http://127.0.0.1:{server.port}/#design={quote(json.dumps(foreign))}")
+        other.wait_for_selector("html[data-ready]")
+        assert "COG offset" in other.inner_text("#numbers")
+        assert "other sliders" in other.inner_text("#error")
+        assert not said.errors
+        other.close()
+
+
+def test_a_link_is_copied_without_the_browsers_clipboard(
+    context: BrowserContext, page: Page, server: Server
+) -> None:
+    """As with http from another machine, where browsers have none."""
+    other = context.new_page()
+    said = chromium.heard(other)
+    other.add_init_script("Object.defineProperty(navigator, 'clipboard', {value: undefined})")
+    other.goto(f"http://127.0.0.1:{server.port}/")
+    other.wait_for_selector("html[data-ready]")
+    other.click("#link")
+    expect(other.locator("#link")).to_have_text("Copied")
+    assert not said.errors
+    assert "None" not in other.evaluate(
+        "document.documentElement.outerHTML.match(/value=.None./)?.[0] ?? ''"
+    )
+    other.close()
+
+
+def test_a_tab_is_told_that_another_took_its_place(
+    context: BrowserContext, page: Page, server: Server
+) -> None:
+    tabs = []
+    for value in ("1.83", "1.87"):
+        tab = context.new_page()
+        tab.goto(f"http://127.0.0.1:{server.port}/")
+        tab.wait_for_selector("html[data-ready]")
+        tab.uncheck("#auto")
+        last = asked(tab)
+        tab.fill("#n-1", value)
+        tab.wait_for_selector(f"html[data-shown='{last + 1}']")
+        tabs.append(tab)
+    for tab in tabs:
+        tab.click("#solve")
+    expect(tabs[0].locator("#error")).to_contain_text("took the place of this design")
+    assert tabs[1].locator("#error").is_hidden()
+    tabs[1].click("#cancel")
+    for tab in tabs:
+        tab.close()
+
+
 def test_one_slider_for_all_chambers_opens_into_one_for_each(
     context: BrowserContext, page: Page, tmp_path: Path
 ) -> None:
@@ -303,7 +378,7 @@ def test_one_slider_for_all_chambers_opens_into_one_for_each(
     other.close()
     page.fill("#n-1-1", "2.5")
     page.wait_for_selector("#error:not([hidden])")
-    assert page.inner_text("#error") == "Wall thickness of chamber 1 = 2.5: allowed: 1.8 to 2.2"
+    assert page.inner_text("#error") == "Wall thickness of chamber 1 = 2.5: allowed: 1.8 to 2.2 mm"
     page.click("#undo")
     page.click("#undo")
     assert walls() == ["1.9", "1.9", "2.1"]
@@ -351,6 +426,13 @@ def test_the_wizard(page: Page) -> None:
     page.click("#make")
     page.wait_for_selector("#rig-error:not([hidden])")
     assert page.inner_text("#rig-error") == "cycles = 0: allowed: at least 1 and at most 100"
+    page.fill("#cycles", "1")
+    page.fill("#hold_s", "")
+    page.click("#make")
+    expect(page.locator("#rig-error")).to_have_text(
+        "Wait after the first ramp (s): empty; allowed: a number"
+    )
+    page.fill("#hold_s", "0")
 
 
 def test_a_phone(context: BrowserContext, server: Server) -> None:

@@ -251,3 +251,10 @@ def test_a_port_that_is_taken() -> None:
     with pytest.raises(config.ConfigError, match=f"--port {port}: in use; allowed: another"):
         server.bound("127.0.0.1", port)
     taken.close()
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "127.0.0.1", "gripper.lab"])
+def test_an_address_that_can_be_opened_is_told(host: str) -> None:
+    told = server.reachable(host)
+    assert told not in ("", "0.0.0.0", "::")
+    assert host in ("0.0.0.0", "::") or told == host

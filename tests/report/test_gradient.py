@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from dolfingrip.files.design import DesignFile
+from dolfingrip.channels import CURVE
+from dolfingrip.files.design import CURVE_SQUARE, DesignFile
 from dolfingrip.report.page import sources
 
 CONTENT = {
@@ -49,6 +50,7 @@ def test_a_curve_has_root_mean_squares_in_mm(tmp_path: Path) -> None:
     (tmp_path / "design.json").write_text(json.dumps(content), encoding="utf-8")
     steps = "simulations,accepted,objective\n1,True,4.0\n2,True,1.0\n"
     (tmp_path / "steps.csv").write_text(steps, encoding="utf-8")
+    assert CURVE.name == CURVE_SQUARE
     shown = DesignFile.read(tmp_path).shown
     assert (shown.of, shown.start, shown.objective) == ("minimise curve_rms_mm at 150 kPa", 2, 1)
     assert shown.gain == pytest.approx(-0.5)

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import av
 import numpy as np
 import pytest
 import pyvista as pv
+from PIL import Image as Pillow
 
 from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.foods.food import Food
-from dolfingrip.report.fields import list_steps
 from dolfingrip.report.gripper import (
+    FILM_S,
     FRAME_MS,
     Moment,
+    filmed,
     label,
     stages,
     write_scene,
 )
 from dolfingrip.report.skin import Skin
-from dolfingrip.report.video import POLICY, labelled, write
+from dolfingrip.report.video import POLICY, labelled, titled, write
 
 
 def test_a_film_shows_each_picture(tmp_path: Path) -> None:
@@ -79,12 +83,71 @@ def test_fields_have_fingers_food_and_table(tmp_path: Path) -> None:
         Moment(points, placed, -30.0, moved, {"stretch": stretch}, 3.5, ""),
     ]
     write_scene(tmp_path / "grasp.pvd", skin, body, moments)
-    files = list_steps(tmp_path / "grasp.pvd")
+    text = (tmp_path / "grasp.pvd").read_text(encoding="utf-8")
+    files = [tmp_path / name for name in re.findall(r'file="([^"]+)"', text)]  # for ParaView alone
     assert len(files) == 2 * 3
-    assert 'timestep="3.5" part="2"' in (tmp_path / "grasp.pvd").read_text(encoding="utf-8")
+    assert 'timestep="3.5" part="2"' in text
     first, food, table, _, lifted, _ = (pv.read(file) for file in files)
     assert np.asarray(first["displacement_mm"]) == pytest.approx(moved)
     assert np.asarray(first["principal_stretch"]) == pytest.approx(stretch)
     assert table.bounds[5] == pytest.approx(0.0)
     assert food.bounds[4] == pytest.approx(0.0, abs=1e-5)
     assert lifted.bounds[4] == pytest.approx(30.0, abs=1e-5)
+
+
+def moments_at(times_s: list[float]) -> list[Moment]:
+    """Fingers and food that move by 3 mm/s along x, while the table goes down by 10 mm/s."""
+    still = np.array([[0.0, 0, 20], [9, 0, 20], [0, 9, 20]])
+    way = np.array([3.0, 0, 0])
+    return [Moment(still + t * way, still + t * way, -10 * t, still, {}, t, "") for t in times_s]
+
+
+def test_a_film_is_smooth_between_the_rows() -> None:
+    """Uniform motion of rows at uneven times stays uniform; stages and pressures are theirs."""
+    times = [0.0, 1.0, 1.0, 1.5, 4.0]  # a wait of no length
+    result = {
+        "pressure_kPa": [0.0, 100.0, 100.0, 100.0, 100.0],
+        "branch": ["loading", "loading", "hold", "hold", "lift"],
+    }
+    film = filmed(moments_at(times), result)
+    steps_s = np.diff([each.time_s for each in film])
+    assert steps_s == pytest.approx(0.04)  # 25 pictures a second, in real time
+    for each in film:
+        assert each.skin[0, 0] == pytest.approx(3 * each.time_s)
+        assert each.food[0, 0] == pytest.approx(3 * each.time_s)
+        assert each.table_mm == pytest.approx(-10 * each.time_s)
+    assert film[0].label == "0.00 s, 0 kPa, at rest"
+    assert "pressurising" in film[12].label
+    assert film[30].label == "1.20 s, 100 kPa, holding"
+    assert film[-1].label == "4.00 s, 100 kPa, lifting"
+
+
+def test_a_short_grasp_is_slowed_and_a_long_one_quickened() -> None:
+    result = {"pressure_kPa": [0.0, 50.0], "branch": ["loading", "loading"]}
+    for lasts_s, seconds in ((0.5, FILM_S[0]), (60.0, FILM_S[1])):
+        film = filmed(moments_at([0.0, lasts_s]), result)
+        assert len(film) == 1 + seconds * 1000 / FRAME_MS
+
+
+def test_the_words_of_a_film_stand_still() -> None:
+    """Ink begins in the same column, and so do the words after numbers of other widths."""
+    image = np.full((40, 900, 3), 255, np.uint8)
+    texts = ["9.99 s, 8 kPa, lifting", "10.00 s, 150 kPa, lifting"]
+    found = titled([image] * 2, texts)
+    tops = [(each[:-40] < 128).any(axis=2) for each in found]
+    ends = [np.flatnonzero(top.any(axis=0)) for top in tops]
+    assert ends[0][-1] == ends[1][-1]
+    tail = slice(ends[0][-1] - 80, None)
+    assert (tops[0][:, tail] == tops[1][:, tail]).all()
+
+
+def test_a_gif_is_small_enough_to_send(tmp_path: Path) -> None:
+    """Noise, which nothing packs: pictures are left out, and the film lasts as long."""
+    seed = 3
+    print("seed", seed)
+    images = list(np.random.default_rng(seed).integers(0, 255, (16, 80, 80, 3), np.uint8))
+    write(tmp_path / "film", images, FRAME_MS, replace(POLICY, gif_bytes=14_000))
+    assert (tmp_path / "film.gif").stat().st_size <= 14_000
+    with Pillow.open(tmp_path / "film.gif") as film:
+        assert 1 < film.n_frames < 16
+        assert film.n_frames * film.info["duration"] == 16 * FRAME_MS

@@ -17,9 +17,29 @@ const FOOD = ['friction', 'turn_deg'];
 const EXPORTS = ['stl', 'step', 'toml'];
 const DIGITS = 4; // of a slider's value
 const REST_MS = 500; // without a change, after which a design is at rest
+const CONTROLS = ['pose', 'alpha', ...GRIPPER, 'kind', ...FOOD];
+const OF = data.sliders.map(({ key }) => key).join(); // what a state's values are of
+const FOREIGN = 'The link is of an explorer with other sliders, so its design is not shown.';
 const SOLVED = { bending: 'free bending', blocked_force: 'blocked force' };
 const THUMB = { width: 220, height: 165 }; // pixels
+const STEPS = /^(Arrow|Page|Home|End)/; // keys that change a slider or a box
 const short = (value) => +(+value).toPrecision(DIGITS);
+
+/** Copy a text; browsers have a clipboard of their own on this machine and with https alone. */
+async function copied(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    const box = element('textarea', { readonly: '' });
+    box.value = text;
+    document.body.append(box);
+    box.select();
+    const done = document.execCommand('copy');
+    box.remove();
+    return done;
+  }
+}
 
 class Explorer {
   constructor() {
@@ -36,7 +56,7 @@ class Explorer {
     this.charts = [];
     this.kept = null;
     this.views = [];
-    this.history = new History($('history'), { undo: $('undo'), redo: $('redo') }, (state) => this.#set(state));
+    this.history = new History($('history'), { undo: $('undo'), redo: $('redo') }, (state) => this.#restore(state));
     this.there = webgl().there;
     root.classList.toggle('webgl', this.there);
     this.apply = themes(this.views);
@@ -47,9 +67,26 @@ class Explorer {
       state: (open) => this.#connection(open),
     });
     this.rig = new Rig((message) => this.socket.send({ ...message, ...this.design() }));
+    const own = { view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper(), of: OF };
     const linked = this.history.linked();
-    if (linked) this.#set(linked);
-    else this.#set({ view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper() }, false);
+    if (linked && this.#fits(linked)) this.#set(linked);
+    else this.#set(own, false);
+    if (linked && !this.#fits(linked)) this.notice = FOREIGN;
+  }
+
+  /** Whether a state is of this page's sliders; a link may be another server's. */
+  #fits(state) {
+    const { view, values, gripper, own = {}, of = OF, grasp_kPa: grasp } = state;
+    const sliders = new Set(this.sliders.map(({ key }) => key));
+    return of === OF && Boolean(document.querySelector(`[data-view="${CSS.escape(view)}"]`))
+      && Array.isArray(values) && values.length === this.start.length && values.every(Number.isFinite)
+      && Number.isFinite(grasp) && Object.keys(own).every((key) => sliders.has(key))
+      && Object.keys(gripper ?? { none: 0 }).every((name) => CONTROLS.includes(name));
+  }
+
+  #restore(state) {
+    if (this.#fits(state)) this.#set(state);
+    else this.#fail(FOREIGN);
   }
 
   /** The design that the controls say, as the server reads it. */
@@ -89,6 +126,7 @@ class Explorer {
     if (this.rested) return;
     this.rested = true;
     this.history.add(this.state, this.#changed(this.history.present), this.touched);
+    if (this.none === this.asked) this.history.refused();
     this.#solveAtRest();
   }
 
@@ -118,7 +156,11 @@ class Explorer {
           this.#restSoon();
         });
         // a box that is left with the value it was entered with has no change of its own
-        for (const end of ['change', 'blur']) input.addEventListener(end, () => this.#rest());
+        let steps = false; // each step by a key is a change; a design is at rest after the last one
+        input.addEventListener('keydown', ({ key }) => (steps = STEPS.test(key)));
+        input.addEventListener('pointerdown', () => (steps = false));
+        input.addEventListener('change', () => (steps ? this.#restSoon() : this.#rest()));
+        input.addEventListener('blur', () => this.#rest());
       }
     }
     for (const button of document.querySelectorAll('.each')) {
@@ -127,10 +169,10 @@ class Explorer {
     for (const button of document.querySelectorAll('[data-view]')) {
       button.addEventListener('click', () => this.#set({ ...this.state, view: button.dataset.view }));
     }
-    const gripper = ['pose', 'alpha', ...GRIPPER, 'kind', ...FOOD];
-    for (const name of gripper) {
+    for (const name of CONTROLS) {
       $(name).addEventListener(name === 'alpha' ? 'input' : 'change', () => {
         if (name === 'pose') $('alpha').value = data.alpha_deg[$('pose').value];
+        if ($(name).value === '' && $(name).defaultValue) $(name).value = $(name).defaultValue;
         this.state = { ...this.state, gripper: this.#gripper() };
         this.#alpha();
         this.touched = true;
@@ -152,16 +194,14 @@ class Explorer {
       this.#stage();
     });
     $('link').addEventListener('click', async () => {
-      await navigator.clipboard.writeText(location.href);
-      $('link').textContent = 'Copied';
+      $('link').textContent = (await copied(location.href)) ? 'Copied' : 'Copy it from the address bar';
       setTimeout(() => ($('link').textContent = 'Copy link'), 1500);
     });
   }
 
   /** What the gripper's and the food's controls say. */
   #gripper() {
-    const names = ['pose', 'alpha', ...GRIPPER, 'kind', ...FOOD];
-    return Object.fromEntries(names.map((name) => [name, $(name).value]));
+    return Object.fromEntries(CONTROLS.map((name) => [name, $(name).value]));
   }
 
   #change(slider, value, input) {
@@ -283,7 +323,8 @@ class Explorer {
     if (is === 'state') this.#state(message);
     else if (is === 'shown') this.showing = this.showing.then(() => this.#show(message));
     else if (is === 'replaced') {
-      if (message.by !== this.known) $('state').textContent = 'a newer request took its place';
+      const mine = message.design === this.known && message.by !== this.known;
+      if (mine) this.#fail('Another request took the place of this design: it is not solved. Solve asks for it again.');
     } else if (is === 'error' && about === 'show') this.#refused(message);
     else if (is === 'error' && about === 'solve' && (message.design ?? this.known) !== this.known) {
       return; // of another tab's design
@@ -306,6 +347,8 @@ class Explorer {
   #refused({ id, text }) {
     if (id !== this.asked) return;
     this.#fail(text);
+    this.none = id;
+    if (this.rested) this.history.refused();
     this.#badge('no such design');
     this.#solvable(this.#worded(text));
     for (const suffix of EXPORTS) $(suffix).removeAttribute('href');
@@ -351,6 +394,8 @@ class Explorer {
     await this.#stage(message.said);
     if (message.id !== this.asked) return;
     $('error').hidden ||= this.known !== message.design;
+    if (this.notice) this.#fail(this.notice);
+    this.notice = '';
     this.known = message.design;
     this.solved = message.solved;
     $('where').textContent = message.said;

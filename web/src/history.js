@@ -63,6 +63,12 @@ export class History {
     this.#show();
   }
 
+  /** Say in the tile of the present state that there is no such design. */
+  refused() {
+    const button = this.entries[this.at]?.button;
+    if (button && !button.querySelector('i')) button.prepend(element('i', {}, 'no such design'));
+  }
+
   /** Show a picture of the present state. */
   picture(url) {
     const shown = this.entries[this.at]?.picture;

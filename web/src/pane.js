@@ -189,7 +189,7 @@ class Part {
   setTheme(dark) {
     const ghost = dark ? [0.78, 0.82, 0.88, 0.16] : [0.35, 0.4, 0.48, 0.13];
     for (const made of this.objects) {
-      made.lines.material.uniforms.uFlat.value.set(...(dark ? [1, 1, 1, 0.16] : [0, 0, 0, 0.2]));
+      made.lines.material.uniforms.uFlat.value.set(0, 0, 0, 0.2); // a finger is pale in both
       if (!made.ghost) continue;
       made.ghost.material.uniforms.uFlat.value.set(...ghost);
       made.outline.material.uniforms.uFlat.value.set(...ghost.slice(0, 3), 0.65);

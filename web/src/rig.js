@@ -6,13 +6,28 @@ const RIG = ['rate_kPa_per_s', 'gap_mm', 'angle_deg', 'force_N', 'gauge_length_m
 
 export class Rig {
   constructor(send) {
-    $('make').addEventListener('click', () => send({ do: 'rig', answers: this.#answers() }));
+    $('make').addEventListener('click', () => this.#filled() && send({ do: 'rig', answers: this.#answers() }));
     $('plan').addEventListener('click', () => {
+      if (!this.#filled()) return;
       $('planning').textContent = 'planning';
       send({ do: 'plan', answers: this.#answers() });
       send({ do: 'rig', answers: this.#answers() });
     });
     $('rig').addEventListener('submit', (event) => event.preventDefault());
+  }
+
+  /** Whether every box that began with a number has one; else the first without is told. */
+  #filled() {
+    const empty = [...PROTOCOL, ...RIG].map($).find(({ value, defaultValue, validity }) =>
+      validity.badInput || (value === '' && defaultValue !== ''));
+    if (empty) this.#refused(`${empty.labels[0].textContent}: empty; allowed: a number`);
+    return !empty;
+  }
+
+  #refused(text) {
+    $('planning').textContent = '';
+    $('rig-error').textContent = text;
+    $('rig-error').hidden = false;
   }
 
   #answers() {
@@ -31,11 +46,7 @@ export class Rig {
       $('planning').textContent = `written to ${message.folder}`;
       $('plan-text').textContent = message.text;
       $('planned').hidden = false;
-    } else if (message.is === 'error') {
-      $('planning').textContent = '';
-      $('rig-error').textContent = message.text;
-      $('rig-error').hidden = false;
-    }
+    } else if (message.is === 'error') this.#refused(message.text);
   }
 
   #made({ setup, header, readings }) {

@@ -7,8 +7,20 @@ const VIEW_PX = { picture: 900, video: 640 }; // height of the view in the file
 const SCALE = { width: 150, bar: 16, edge: 14, top: 62 }; // px, as on the screen
 const TITLE_PX = 64;
 const VIDEO = { fps: 25, leastS: 4, mostS: 10, stepS: 0.5, holdS: 1, longestS: 0.1, bits: 8e6 };
-const KINDS = ['video/mp4', 'video/webm']; // what players want first
-const TYPES = { 'video/mp4': 'mp4', 'video/webm': 'webm' };
+// what players want first: MP4 with H.264 alone, as none plays VP9 in it
+const KINDS = ['video/mp4;codecs=avc1.640028', 'video/mp4;codecs=avc1.42E028', 'video/webm'];
+const ending = (kind) => (kind.startsWith('video/mp4') ? 'mp4' : 'webm');
+
+/** A text in lines that fit into a room. */
+function lines(context, text, room) {
+  const found = [''];
+  for (const word of text.split(' ')) {
+    const longer = found.at(-1) ? `${found.at(-1)} ${word}` : word;
+    if (found.at(-1) && context.measureText(longer).width > room) found.push(word);
+    else found[found.length - 1] = longer;
+  }
+  return found;
+}
 
 export class Saver {
   constructor(stage) {
@@ -54,7 +66,12 @@ export class Saver {
     context.textAlign = 'left';
     context.font = '600 13px system-ui, sans-serif';
     if (titles.length > 1) {
-      titles.forEach((title, i) => context.fillText(title, places[i][0] * width + 12, places[i][1] * height + 20));
+      titles.forEach((title, i) => {
+        const [x, y, share] = places[i];
+        lines(context, title, share * width - 24).forEach((line, n) => {
+          context.fillText(line, x * width + 12, y * height + 20 + 16 * n, share * width - 24);
+        });
+      });
     }
     const now = $('now').textContent;
     const first = [titles.length > 1 ? '' : titles[0], now].filter(Boolean).join(', ');
@@ -71,18 +88,9 @@ export class Saver {
     const { label, unit, rgb } = fields[field];
     const [low, high] = range;
     const [x, top, bottom] = [left + SCALE.edge, SCALE.top, height - SCALE.edge];
-    const words = `${label} (${unit})`.split(' ');
     context.font = '600 12px system-ui, sans-serif';
-    let line = '';
-    let y = 20;
-    for (const word of words) {
-      const longer = line ? `${line} ${word}` : word;
-      if (line && context.measureText(longer).width > SCALE.width - SCALE.edge) {
-        context.fillText(line, x, y);
-        [line, y] = [word, y + 15];
-      } else line = longer;
-    }
-    context.fillText(line, x, y);
+    lines(context, `${label} (${unit})`, SCALE.width - SCALE.edge)
+      .forEach((line, n) => context.fillText(line, x, 20 + 15 * n));
     const ink = context.fillStyle;
     for (let i = 0; i < 256; i++) {
       const part = (bottom - top) / 256;
@@ -125,7 +133,7 @@ export class Saver {
       release();
       stage.setTime(kept);
       $('video').textContent = 'Save video';
-      this.#download(new Blob(pieces, { type: this.kind }), TYPES[this.kind]);
+      this.#download(new Blob(pieces, { type: this.kind }), ending(this.kind));
     });
     const go = (now) => {
       if (recorder.state === 'inactive') return;
@@ -144,11 +152,11 @@ export class Saver {
     requestAnimationFrame(go);
   }
 
-  #download(blob, ending) {
+  #download(blob, suffix) {
     const title = this.stage.scenes[this.stage.lead].title;
     const link = document.createElement('a');
     link.href = URL.createObjectURL(blob);
-    link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, '_').slice(0, 60)}.${ending}`;
+    link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, '_').slice(0, 60)}.${suffix}`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
   }

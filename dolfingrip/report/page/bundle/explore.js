@@ -256,15 +256,15 @@
       times = now;
       if (!drawn) return;
       drawn.marks.replaceChildren();
-      const lines = /* @__PURE__ */ new Set();
+      const lines2 = /* @__PURE__ */ new Set();
       for (const series of spec.series) {
         if (series.scene === null || now[series.scene] === void 0) continue;
         const [x, y] = pointAt(series, now[series.scene]);
         if (x === null) continue;
         const at = drawn.across(x).toFixed(1);
-        if (!lines.has(at)) {
+        if (!lines2.has(at)) {
           svg(drawn.marks, "line", { x1: at, x2: at, y1: drawn.top, y2: drawn.bottom, class: "mark" });
-          lines.add(at);
+          lines2.add(at);
         }
         if (y === null) continue;
         svg(drawn.marks, "circle", { cx: at, cy: drawn.up(y), r: 5.5, class: `now ${series.colour}` });
@@ -432,6 +432,11 @@
       this.strip.append(button);
       this.#show();
     }
+    /** Say in the tile of the present state that there is no such design. */
+    refused() {
+      const button = this.entries[this.at]?.button;
+      if (button && !button.querySelector("i")) button.prepend(element("i", {}, "no such design"));
+    }
     /** Show a picture of the present state. */
     picture(url) {
       const shown = this.entries[this.at]?.picture;
@@ -460,13 +465,25 @@
   var RIG = ["rate_kPa_per_s", "gap_mm", "angle_deg", "force_N", "gauge_length_mm", "area_mm2"];
   var Rig = class {
     constructor(send) {
-      $("make").addEventListener("click", () => send({ do: "rig", answers: this.#answers() }));
+      $("make").addEventListener("click", () => this.#filled() && send({ do: "rig", answers: this.#answers() }));
       $("plan").addEventListener("click", () => {
+        if (!this.#filled()) return;
         $("planning").textContent = "planning";
         send({ do: "plan", answers: this.#answers() });
         send({ do: "rig", answers: this.#answers() });
       });
       $("rig").addEventListener("submit", (event) => event.preventDefault());
+    }
+    /** Whether every box that began with a number has one; else the first without is told. */
+    #filled() {
+      const empty = [...PROTOCOL, ...RIG].map($).find(({ value, defaultValue, validity }) => validity.badInput || value === "" && defaultValue !== "");
+      if (empty) this.#refused(`${empty.labels[0].textContent}: empty; allowed: a number`);
+      return !empty;
+    }
+    #refused(text) {
+      $("planning").textContent = "";
+      $("rig-error").textContent = text;
+      $("rig-error").hidden = false;
     }
     #answers() {
       const value = (name) => $(name).value === "" ? null : +$(name).value;
@@ -483,11 +500,7 @@
         $("planning").textContent = `written to ${message.folder}`;
         $("plan-text").textContent = message.text;
         $("planned").hidden = false;
-      } else if (message.is === "error") {
-        $("planning").textContent = "";
-        $("rig-error").textContent = message.text;
-        $("rig-error").hidden = false;
-      }
+      } else if (message.is === "error") this.#refused(message.text);
     }
     #made({ setup, header, readings }) {
       $("rig-error").hidden = true;
@@ -578,14 +591,14 @@
   }
   async function unpackPart(part, ends2, fields) {
     const names = Object.keys(part.fields);
-    const [triangles, lines, creases, positions, ...told] = await Promise.all([
+    const [triangles, lines2, creases, positions, ...told] = await Promise.all([
       unpackNumbers(part.triangles),
       unpackNumbers(part.lines),
       unpackNumbers(part.creases),
       unpackNumbers(part.positions),
       ...names.map((name) => unpackNumbers(part.fields[name]))
     ]);
-    const found = { ...part, triangles, lines, creases, positions, values: {} };
+    const found = { ...part, triangles, lines: lines2, creases, positions, values: {} };
     if (part.colour !== null) return found;
     names.forEach((name, at) => {
       const [low, high] = ends2[name];
@@ -619,8 +632,17 @@
   var SCALE = { width: 150, bar: 16, edge: 14, top: 62 };
   var TITLE_PX = 64;
   var VIDEO = { fps: 25, leastS: 4, mostS: 10, stepS: 0.5, holdS: 1, longestS: 0.1, bits: 8e6 };
-  var KINDS = ["video/mp4", "video/webm"];
-  var TYPES = { "video/mp4": "mp4", "video/webm": "webm" };
+  var KINDS = ["video/mp4;codecs=avc1.640028", "video/mp4;codecs=avc1.42E028", "video/webm"];
+  var ending = (kind) => kind.startsWith("video/mp4") ? "mp4" : "webm";
+  function lines(context, text, room) {
+    const found = [""];
+    for (const word of text.split(" ")) {
+      const longer = found.at(-1) ? `${found.at(-1)} ${word}` : word;
+      if (found.at(-1) && context.measureText(longer).width > room) found.push(word);
+      else found[found.length - 1] = longer;
+    }
+    return found;
+  }
   var Saver = class {
     constructor(stage) {
       this.stage = stage;
@@ -663,7 +685,12 @@
       context.textAlign = "left";
       context.font = "600 13px system-ui, sans-serif";
       if (titles.length > 1) {
-        titles.forEach((title, i) => context.fillText(title, places[i][0] * width + 12, places[i][1] * height + 20));
+        titles.forEach((title, i) => {
+          const [x, y, share] = places[i];
+          lines(context, title, share * width - 24).forEach((line, n) => {
+            context.fillText(line, x * width + 12, y * height + 20 + 16 * n, share * width - 24);
+          });
+        });
       }
       const now = $2("now").textContent;
       const first = [titles.length > 1 ? "" : titles[0], now].filter(Boolean).join(", ");
@@ -679,18 +706,8 @@
       const { label, unit, rgb } = fields[field];
       const [low, high] = range;
       const [x, top, bottom] = [left + SCALE.edge, SCALE.top, height - SCALE.edge];
-      const words = `${label} (${unit})`.split(" ");
       context.font = "600 12px system-ui, sans-serif";
-      let line = "";
-      let y = 20;
-      for (const word of words) {
-        const longer = line ? `${line} ${word}` : word;
-        if (line && context.measureText(longer).width > SCALE.width - SCALE.edge) {
-          context.fillText(line, x, y);
-          [line, y] = [word, y + 15];
-        } else line = longer;
-      }
-      context.fillText(line, x, y);
+      lines(context, `${label} (${unit})`, SCALE.width - SCALE.edge).forEach((line, n) => context.fillText(line, x, 20 + 15 * n));
       const ink = context.fillStyle;
       for (let i = 0; i < 256; i++) {
         const part = (bottom - top) / 256;
@@ -732,7 +749,7 @@
         release();
         stage.setTime(kept);
         $2("video").textContent = "Save video";
-        this.#download(new Blob(pieces, { type: this.kind }), TYPES[this.kind]);
+        this.#download(new Blob(pieces, { type: this.kind }), ending(this.kind));
       });
       const go = (now) => {
         if (recorder.state === "inactive") return;
@@ -749,11 +766,11 @@
       recorder.start();
       requestAnimationFrame(go);
     }
-    #download(blob, ending) {
+    #download(blob, suffix) {
       const title = this.stage.scenes[this.stage.lead].title;
       const link = document.createElement("a");
       link.href = URL.createObjectURL(blob);
-      link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "_").slice(0, 60)}.${ending}`;
+      link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "_").slice(0, 60)}.${suffix}`;
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 6e4);
     }
@@ -1059,20 +1076,20 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.uniforms.uPalette.value = palette;
       this.setTime(this.time);
     }
-    setLayers({ ghost, lines, section }) {
+    setLayers({ ghost, lines: lines2, section }) {
       const { part } = this;
       this.uniforms.uCut.value = section && !part.mirrored && !part.section && part.cut ? 1 : 0;
       for (const made of this.objects) {
         const there = part.section ? section : !(section && made.mirror < 0);
         made.surface.visible = there;
-        made.lines.visible = there && lines && part.lines.length > 0;
+        made.lines.visible = there && lines2 && part.lines.length > 0;
         if (made.ghost) made.ghost.visible = made.outline.visible = ghost && there;
       }
     }
     setTheme(dark) {
       const ghost = dark ? [0.78, 0.82, 0.88, 0.16] : [0.35, 0.4, 0.48, 0.13];
       for (const made of this.objects) {
-        made.lines.material.uniforms.uFlat.value.set(...dark ? [1, 1, 1, 0.16] : [0, 0, 0, 0.2]);
+        made.lines.material.uniforms.uFlat.value.set(0, 0, 0, 0.2);
         if (!made.ghost) continue;
         made.ghost.material.uniforms.uFlat.value.set(...ghost);
         made.outline.material.uniforms.uFlat.value.set(...ghost.slice(0, 3), 0.65);
@@ -1853,9 +1870,27 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var EXPORTS = ["stl", "step", "toml"];
   var DIGITS = 4;
   var REST_MS = 500;
+  var CONTROLS = ["pose", "alpha", ...GRIPPER, "kind", ...FOOD];
+  var OF = data.sliders.map(({ key }) => key).join();
+  var FOREIGN = "The link is of an explorer with other sliders, so its design is not shown.";
   var SOLVED = { bending: "free bending", blocked_force: "blocked force" };
   var THUMB = { width: 220, height: 165 };
+  var STEPS = /^(Arrow|Page|Home|End)/;
   var short = (value) => +(+value).toPrecision(DIGITS);
+  async function copied(text) {
+    try {
+      await navigator.clipboard.writeText(text);
+      return true;
+    } catch {
+      const box = element("textarea", { readonly: "" });
+      box.value = text;
+      document.body.append(box);
+      box.select();
+      const done = document.execCommand("copy");
+      box.remove();
+      return done;
+    }
+  }
   var Explorer = class {
     constructor() {
       root2.classList.add("scripted");
@@ -1871,7 +1906,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.charts = [];
       this.kept = null;
       this.views = [];
-      this.history = new History($4("history"), { undo: $4("undo"), redo: $4("redo") }, (state) => this.#set(state));
+      this.history = new History($4("history"), { undo: $4("undo"), redo: $4("redo") }, (state) => this.#restore(state));
       this.there = webgl().there;
       root2.classList.toggle("webgl", this.there);
       this.apply = themes(this.views);
@@ -1882,9 +1917,21 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         state: (open) => this.#connection(open)
       });
       this.rig = new Rig((message) => this.socket.send({ ...message, ...this.design() }));
+      const own = { view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper(), of: OF };
       const linked = this.history.linked();
-      if (linked) this.#set(linked);
-      else this.#set({ view: data.view, values: this.start, grasp_kPa: data.grasp_kPa, gripper: this.#gripper() }, false);
+      if (linked && this.#fits(linked)) this.#set(linked);
+      else this.#set(own, false);
+      if (linked && !this.#fits(linked)) this.notice = FOREIGN;
+    }
+    /** Whether a state is of this page's sliders; a link may be another server's. */
+    #fits(state) {
+      const { view, values, gripper, own = {}, of = OF, grasp_kPa: grasp } = state;
+      const sliders = new Set(this.sliders.map(({ key }) => key));
+      return of === OF && Boolean(document.querySelector(`[data-view="${CSS.escape(view)}"]`)) && Array.isArray(values) && values.length === this.start.length && values.every(Number.isFinite) && Number.isFinite(grasp) && Object.keys(own).every((key) => sliders.has(key)) && Object.keys(gripper ?? { none: 0 }).every((name) => CONTROLS.includes(name));
+    }
+    #restore(state) {
+      if (this.#fits(state)) this.#set(state);
+      else this.#fail(FOREIGN);
     }
     /** The design that the controls say, as the server reads it. */
     design() {
@@ -1923,6 +1970,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       if (this.rested) return;
       this.rested = true;
       this.history.add(this.state, this.#changed(this.history.present), this.touched);
+      if (this.none === this.asked) this.history.refused();
       this.#solveAtRest();
     }
     #restSoon() {
@@ -1947,7 +1995,11 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
             this.#change(slider, short(input.value), input);
             this.#restSoon();
           });
-          for (const end of ["change", "blur"]) input.addEventListener(end, () => this.#rest());
+          let steps = false;
+          input.addEventListener("keydown", ({ key }) => steps = STEPS.test(key));
+          input.addEventListener("pointerdown", () => steps = false);
+          input.addEventListener("change", () => steps ? this.#restSoon() : this.#rest());
+          input.addEventListener("blur", () => this.#rest());
         }
       }
       for (const button of document.querySelectorAll(".each")) {
@@ -1956,10 +2008,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       for (const button of document.querySelectorAll("[data-view]")) {
         button.addEventListener("click", () => this.#set({ ...this.state, view: button.dataset.view }));
       }
-      const gripper = ["pose", "alpha", ...GRIPPER, "kind", ...FOOD];
-      for (const name of gripper) {
+      for (const name of CONTROLS) {
         $4(name).addEventListener(name === "alpha" ? "input" : "change", () => {
           if (name === "pose") $4("alpha").value = data.alpha_deg[$4("pose").value];
+          if ($4(name).value === "" && $4(name).defaultValue) $4(name).value = $4(name).defaultValue;
           this.state = { ...this.state, gripper: this.#gripper() };
           this.#alpha();
           this.touched = true;
@@ -1981,15 +2033,13 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         this.#stage();
       });
       $4("link").addEventListener("click", async () => {
-        await navigator.clipboard.writeText(location.href);
-        $4("link").textContent = "Copied";
+        $4("link").textContent = await copied(location.href) ? "Copied" : "Copy it from the address bar";
         setTimeout(() => $4("link").textContent = "Copy link", 1500);
       });
     }
     /** What the gripper's and the food's controls say. */
     #gripper() {
-      const names = ["pose", "alpha", ...GRIPPER, "kind", ...FOOD];
-      return Object.fromEntries(names.map((name) => [name, $4(name).value]));
+      return Object.fromEntries(CONTROLS.map((name) => [name, $4(name).value]));
     }
     #change(slider, value, input) {
       const { view, values, own } = this.state;
@@ -2098,7 +2148,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       if (is === "state") this.#state(message);
       else if (is === "shown") this.showing = this.showing.then(() => this.#show(message));
       else if (is === "replaced") {
-        if (message.by !== this.known) $4("state").textContent = "a newer request took its place";
+        const mine = message.design === this.known && message.by !== this.known;
+        if (mine) this.#fail("Another request took the place of this design: it is not solved. Solve asks for it again.");
       } else if (is === "error" && about === "show") this.#refused(message);
       else if (is === "error" && about === "solve" && (message.design ?? this.known) !== this.known) {
         return;
@@ -2118,6 +2169,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     #refused({ id, text }) {
       if (id !== this.asked) return;
       this.#fail(text);
+      this.none = id;
+      if (this.rested) this.history.refused();
       this.#badge("no such design");
       this.#solvable(this.#worded(text));
       for (const suffix of EXPORTS) $4(suffix).removeAttribute("href");
@@ -2159,6 +2212,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       await this.#stage(message.said);
       if (message.id !== this.asked) return;
       $4("error").hidden ||= this.known !== message.design;
+      if (this.notice) this.#fail(this.notice);
+      this.notice = "";
       this.known = message.design;
       this.solved = message.solved;
       $4("where").textContent = message.said;

@@ -256,15 +256,15 @@
       times = now;
       if (!drawn) return;
       drawn.marks.replaceChildren();
-      const lines = /* @__PURE__ */ new Set();
+      const lines2 = /* @__PURE__ */ new Set();
       for (const series of spec.series) {
         if (series.scene === null || now[series.scene] === void 0) continue;
         const [x, y] = pointAt(series, now[series.scene]);
         if (x === null) continue;
         const at = drawn.across(x).toFixed(1);
-        if (!lines.has(at)) {
+        if (!lines2.has(at)) {
           svg(drawn.marks, "line", { x1: at, x2: at, y1: drawn.top, y2: drawn.bottom, class: "mark" });
-          lines.add(at);
+          lines2.add(at);
         }
         if (y === null) continue;
         svg(drawn.marks, "circle", { cx: at, cy: drawn.up(y), r: 5.5, class: `now ${series.colour}` });
@@ -415,14 +415,14 @@
   }
   async function unpackPart(part, ends2, fields) {
     const names = Object.keys(part.fields);
-    const [triangles, lines, creases, positions, ...told] = await Promise.all([
+    const [triangles, lines2, creases, positions, ...told] = await Promise.all([
       unpackNumbers(part.triangles),
       unpackNumbers(part.lines),
       unpackNumbers(part.creases),
       unpackNumbers(part.positions),
       ...names.map((name) => unpackNumbers(part.fields[name]))
     ]);
-    const found = { ...part, triangles, lines, creases, positions, values: {} };
+    const found = { ...part, triangles, lines: lines2, creases, positions, values: {} };
     if (part.colour !== null) return found;
     names.forEach((name, at) => {
       const [low, high] = ends2[name];
@@ -750,20 +750,20 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.uniforms.uPalette.value = palette;
       this.setTime(this.time);
     }
-    setLayers({ ghost, lines, section }) {
+    setLayers({ ghost, lines: lines2, section }) {
       const { part } = this;
       this.uniforms.uCut.value = section && !part.mirrored && !part.section && part.cut ? 1 : 0;
       for (const made of this.objects) {
         const there = part.section ? section : !(section && made.mirror < 0);
         made.surface.visible = there;
-        made.lines.visible = there && lines && part.lines.length > 0;
+        made.lines.visible = there && lines2 && part.lines.length > 0;
         if (made.ghost) made.ghost.visible = made.outline.visible = ghost && there;
       }
     }
     setTheme(dark) {
       const ghost = dark ? [0.78, 0.82, 0.88, 0.16] : [0.35, 0.4, 0.48, 0.13];
       for (const made of this.objects) {
-        made.lines.material.uniforms.uFlat.value.set(...dark ? [1, 1, 1, 0.16] : [0, 0, 0, 0.2]);
+        made.lines.material.uniforms.uFlat.value.set(0, 0, 0, 0.2);
         if (!made.ghost) continue;
         made.ghost.material.uniforms.uFlat.value.set(...ghost);
         made.outline.material.uniforms.uFlat.value.set(...ghost.slice(0, 3), 0.65);
@@ -1227,8 +1227,17 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var SCALE = { width: 150, bar: 16, edge: 14, top: 62 };
   var TITLE_PX = 64;
   var VIDEO = { fps: 25, leastS: 4, mostS: 10, stepS: 0.5, holdS: 1, longestS: 0.1, bits: 8e6 };
-  var KINDS = ["video/mp4", "video/webm"];
-  var TYPES = { "video/mp4": "mp4", "video/webm": "webm" };
+  var KINDS = ["video/mp4;codecs=avc1.640028", "video/mp4;codecs=avc1.42E028", "video/webm"];
+  var ending = (kind) => kind.startsWith("video/mp4") ? "mp4" : "webm";
+  function lines(context, text, room) {
+    const found = [""];
+    for (const word of text.split(" ")) {
+      const longer = found.at(-1) ? `${found.at(-1)} ${word}` : word;
+      if (found.at(-1) && context.measureText(longer).width > room) found.push(word);
+      else found[found.length - 1] = longer;
+    }
+    return found;
+  }
   var Saver = class {
     constructor(stage) {
       this.stage = stage;
@@ -1271,7 +1280,12 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       context.textAlign = "left";
       context.font = "600 13px system-ui, sans-serif";
       if (titles.length > 1) {
-        titles.forEach((title, i) => context.fillText(title, places[i][0] * width + 12, places[i][1] * height + 20));
+        titles.forEach((title, i) => {
+          const [x, y, share] = places[i];
+          lines(context, title, share * width - 24).forEach((line, n) => {
+            context.fillText(line, x * width + 12, y * height + 20 + 16 * n, share * width - 24);
+          });
+        });
       }
       const now = $2("now").textContent;
       const first = [titles.length > 1 ? "" : titles[0], now].filter(Boolean).join(", ");
@@ -1287,18 +1301,8 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const { label, unit, rgb } = fields[field];
       const [low, high] = range;
       const [x, top, bottom] = [left + SCALE.edge, SCALE.top, height - SCALE.edge];
-      const words = `${label} (${unit})`.split(" ");
       context.font = "600 12px system-ui, sans-serif";
-      let line = "";
-      let y = 20;
-      for (const word of words) {
-        const longer = line ? `${line} ${word}` : word;
-        if (line && context.measureText(longer).width > SCALE.width - SCALE.edge) {
-          context.fillText(line, x, y);
-          [line, y] = [word, y + 15];
-        } else line = longer;
-      }
-      context.fillText(line, x, y);
+      lines(context, `${label} (${unit})`, SCALE.width - SCALE.edge).forEach((line, n) => context.fillText(line, x, 20 + 15 * n));
       const ink = context.fillStyle;
       for (let i = 0; i < 256; i++) {
         const part = (bottom - top) / 256;
@@ -1340,7 +1344,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         release();
         stage.setTime(kept);
         $2("video").textContent = "Save video";
-        this.#download(new Blob(pieces, { type: this.kind }), TYPES[this.kind]);
+        this.#download(new Blob(pieces, { type: this.kind }), ending(this.kind));
       });
       const go = (now) => {
         if (recorder.state === "inactive") return;
@@ -1357,11 +1361,11 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       recorder.start();
       requestAnimationFrame(go);
     }
-    #download(blob, ending) {
+    #download(blob, suffix) {
       const title = this.stage.scenes[this.stage.lead].title;
       const link = document.createElement("a");
       link.href = URL.createObjectURL(blob);
-      link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "_").slice(0, 60)}.${ending}`;
+      link.download = `${title.replace(/[^\p{L}\p{N}]+/gu, "_").slice(0, 60)}.${suffix}`;
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 6e4);
     }
