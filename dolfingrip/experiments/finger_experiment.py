@@ -100,7 +100,7 @@ class WholeFingerExperiment(FingerExperiment):
 
 
 def notes(config: Config) -> list[str]:
-    """Return one line for each doubt about the finger's regions and about the element.
+    """Return one line for each doubt about the finger's cavities, regions and element.
 
     Args:
         config: of a simulation.
@@ -108,6 +108,12 @@ def notes(config: Config) -> list[str]:
     from dolfingrip.experiments.results import doubts
 
     found = [*doubts.not_given(config), *_units(config)]
+    names = config.cavity.all if config.mesh.file else config.geometry.cavities()
+    if names and all(config.cavity.of(name).closed for name in names):
+        found.append(
+            f"cavity.{next(iter(names))}.closed = true: no cavity has a supply, so the pressure "
+            "moves nothing; allowed for an answer to it: at least one cavity that is not closed"
+        )
     region, element = config.geometry.limiting, config.solver.element
     if region and not (config.mesh.file or region in config.material.own or config.film.all):
         found.append(

@@ -27,6 +27,9 @@ from dolfingrip.sections.tables import assignments
         (["finger.kind=pneunet"], ["give [material.paper], or a film"]),
         (["finger.kind=cast", "material.film.mu_MPa=30"], []),
         (["finger.kind=pneunet", "film.paper.Et_N_per_mm=50"], []),
+        (["cavity.cavity.closed=true"], ["closed = true: no cavity has a supply, so the pressure"]),
+        (["mesh.file=a.msh", "cavity.one.closed=true"], ["cavity.one.closed = true: no cavity"]),
+        (["mesh.file=a.msh", "cavity.one.closed=true", "cavity.two.pressure_ratio=0.5"], []),
     ],
 )
 def test_notes(overrides: list[str], said: list[str]) -> None:

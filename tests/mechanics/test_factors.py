@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -148,3 +151,16 @@ def test_solutions_that_leave_too_much_are_those_of_factors(system: System) -> N
     whole = sp.diags_array([ones, np.full(SIZE, 3.0), ones], offsets=[-1, 0, 1])
     assert abs(whole @ found - right).max() < 1e-12
     assert system.counts.factorisations == 2  # the approximate inverse counts, too
+
+
+def test_nothing_is_told_of_a_solver_that_was_not_used() -> None:
+    """As in a run in which nothing moves: PETSc tells of options of no use at its end."""
+    code = (
+        "from mpi4py import MPI\n"
+        "from dolfingrip.mechanics.newton.inverse import Factorisation\n"
+        "Factorisation('unused_', MPI.COMM_SELF)\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert (ended.stdout, ended.stderr) == ("", "")

@@ -150,6 +150,8 @@ class Factorisation:
         self.pc.setOptionsPrefix(prefix)
         self.pc.setType(PETSc.PC.Type.CHOLESKY)
         self.pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+        # a run in which nothing moves factorises nothing, and PETSc would tell of these at its end
+        PETSc.Options()["options_left"] = False
         options = PETSc.Options(prefix)
         options["mat_mumps_icntl_24"] = 0
         if counts_pivots:
