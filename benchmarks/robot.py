@@ -88,6 +88,17 @@ FOODS: Final = {
     ),
 }  # fmt: skip
 
+BEYOND: Final = ("default finger",)
+"""Fingers that are loaded otherwise than their chains were fitted."""
+
+BEYOND_GAPS: Final = (0.44, 0.6)
+"""Gaps of the plate by the free tip's way, twice and three times the widest that is fitted."""
+
+DIRECTIONS: Final = {
+    "to the back": (-1, 0, 0), "away from the back": (1, 0, 0), "from clamp to tip": (0, 0, 1),
+    "from tip to clamp": (0, 0, -1),
+}  # fmt: skip
+
 GOALS: Final = {
     "angle": 1.5, "tip path": 1.0, "force on the plate": 0.04, "stiffness of the tip, x": 0.07,
     "stiffness of the tip, y": 0.07, "pressure for an angle": 2.0,
@@ -181,6 +192,35 @@ def errors(name: str, robot: Robot) -> Iterator[Row]:
     for each in robot.file.comparisons:
         unit = "relative" if each.unit in ("N", "N/mm") else each.unit
         yield Row(name, each.quantity, each.error, unit, GOALS[each.quantity], each.title)
+
+
+def beyond(name: str, robot: Robot, config: Config) -> Iterator[Row]:
+    """Errors of the angle and the force beyond what was fitted: wider gaps, gravity."""
+    asked, largest_kPa = runs.prepared(config), robot.file.valid.pressure_kPa[1]
+    way = robot.file.valid.gaps_mm[0] / runs.FITTED_GAPS[0]
+    for share in BEYOND_GAPS:
+        pressed = asked.changed(plate={"gap_mm": round(share * way, 2)})
+        found, gap = run("blocked_force", pressed), pressed.plate.gap_mm
+        p, force = found.column("pressure_kPa"), found.column("force_N")
+        wrong = np.abs(robot.angle_deg(p, gap) - found.column("angle_deg")).max()
+        note = f"plate at {gap:g} mm, {100 * share:.0f} % of the free tip's way"
+        yield Row(name, "angle", wrong, "deg", GOALS["angle"], note)
+        relative = np.abs(robot.force_N(p, gap) - force).max() / force.max()
+        yield Row(
+            name, "force on the plate", relative, "relative", GOALS["force on the plate"], note
+        )
+    free = run("bending", asked).column("angle_deg")
+    for towards, direction in DIRECTIONS.items():
+        gravity = runs.HANGING | {"direction": direction}
+        found = run("bending", asked.changed(gravity=gravity))
+        p, turned = found.column("pressure_kPa"), found.column("angle_deg")
+        ours = robot.angle_deg(p, gravity_m_s2=9.81 * np.array(direction))
+        wrong = np.abs(ours - ours[p == 0] - turned).max()
+        yield Row(
+            name, "angle", wrong, "deg", GOALS["angle"],
+            f"gravity {towards}, which changes it by {np.abs(turned - free).max():.1f}° up to "
+            f"{largest_kPa:g} kPa",
+        )  # fmt: skip
 
 
 def inverse(name: str, robot: Robot, config: Config) -> Iterator[Row]:
@@ -405,6 +445,8 @@ def main() -> None:
                     f"finite elements took {robot.file.simulated_s:.0f} s"),
                 *numbers(name, simulated(FINGERS[name], folder)),
             ]  # fmt: skip
+            if name in BEYOND:
+                rows += beyond(name, robot, config)
             if name == MOVED:
                 rows += motion(name, robot, config, folder)
         else:

@@ -54,10 +54,11 @@ def robot(asked: RobotSettings) -> None:
         )
     elif accuracy is not None:
         screen.say(f"{joints}: the fewest within the errors asked for")
-    low, high = file.valid.pressure_kPa
+    (low, high), gaps = file.valid.pressure_kPa, file.valid.gaps_mm
     screen.say(
         f"{joints}, which follow its sections to {file.shape_error_mm:.2g} mm; "
-        f"fitted from {low:g} to {high:g} kPa and up to {file.valid.force_N:.3g} N; "
+        f"fitted from {low:g} to {high:g} kPa, to plates at {min(gaps):.3g} to {max(gaps):.3g} mm "
+        f"and up to {file.valid.force_N:.3g} N, where these errors hold; "
         f"the runs of finite elements took {file.simulated_s:.0f} s"
     )
     for each in file.valid.ended:

@@ -50,6 +50,9 @@ class QuantityError(Part):
     quantity: str
     unit: str
     gap_mm: float | None = Field(description="of the plate; null: the finger is free")
+    gravity_m_s2: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="along x, y, z; an angle is since rest in it"
+    )
     pressure_kPa: tuple[float, ...]
     finite_elements: tuple[float, ...]
     chain: tuple[float, ...]
@@ -61,7 +64,8 @@ class QuantityError(Part):
     @property
     def title(self) -> str:
         """The quantity, and where the plate stood."""
-        where = "free" if self.gap_mm is None else f"plate at {self.gap_mm:.3g} mm"
+        free = "hanging, with its weight" if any(self.gravity_m_s2) else "free"
+        where = free if self.gap_mm is None else f"plate at {self.gap_mm:.3g} mm"
         return f"{self.quantity}, {where}"
 
     @property

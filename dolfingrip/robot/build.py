@@ -64,22 +64,22 @@ class Simulated:
     Attributes:
         config: of the runs.
         free: the free finger, from the highest suction on.
-        blocked: the finger against plates, of which the last ones test a chain.
+        loaded: the finger against plates, and with its weight; the last ones test a chain.
     """
 
     config: Config
     free: FingerRun
-    blocked: Sequence[FingerRun]
+    loaded: Sequence[FingerRun]
 
     @property
     def fitted(self) -> list[FingerRun]:
         """Runs that a chain is fitted to, first the free finger."""
-        return [self.free.fitted, *self.blocked[: len(runs.FITTED_GAPS)]]
+        return [self.free.fitted, *self.loaded[: len(runs.FITTED_GAPS)]]
 
     @property
     def tested(self) -> list[FingerRun]:
         """Runs that a chain is compared with."""
-        return [self.free.kept_back, *self.blocked[len(runs.FITTED_GAPS) :]]
+        return [self.free.kept_back, *self.loaded[len(runs.FITTED_GAPS) :]]
 
 
 def simulate(config: Config, folder: Path, pool: Pool, progress: Progress = silent) -> Simulated:
@@ -105,11 +105,11 @@ def simulate(config: Config, folder: Path, pool: Pool, progress: Progress = sile
         alone.append(runs.suction_request(asked, suction))
     free, *drawn = runs.simulated(alone, store, pool, progress)
     gaps = runs.gaps_mm(free, (*runs.FITTED_GAPS, *runs.TESTED_GAPS))
-    requests = [runs.blocked_request(asked, gap) for gap in gaps]
-    blocked = runs.simulated(requests, store, pool, progress)
+    requests = [*(runs.blocked_request(asked, gap) for gap in gaps), runs.hanging_request(asked)]
+    loaded = runs.simulated(requests, store, pool, progress)
     for each in drawn:
         free = free.beside(each)
-    return Simulated(asked, free, blocked)
+    return Simulated(asked, free, loaded)
 
 
 def build(
@@ -150,7 +150,7 @@ def _robot(
     found: Fitted, simulated: Simulated, mesh: SolidMesh, accuracy: Accuracy | None
 ) -> Robot:
     """The reduced model that a fitted chain makes, compared with what was not fitted."""
-    asked, free, blocked = simulated.config, simulated.free, simulated.blocked
+    asked, free, loaded = simulated.config, simulated.free, simulated.loaded
     joints = found.chain.joints_mm[:, 2]
     ends = [float(mesh.points[:, 2].min()), *joints.tolist(), float(mesh.points[:, 2].max())]
     levels = np.unique([*ends[:-1], *free.pressing_mm[:, 2]])  # corners of links, and the plate's
@@ -166,13 +166,13 @@ def _robot(
         shape_error_mm=found.shape_error_mm,
         valid=Validity(
             pressure_kPa=(float(free.pressure_kPa[0]), float(free.pressure_kPa[-1])),
-            force_N=float(max(run.force_N.max() for run in blocked)),
-            gaps_mm=tuple(run.gap_mm for run in blocked if run.gap_mm is not None),
-            ended=tuple(run.failure for run in (free, *blocked) if run.failure),
+            force_N=float(max(run.force_N.max() for run in loaded)),
+            gaps_mm=tuple(run.gap_mm for run in loaded if run.gap_mm is not None),
+            ended=tuple(run.failure for run in (free, *loaded) if run.failure),
         ),
         comparisons=(),
         accuracy=accuracy,
-        simulated_s=sum(run.wall_s for run in (free, *blocked)),
+        simulated_s=sum(run.wall_s for run in (free, *loaded)),
         versions=versions(),
     )
     robot = Robot(file)
@@ -233,8 +233,8 @@ def compare(robot: Robot, run: FingerRun) -> Iterator[QuantityError]:
     Yields:
         Each quantity.
     """
-    p, gap = run.pressure_kPa, run.gap_mm
-    found = robot.state(p, gap)
+    p, gap, gravity = run.pressure_kPa, run.gap_mm, run.gravity_m_s2
+    found = robot.state(p, gap, gravity_m_s2=gravity)
     tip = robot.tip.rest_mm
     turned = np.stack([np.cos(run.turn_rad[:, -1]), np.sin(run.turn_rad[:, -1])], axis=1)
     theirs = run.place_mm[:, -1] + tip[0, 0] * turned
@@ -244,7 +244,7 @@ def compare(robot: Robot, run: FingerRun) -> Iterator[QuantityError]:
     def one(quantity: str, unit: str, fem: np.ndarray, chain: np.ndarray, error: np.ndarray,
             relative: float) -> QuantityError:  # fmt: skip
         return QuantityError(
-            quantity=quantity, unit=unit, gap_mm=gap, pressure_kPa=tuple(p),
+            quantity=quantity, unit=unit, gap_mm=gap, gravity_m_s2=gravity, pressure_kPa=tuple(p),
             finite_elements=tuple(fem), chain=tuple(chain),
             rms=float(np.sqrt(np.square(error).mean())), largest=float(np.abs(error).max()),
             relative=relative,
@@ -261,12 +261,14 @@ def compare(robot: Robot, run: FingerRun) -> Iterator[QuantityError]:
         most = max(float(np.abs(fem).max()), np.finfo(float).tiny)
         return one(quantity, unit, fem, chain, differing, float(np.abs(differing).max()) / most)
 
-    angle = np.degrees(found.w[:, robot.chain.bends].sum(axis=1))
+    rest_deg = robot.angle_deg(0.0, gap, gravity)
+    angle = np.degrees(found.w[:, robot.chain.bends].sum(axis=1)) - rest_deg
     yield by_largest("angle", "deg", np.degrees(run.angle_rad), angle)
     apart = np.linalg.norm(ours - theirs, axis=1)
     yield by_largest("tip path", "mm", way, moved, apart)
     if gap is not None:
         yield by_largest("force on the plate", "N", run.force_N, found.forces_N)
+    if not np.isfinite(run.stiffness_x).all():
         return
     stiff = robot.stiffness_N_per_mm(p)
     for axis, fem in (("x", run.stiffness_x), ("y", run.stiffness_y)):

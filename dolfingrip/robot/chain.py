@@ -68,6 +68,19 @@ class Plates:
 
 
 @dataclass(frozen=True)
+class Loads:
+    """Dead loads, such as weights.
+
+    Attributes:
+        points: of the chain that bear them.
+        forces_N: (points, 3).
+    """
+
+    points: Points
+    forces_N: np.ndarray
+
+
+@dataclass(frozen=True)
 class Chain:
     """Places of joints.
 
@@ -221,8 +234,9 @@ class Equilibrium:
 
 
 def equilibrium(
-    chain: Chain, laws: np.ndarray, pressures_kPa: np.ndarray, plates: Plates, start: np.ndarray
-) -> Equilibrium:
+    chain: Chain, laws: np.ndarray, pressures_kPa: np.ndarray, plates: Plates, start: np.ndarray,
+    loads: Loads | None = None,
+) -> Equilibrium:  # fmt: skip
     """Find equilibria by Newton's method, all states at once.
 
     Args:
@@ -231,6 +245,7 @@ def equilibrium(
         pressures_kPa: (states,).
         plates: that the chain meets.
         start: (states, coordinates) where the search begins.
+        loads: that act in all states; None: none.
     """
 
     def energy(w: np.ndarray) -> np.ndarray:
@@ -238,13 +253,16 @@ def equilibrium(
         p = pressures_kPa[:, None]
         a, b, c, d = laws.T
         inner = -((a + d * p) * p + 0.5 * (b * p + c) * w) * w
-        return inner.sum(axis=1) + 0.5 * plates.stiffness_N_per_mm * (depth**2).sum(axis=1)
+        found = inner.sum(axis=1) + 0.5 * plates.stiffness_N_per_mm * (depth**2).sum(axis=1)
+        if loads is not None:
+            found -= np.einsum("smk,mk->s", chain.places(w, loads.points), loads.forces_N)
+        return np.asarray(found)
 
     reach = np.where(chain.turning, 1.0, chain.joints_mm[-1, 2])
     w = start.copy()
     level = energy(w)
     for _ in range(_ITERATIONS):
-        found = _balance(chain, laws, pressures_kPa, plates, w)
+        found = _balance(chain, laws, pressures_kPa, plates, loads, w)
         residual, stiffness = found[0], found[1].stiffness
         if np.abs(residual).max() < _DONE_N:
             break
@@ -267,8 +285,9 @@ def equilibrium(
 
 
 def _balance(
-    chain: Chain, laws: np.ndarray, pressures_kPa: np.ndarray, plates: Plates, w: np.ndarray
-) -> tuple[np.ndarray, Equilibrium]:
+    chain: Chain, laws: np.ndarray, pressures_kPa: np.ndarray, plates: Plates,
+    loads: Loads | None, w: np.ndarray,
+) -> tuple[np.ndarray, Equilibrium]:  # fmt: skip
     """Sum of all forces, and what an equilibrium tells, at any coordinates."""
     slopes = chain.slopes(w, plates.points)
     along = slopes[..., 0]
@@ -282,5 +301,10 @@ def _balance(
     stiffness[:, diagonal, diagonal] += stiffnesses(laws, pressures_kPa)
     residual = np.einsum("sik,ik->si", terms(w, pressures_kPa), laws)
     residual += np.einsum("smi,sm->si", along, force)
+    if loads is not None:
+        lowering = chain.slopes(w, loads.points)
+        residual += np.einsum("smik,mk->si", lowering, loads.forces_N)
+        for m, load in enumerate(loads.forces_N):
+            stiffness -= chain.curvatures(w, lowering[:, m]) @ load
     pressing = -np.einsum("smi,sm->si", along, touching)
     return residual, Equilibrium(w, stiffness, force.sum(axis=1), pressing)

@@ -135,6 +135,7 @@ def _supply(model: _Model, robot: RobotFile) -> None:
         "actuator", "general", name="pressure_kPa", joint="pressure_kPa", gainprm=SUPPLY_N_PER_M,
         biastype="affine", biasprm=(0, -SUPPLY_N_PER_M, 0), ctrlrange=robot.valid.pressure_kPa,
     )  # fmt: skip
+    model.add("sensor", "jointpos", name="pressure_kPa", joint="pressure_kPa")
 
 
 def _springs(model: _Model, joint: Element, robot: RobotFile, coordinate: JointCoordinate) -> None:

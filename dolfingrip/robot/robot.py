@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Final, Self
@@ -12,12 +12,15 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from dolfingrip.files.robot import RobotFile
-from dolfingrip.robot.chain import Chain, Equilibrium, Plates, Points, equilibrium
+from dolfingrip.robot.chain import Chain, Equilibrium, Loads, Plates, Points, equilibrium
 from dolfingrip.robot.fit import softness
 from dolfingrip.sections.errors import ConfigError
 
 TRIED: Final = 26
 """Pressures between which the one that is sought is looked for."""
+
+WEIGHTLESS: Final = (0.0, 0.0, 0.0)
+"""Acceleration where gravity does not act."""
 
 
 class Robot:
@@ -32,6 +35,8 @@ class Robot:
         self.chain = Chain(np.array([joint.place_mm for joint in file.joints]))
         self.laws = np.array([each.law for joint in file.joints for each in joint.coordinates])
         self.tip = self.chain.fixed(np.array([file.tip_mm]))
+        centres = np.array([link.centre_mm for link in file.links])
+        self._centres = Points(centres, np.arange(len(centres)))
 
     @classmethod
     def read(cls, folder: Path | str) -> Self:
@@ -53,14 +58,16 @@ class Robot:
         return np.linspace(*self.file.valid.pressure_kPa, TRIED)
 
     def state(
-        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None, *, whole: bool = False
-    ) -> Equilibrium:
+        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None, *, whole: bool = False,
+        gravity_m_s2: Sequence[float] = WEIGHTLESS,
+    ) -> Equilibrium:  # fmt: skip
         """Find the chain's equilibrium.
 
         Args:
             pressure_kPa: one, or (states,) that are reached one from another.
             gap_mm: of a plate before the straight finger's back; None: it is free.
             whole: whether the plate faces the whole back, as food does, and not its last part.
+            gravity_m_s2: acceleration along x, y, z; z is from clamp to tip.
 
         Returns:
             Coordinates, stiffness and forces, (states, …).
@@ -71,21 +78,26 @@ class Robot:
         plate = -np.inf if gap_mm is None else back[-1, 0] - gap_mm
         plates = Plates(np.full(len(p), plate), points, self.file.plate_N_per_mm)
         start = np.zeros((len(p), self.chain.size))
-        return equilibrium(self.chain, self.laws, p, plates, start)
+        masses = np.array([link.mass_kg for link in self.file.links])
+        weights = Loads(self._centres, np.outer(masses, gravity_m_s2))
+        loads = weights if any(gravity_m_s2) else None
+        return equilibrium(self.chain, self.laws, p, plates, start, loads)
 
     def angle_deg(
-        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None
-    ) -> np.ndarray:
+        self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None,
+        gravity_m_s2: Sequence[float] = WEIGHTLESS,
+    ) -> np.ndarray:  # fmt: skip
         """Return the tip's angle.
 
         Args:
             pressure_kPa: one, or (states,).
             gap_mm: of a plate; None: the finger is free.
+            gravity_m_s2: acceleration along x, y, z.
 
         Returns:
             (states,) in degrees.
         """
-        w = self.state(pressure_kPa, gap_mm).w
+        w = self.state(pressure_kPa, gap_mm, gravity_m_s2=gravity_m_s2).w
         return np.asarray(np.degrees(w[:, self.chain.bends].sum(axis=1)))
 
     def tip_mm(self, pressure_kPa: np.ndarray | float, gap_mm: float | None = None) -> np.ndarray:
@@ -137,9 +149,7 @@ class Robot:
         Returns:
             (coordinates,) from the lowest on.
         """
-        found, file = self.state(pressure_kPa), self.file
-        centres = np.array([link.centre_mm for link in file.links])
-        own = Points(centres, np.arange(len(centres)))
+        found, file, own = self.state(pressure_kPa), self.file, self._centres
         slopes, spins = self.chain.slopes(found.w, own)[0], self.chain.spins(found.w, own)[0]
         _, turns, _ = self.chain.frames(found.w[0])
         mass = np.zeros((self.chain.size,) * 2)

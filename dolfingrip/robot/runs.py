@@ -47,6 +47,9 @@ FITTED_GAPS: Final = (0.03, 0.22)
 TESTED_GAPS: Final = (0.12,)
 """Gaps of the plate by which a chain is tested."""
 
+HANGING: Final = {"acceleration_m_s2": 9.81, "direction": (0.0, 0.0, 1.0)}
+"""Gravity by which a chain is tested: from clamp to tip."""
+
 _ROWS: Final = ("pressure_kPa", "angle_rad", "force_N", "stiffness_x", "stiffness_y", "place_mm",
                 "turn_rad")  # fmt: skip
 """Attributes of a run that have its stops as first axis."""
@@ -74,6 +77,7 @@ class FingerRun:
         depth_mm: of the finger, along x.
         wall_s: time that it took.
         failure: why it ended early, in words; "" where it did not.
+        gravity_m_s2: acceleration along x, y, z; angles are since rest in it.
     """
 
     gap_mm: float | None
@@ -91,6 +95,7 @@ class FingerRun:
     depth_mm: float
     wall_s: float
     failure: str
+    gravity_m_s2: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @property
     def length_mm(self) -> float:
@@ -201,6 +206,15 @@ def blocked_request(config: Config, gap_mm: float) -> Request:
     return Request.of("blocked_force", config.changed(plate={"gap_mm": gap_mm}))
 
 
+def hanging_request(config: Config) -> Request:
+    """Ask for the free finger that hangs from its clamp.
+
+    Args:
+        config: what :func:`prepared` gave.
+    """
+    return Request.of("bending", config.changed(gravity=HANGING))
+
+
 def gaps_mm(free: FingerRun, shares: Sequence[float]) -> list[float]:
     """Return gaps that the tip crosses.
 
@@ -263,7 +277,7 @@ def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
             f"a chain needs {LEAST_STOPS}"
         )
     columns = {name: np.array(each, float) for name, each in data["columns"].items()}
-    blocked = request.experiment.name == "blocked_force"
+    blocked, gravity = request.experiment.name == "blocked_force", request.config.gravity
     nothing = np.full(stops, np.nan)
     return FingerRun(
         gap_mm=request.config.plate.gap_mm if blocked else None,
@@ -281,6 +295,7 @@ def _run(row: Mapping[str, Any], request: Request) -> FingerRun:
         depth_mm=data["depth_mm"],
         wall_s=row["wall_s"] or 0.0,
         failure=failure,
+        gravity_m_s2=tuple(gravity.acceleration_m_s2 * each for each in gravity.direction),
     )
 
 

@@ -22,8 +22,8 @@ readers refuse links without."""
 
 KINDS: Final = {"slide": "prismatic", "hinge": "revolute"}
 
-REACH: Final = {"slide": 0.05, "hinge": 1.5}
-"""Limits of joints, in m and rad, which URDF must have."""
+REACH: Final = {"slide": 0.05, "hinge": 3.1}
+"""Limits of joints, in m and rad, which URDF must have; one joint may turn as the whole finger."""
 
 
 def _massive(root: Element, name: str, link: Link, origin: np.ndarray, part: float) -> Element:

@@ -11,7 +11,7 @@ from support.small import short
 
 from dolfingrip.files.robot import Accuracy
 from dolfingrip.robot import build
-from dolfingrip.robot.chain import Chain, Plates, equilibrium, stiffnesses
+from dolfingrip.robot.chain import Chain, Loads, Plates, equilibrium, stiffnesses
 from dolfingrip.robot.fit import (
     MOST_JOINTS,
     POLICY,
@@ -132,6 +132,23 @@ def test_a_blocked_chain_is_in_balance() -> None:
     assert force.sum(axis=1) == pytest.approx(found.forces_N)
     assert found.forces_N[-1] > 1.0
     assert (np.diff(found.forces_N) >= 0).all()
+
+
+def test_a_chain_under_dead_loads_is_in_balance() -> None:
+    """Loads times their levers are what each law gives; the stiffness is the forces' derivative."""
+    p, none = PRESSURES[[4, -1]], Plates(np.full(2, -np.inf), KNOWN.fixed(PRESSING), 50.0)
+    a, b, c, d = LAWS.T
+    start = np.zeros((2, KNOWN.size))
+    points = KNOWN.fixed(np.array([[4.0, 1.0, 40.0], TIP[0]]))
+    forces = np.array([[0.1, -0.05, 0.2], [-0.02, 0.03, 0.1]])
+    found = equilibrium(KNOWN, LAWS, p, none, start, Loads(points, forces))
+    given = a * p[:, None] + b * p[:, None] * found.w + c * found.w + d * p[:, None] ** 2
+    borne = np.einsum("smik,mk->si", KNOWN.slopes(found.w, points), forces)
+    assert np.abs(given + borne).max() < 1e-8
+    assert np.abs(borne).max() > 1.0
+    more = equilibrium(KNOWN, LAWS, p, none, found.w, Loads(points, forces * (1 + 1e-5)))
+    moved = np.linalg.solve(found.stiffness, 1e-5 * borne[..., None])[..., 0]
+    assert np.abs(more.w - found.w - moved).max() < 1e-4 * np.abs(moved).max()
 
 
 def test_forces_fall_back_on_their_derivatives() -> None:

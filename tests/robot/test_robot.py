@@ -67,7 +67,8 @@ def robot(made: Path) -> Robot:
 @pytest.mark.slow
 def test_errors_at_states_that_were_not_fitted(robot: Robot) -> None:
     """As the targets for the default finger are: 1.5°, 1 mm, 4 % of force, 7 % of stiffness."""
-    found = {(each.quantity, each.gap_mm is None): each for each in robot.file.comparisons}
+    weightless = [each for each in robot.file.comparisons if not any(each.gravity_m_s2)]
+    found = {(each.quantity, each.gap_mm is None): each for each in weightless}
     assert found["angle", True].largest < 1.5
     assert found["tip path", True].rms < 1.0
     assert found["force on the plate", False].relative < 0.04
@@ -79,6 +80,13 @@ def test_errors_at_states_that_were_not_fitted(robot: Robot) -> None:
     assert robot.file.valid.pressure_kPa == pytest.approx((-20.0, 50.0))
     fitted = np.linspace(0, 50, 6)
     assert not set(np.round(free.pressure_kPa, 6)) & set(np.round(fitted, 6))
+    hanging = [each for each in robot.file.comparisons if any(each.gravity_m_s2)]
+    assert [each.title for each in hanging] == [
+        "angle, hanging, with its weight", "tip path, hanging, with its weight",
+    ]  # fmt: skip
+    assert hanging[0].gravity_m_s2 == (0.0, 0.0, 9.81)
+    assert hanging[0].largest < 1.5
+    assert hanging[1].rms < 1.0
 
 
 @pytest.mark.slow
@@ -96,9 +104,12 @@ def test_the_file_is_what_the_command_found(robot: Robot, made: Path) -> None:
         RobotFile.read(made / "other.json")
 
 
-def settled(model: object, inputs: dict[str, float], time_s: float = 1.0) -> object:
-    """Let a model come to rest without gravity."""
-    model.opt.gravity[:] = 0  # type: ignore[attr-defined]
+def settled(
+    folder: Path, inputs: dict[str, float], time_s: float = 1.0, gravity_m_s2: Any = (0, 0, 0)
+) -> Any:
+    """Let a finger come to rest in gravity along its own axes."""
+    model = mujoco.MjModel.from_xml_path(str(folder / "finger.xml"))
+    model.opt.gravity[:] = np.array(gravity_m_s2) * [1, -1, -1]
     data = mujoco.MjData(model)
     for name, value in inputs.items():
         data.actuator(name).ctrl[0] = value
@@ -111,13 +122,29 @@ def settled(model: object, inputs: dict[str, float], time_s: float = 1.0) -> obj
 def test_mujoco_rests_where_the_chain_does(robot: Robot, made: Path) -> None:
     model = mujoco.MjModel.from_xml_path(str(made / "finger.xml"))
     for pressure in (-20.0, 20.0, 50.0):
-        data = settled(model, {"pressure_kPa": pressure})
+        data = settled(made, {"pressure_kPa": pressure})
         moved = 1e3 * data.sensor("tip_m").data - np.array(robot.file.tip_mm)
         assert moved[[0, 2]] == pytest.approx(robot.tip_mm(pressure)[0], abs=1e-3)
-        assert data.joint("pressure_kPa").qpos[0] == pytest.approx(pressure, abs=1e-3)
+        assert data.sensor("pressure_kPa").data[0] == pytest.approx(pressure, abs=1e-3)
         assert abs(moved[1]) < 1e-6
     mass = sum(link.mass_kg for link in robot.file.links)
     assert model.body_mass.sum() - model.body("supply").mass[0] == pytest.approx(mass)
+
+
+@pytest.mark.slow
+def test_mujoco_hangs_as_the_chain_does(robot: Robot, made: Path) -> None:
+    """The finger's z is MuJoCo's −z, and its y the other way. Ten times gravity, to see it."""
+    for axis in np.eye(3):
+        weightless, pulled = (
+            settled(made, {"pressure_kPa": 50.0}, gravity_m_s2=each)
+            for each in (np.zeros(3), 98.1 * axis)
+        )
+        moved = 1e3 * (pulled.sensor("tip_m").data - weightless.sensor("tip_m").data)
+        w = robot.state(50.0, gravity_m_s2=98.1 * axis).w
+        theirs = robot.chain.places(w, robot.tip)[0, 0] - robot.tip.rest_mm[0]
+        theirs[[0, 2]] -= robot.tip_mm(50.0)[0]
+        assert moved == pytest.approx(theirs, abs=1e-3)
+        assert np.abs(moved).max() > 0.02
 
 
 @pytest.mark.slow
@@ -397,3 +424,4 @@ def test_a_page_shows_it(made: Path) -> None:
     page = (made / "page.html").read_text(encoding="utf-8")
     assert "Reduced model: angle, free" in page
     assert "None of these states was fitted" in page
+    assert f"python -m mujoco.viewer --mjcf={made / 'finger.xml'}" in page

@@ -28,10 +28,12 @@ class ReducedModel(Contribution):
                         f"{error.largest:.2g} {error.unit} at most, at states that were not fitted",
                     )
                 )  # fmt: skip
-            low, high = robot.valid.pressure_kPa
+            (low, high), gaps = robot.valid.pressure_kPa, robot.valid.gaps_mm
             facts = [
                 ("joints", f"{len(robot.joints)}"),
                 ("valid", f"{low:g} to {high:g} kPa, up to {robot.valid.force_N:.3g} N"),
+                ("valid for plates", f"at {min(gaps):.3g} to {max(gaps):.3g} mm"),
+                ("in MuJoCo", f"python -m mujoco.viewer --mjcf={each.folder / 'finger.xml'}"),
                 *robot.versions.items(),
             ]
             page.sources.append(Source("Reduced model", str(each.folder), RobotFile.MADE_BY, facts))
