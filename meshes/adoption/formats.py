@@ -135,7 +135,9 @@ def _of_3mf(path: Path) -> object:
     places = [f"/{each.lstrip('/')}" for each in first]
     start = next(each for each in (*places, *models) if each in models and each.endswith(".model"))
     objects = {(n, o.get("id")): o for n, m in models.items() for o in m.iter(f"{_CORE}object")}
-    points, triangles, placed = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], 0
+    points: list[Floats] = [np.empty((0, 3))]
+    triangles: list[Any] = [np.empty((0, 3), dtype=int)]
+    placed = 0
 
     def add(of: str, element: Element, turn: Floats, moved: Floats) -> None:
         nonlocal placed
