@@ -118,10 +118,6 @@ def changed(config: Config, change: Change) -> Config:
     return followed(checked(type(config), data), change)
 
 
-OUTER: Final = ("length_mm", "width_mm", "depth_mm")
-"""Dimensions that commands take from the table of a solid whose mesh file they cannot ask."""
-
-
 def followed(config: Config, change: Change) -> Config:
     """Return a configuration; refuse a change of dimensions that its mesh file does not follow.
 
@@ -133,7 +129,8 @@ def followed(config: Config, change: Change) -> Config:
         ConfigError: one line naming the key and its value.
     """
     geometry, table = config.geometry, config.geometry_table
-    told = geometry.effort if geometry.of_file else ("kind", *OUTER)
+    # of another kind, commands take the outer dimensions from the table
+    told = geometry.effort if geometry.of_file else ("kind", "length_mm", "width_mm", "depth_mm")
     for key, value in change.items() if config.mesh.file is not None else ():
         section, _, name = key.partition(".")
         if section == table and name and name not in told:

@@ -139,12 +139,12 @@ def adopt(asked: AdoptSettings) -> None:
         for suffix in (".png", ".msh", ".toml"):
             screen.say(f"wrote {asked.out / f'{NAME}{suffix}'}")
         mu_MPa = Config().material.shear_MPa
-        first = f"{_first_kPa(found, mu_MPa):.2g}"
+        first = f"{float(f'{_first_kPa(found, mu_MPa):.2g}'):g}"
         screen.say(
             f"{'material:':15} not known; {mu_MPa:g} MPa is NinjaFlex's: give yours below; walls "
             f"strain by about {100 * STRAIN:.0f} % at {first} kPa, in proportion to the modulus"
         )
-        said = f"--set material.mu_MPa={mu_MPa:g} --pressure {float(first):g}"
+        said = f"--set material.mu_MPa={mu_MPa:g} --pressure {first}"
         screen.say(f"next: dolfingrip bend --config {asked.out / f'{NAME}.toml'} {said}")
 
     on_root(MPI.COMM_WORLD, work)
