@@ -93,12 +93,12 @@ def export(asked: ExportSettings) -> None:
                 made = printable.write_mould(resolved, asked.mould)
             for file, part in made.parts.items():
                 screen.say(f"wrote {file}: {part.summary()}")
+            screen.say(f"taken off the cast in this order: {', '.join(COMES_OFF)}")
             screen.say(
                 f"silicone: {made.body_mm3 / 1000:.3g} cm³ for the body, "
                 f"{made.base_mm3 / 1000:.3g} cm³ for the base with its "
                 f"{resolved.geometry.limiting} in it"
             )
-            screen.say(f"taken off the cast in this order: {', '.join(COMES_OFF)}")
             if not getattr(resolved.geometry, "tube", False):
                 key = f"{resolved.geometry_table}.tube"
                 screen.say(f"the cavity will be sealed; --set {key}=true leaves room for a hose")
