@@ -112,11 +112,16 @@ def diagnose_measurement(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say, quick = settings.say, settings.quick
-    doubts = _told(sentences(reversed_signs(measurement, config)), say)
+    doubts = sentences(reversed_signs(measurement, config))
+    for each in doubts:
+        say(f"check the data first: {each}")
     analysis = analyse(measurement, config, workers, settings.effects, say)
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, analysis.problem.base)
-    doubts += _told(sentences(suspicions(analysis.measurement, shown)), say, doubts)
+    for each in sentences(suspicions(analysis.measurement, shown)):
+        if each not in doubts:
+            say(f"check the data first: {each}")
+            doubts.append(each)
     found = diagnosed(analysis, config, quick=quick, say=say)
     found.suspicions = doubts or found.irregular  # which a slip makes up where there is none
     outside = found.analysis.specimens_apart() if settings.specimens else None
@@ -137,14 +142,6 @@ def diagnose_measurement(
     found.next, failed = settled_by(found, say, simulating=whole)
     found.warnings += failed
     return found
-
-
-def _told(found: list[str], say: Callable[[str], None], before: Sequence[str] = ()) -> list[str]:
-    """Say doubts that were not said before, and return them."""
-    new = [each for each in found if each not in before]
-    for each in new:
-        say(f"check the data first: {each}")
-    return new
 
 
 def analyse(

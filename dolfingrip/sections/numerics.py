@@ -38,9 +38,9 @@ class Solver(Section):
         None, gt=0, description="largest memory that a run may need; default: what is free"
     )
     rtol: float = Field(
-        1e-6, ge=1e-14, le=0.1, description="residual, relative to the step's first"
+        1e-6, ge=1e-30, le=0.1, description="residual, relative to the step's first"
     )
-    atol_N: float = Field(1e-9, ge=1e-14, le=1e-4, description="residual, absolute (N)")
+    atol_N: float = Field(1e-9, ge=1e-30, le=1e-4, description="residual, absolute (N)")
     max_iterations: int = Field(
         30, ge=1, le=1000, description="Newton iterations a step, three times as many where damped"
     )

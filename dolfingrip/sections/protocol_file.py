@@ -101,10 +101,9 @@ def waits(length_s: float, count: int, *, even: bool = False) -> list[float]:
         count: number of readings.
         even: whether they are at equal distances, as a specimen in motion is read.
     """
-    if even:
-        return [length_s * (k + 1) / count for k in range(count)] if length_s else []
     ratio = min(SPARSER, FIRST ** (-1 / max(count - 1, 1)))
-    return [length_s * ratio ** (k + 1 - count) for k in range(count)] if length_s else []
+    parts = [(k + 1) / count if even else ratio ** (k + 1 - count) for k in range(count)]
+    return [length_s * part for part in parts] if length_s else []
 
 
 def key(column: str) -> str:
