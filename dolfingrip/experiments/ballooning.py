@@ -12,12 +12,13 @@ where 11 kPa are (one chamber of the default pneu-net in Ecoflex 00-50).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from dolfingrip.experiments.material_fit.law import EXPONENTS, OfStretches
+from dolfingrip.sections.geometry.adopted import AdoptedGeometry
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
 
 if TYPE_CHECKING:
@@ -50,13 +51,14 @@ class Ballooning(NamedTuple):
     radius_mm: float
     pressure_kPa: float
 
-    def sentence(self) -> str:
-        """The forecast in words."""
+    def sentence(self, *, by_volume: bool) -> str:
+        """The forecast in words, with a control by volume where that is allowed."""
+        ask = "ask for experiment.control=auto, or " if by_volume else ""
         return (
             f"walls of {self.wall_mm:.3g} mm around a chamber of {2 * self.radius_mm:.3g} mm may "
             f"balloon near {self.pressure_kPa:.2g} kPa (a thin balloon's estimate, good to a "
-            "factor of two); beyond, the pressure falls while they grow; ask for "
-            "experiment.control=auto, or take thicker walls, a stiffer material or less pressure"
+            "factor of two); beyond, the pressure falls while they grow; "
+            f"{ask}take thicker walls, a stiffer material or less pressure"
         )
 
 
@@ -67,14 +69,27 @@ def forecast(config: Config) -> Ballooning | None:
         config: of a finger.
 
     Returns:
-        The forecast; None where the finger is not made of boxes, or the law stiffens before.
+        The forecast; None where no walls are known, as of a mesh file that was not adopted, or the
+        law stiffens before.
     """
-    solid = None if config.mesh.file else config.geometry.boxes()
     factor = most(config.material)
     ratio = max((each.pressure_ratio for each in config.cavity.all.values()), default=1.0)
-    if solid is None or factor is None or ratio <= 0:
+    if factor is None or ratio <= 0:
         return None
-    found = []
+    found = [
+        Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio)
+        for wall, radius in _balloons(config)
+    ]
+    return min(found, key=lambda each: each.pressure_kPa, default=None)
+
+
+def _balloons(config: Config) -> Iterator[tuple[float, float]]:
+    """Thinnest wall and radius (mm) of each chamber; an adopted part as one around its whole."""
+    geometry = config.geometry
+    if isinstance(geometry, AdoptedGeometry):
+        yield geometry.wall_mm, min(geometry.width_mm, geometry.depth_mm) / 2
+    if config.mesh.file or (solid := geometry.boxes()) is None:
+        return
     for cavity in solid.cavity:
         second, longest = sorted(high - low for low, high in cavity)[1:]
         radius = (longest if longest <= CHANNEL * second else second) / 2
@@ -83,8 +98,7 @@ def forecast(config: Config) -> Ballooning | None:
             for axis in range(3)
             for side in (0, 1)
         )
-        found.append(Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio))
-    return min(found, key=lambda each: each.pressure_kPa)
+        yield wall, radius
 
 
 def note(config: Config) -> list[str]:
@@ -95,7 +109,9 @@ def note(config: Config) -> list[str]:
     """
     found = None if config.experiment.control == "volume" else forecast(config)
     highest = max([config.experiment.max_pressure_kPa, *config.protocol.pressure_kPa])
-    return [] if found is None or highest < NEAR * found.pressure_kPa else [found.sentence()]
+    if found is None or highest < NEAR * found.pressure_kPa:
+        return []
+    return [found.sentence(by_volume=config.cavity.alike)]
 
 
 def most(material: Material) -> float | None:
