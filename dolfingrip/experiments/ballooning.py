@@ -12,13 +12,12 @@ where 11 kPa are (one chamber of the default pneu-net in Ecoflex 00-50).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from dolfingrip.experiments.material_fit.law import EXPONENTS, OfStretches
-from dolfingrip.sections.geometry.adopted import AdoptedGeometry
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
 
 if TYPE_CHECKING:
@@ -51,14 +50,13 @@ class Ballooning(NamedTuple):
     radius_mm: float
     pressure_kPa: float
 
-    def sentence(self, *, by_volume: bool) -> str:
-        """The forecast in words, with a control by volume where that is allowed."""
-        ask = "ask for experiment.control=auto, or " if by_volume else ""
+    def sentence(self) -> str:
+        """The forecast in words."""
         return (
             f"walls of {self.wall_mm:.3g} mm around a chamber of {2 * self.radius_mm:.3g} mm may "
             f"balloon near {self.pressure_kPa:.2g} kPa (a thin balloon's estimate, good to a "
-            "factor of two); beyond, the pressure falls while they grow; "
-            f"{ask}take thicker walls, a stiffer material or less pressure"
+            "factor of two); beyond, the pressure falls while they grow; ask for "
+            "experiment.control=auto, or take thicker walls, a stiffer material or less pressure"
         )
 
 
@@ -69,27 +67,14 @@ def forecast(config: Config) -> Ballooning | None:
         config: of a finger.
 
     Returns:
-        The forecast; None where no walls are known, as of a mesh file that was not adopted, or the
-        law stiffens before.
+        The forecast; None where the finger is not made of boxes, or the law stiffens before.
     """
+    solid = None if config.mesh.file else config.geometry.boxes()
     factor = most(config.material)
     ratio = max((each.pressure_ratio for each in config.cavity.all.values()), default=1.0)
-    if factor is None or ratio <= 0:
+    if solid is None or factor is None or ratio <= 0:
         return None
-    found = [
-        Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio)
-        for wall, radius in _balloons(config)
-    ]
-    return min(found, key=lambda each: each.pressure_kPa, default=None)
-
-
-def _balloons(config: Config) -> Iterator[tuple[float, float]]:
-    """Thinnest wall and radius (mm) of each chamber; an adopted part as one around its whole."""
-    geometry = config.geometry
-    if isinstance(geometry, AdoptedGeometry):
-        yield geometry.wall_mm, min(geometry.width_mm, geometry.depth_mm) / 2
-    if config.mesh.file or (solid := geometry.boxes()) is None:
-        return
+    found = []
     for cavity in solid.cavity:
         second, longest = sorted(high - low for low, high in cavity)[1:]
         radius = (longest if longest <= CHANNEL * second else second) / 2
@@ -98,7 +83,8 @@ def _balloons(config: Config) -> Iterator[tuple[float, float]]:
             for axis in range(3)
             for side in (0, 1)
         )
-        yield wall, radius
+        found.append(Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio))
+    return min(found, key=lambda each: each.pressure_kPa)
 
 
 def note(config: Config) -> list[str]:
@@ -109,9 +95,7 @@ def note(config: Config) -> list[str]:
     """
     found = None if config.experiment.control == "volume" else forecast(config)
     highest = max([config.experiment.max_pressure_kPa, *config.protocol.pressure_kPa])
-    if found is None or highest < NEAR * found.pressure_kPa:
-        return []
-    return [found.sentence(by_volume=config.cavity.alike)]
+    return [] if found is None or highest < NEAR * found.pressure_kPa else [found.sentence()]
 
 
 def most(material: Material) -> float | None:

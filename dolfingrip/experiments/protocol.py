@@ -182,11 +182,10 @@ def advice(config: Config, ratio: float) -> str:
         ratio: volume of the cavity by its volume at rest.
 
     Returns:
-        A sentence; "" with a protocol or ratios of pressures, which a volume does not follow, and
-        where no setting helps.
+        A sentence; "" with a protocol, which prescribes pressures, and where no setting helps.
     """
     experiment = config.experiment
-    if config.protocol.time_s or not config.cavity.alike:
+    if config.protocol.time_s:
         return ""
     changes = []
     if experiment.control == "pressure":

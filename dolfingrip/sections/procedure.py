@@ -242,11 +242,6 @@ class Cavities(Section):
         """Pressures of the cavities with a supply of their own, by name."""
         return {name: each.pressure_kPa for name, each in self.all.items() if each.pressure_kPa}
 
-    @property
-    def alike(self) -> bool:
-        """True if all cavities have the experiment's pressure."""
-        return all(self.ratio(name) == 1 for name in self.all)
-
     def refuse_own(self, who: str) -> None:
         """Refuse cavities with a supply of their own.
 

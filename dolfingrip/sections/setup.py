@@ -190,7 +190,8 @@ class Sections(Section):
                 words = f"{lowest:g} kPa in it, {NO_VACUUM}"
                 key, shown = ("pressure_kPa", list(own)) if own else ("pressure_ratio", None)
                 yield Refusal(f"cavity.{name}.{key}", words, shown or self.cavity.ratio(name))
-        if not self.cavity.alike and self.experiment.control != "pressure":
+        ratios = {self.cavity.ratio(name) for name in self.cavity.all} | {1.0}
+        if len(ratios) > 1 and self.experiment.control != "pressure":
             words = 'allowed: "pressure" where a cavity has a pressure_ratio other than 1'
             yield Refusal("experiment.control", words)
 

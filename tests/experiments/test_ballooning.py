@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-import math
-import re
-from pathlib import Path
-
-import gmsh
 import numpy as np
 import pytest
-from support.command import run_command
 from support.example import EXAMPLES
 
 from dolfingrip import config
-from dolfingrip.experiments import ballooning, run
+from dolfingrip.experiments import ballooning
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.material_fit.law import LAWS, balloon, limit_points
-from dolfingrip.mechanics.path.failure import FailureKind
-from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.sections.tables import assignments
 
 
@@ -82,69 +74,3 @@ def test_a_run_is_told_of_walls_that_balloon(changes: list[str], *, told: bool) 
              "balloon near" in each]  # fmt: skip
     assert bool(found) == told
     assert all("experiment.control=auto" in each for each in found)
-
-
-ADOPTED = {
-    "finger.kind": "adopted", "mesh.file": "own.msh", "adopted.width_mm": 44.0,
-    "adopted.depth_mm": 44.0, "adopted.wall_mm": 2.0, "material.mu_MPa": 0.088,
-    "experiment.max_pressure_kPa": 20.0,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("ratio", "by_volume"), [(1.0, True), (0.5, False), (0.0, None)])
-def test_an_adopted_part_balloons_as_one_chamber_of_its_walls(
-    ratio: float, *, by_volume: bool | None
-) -> None:
-    """1.24 μ t/r of neo-Hooke's balloon; no control is asked for that ratios do not allow."""
-    asked = config.load(None, {**ADOPTED, "cavity.cavity.pressure_ratio": ratio})
-    found = ballooning.forecast(asked)
-    if by_volume is None:  # no pressure, no balloon
-        assert found is None
-        return
-    assert found is not None
-    assert found.pressure_kPa * ratio == pytest.approx(1.24 * 88 * 2 / 22, rel=1e-3)
-    (said,) = ballooning.note(asked)
-    assert ("experiment.control=auto" in said) == by_volume
-
-
-def cylinder(file: Path) -> Path:
-    """A closed tube of 44 mm and 60 mm, walls and webs of 2 mm, four chambers, drawn by OCC."""
-    occ = gmsh.model.occ
-    with session("cylinder"):
-        body, inside = (3, occ.addCylinder(0, 0, 0, 0, 0, 60, 22)), []
-        for x in (-20, 1):
-            for y in (-20, 1):
-                box = (3, occ.addBox(x, y, 4, 19, 19, 52))
-                inside += occ.intersect([(3, occ.addCylinder(0, 0, 4, 0, 0, 52, 20))], [box])[0]
-        solid, _ = occ.cut([body], inside)
-        occ.rotate(solid, 0, 0, 0, 0, 0, 1, math.pi / 4)
-        occ.synchronize()
-        gmsh.write(str(file))
-    return file
-
-
-@pytest.mark.slow
-def test_a_soft_cylinder_says_where_its_wall_balloons(tmp_path: Path) -> None:
-    """One chamber of four: the run ends as a limit point, after a search by the volume.
-
-    The pressure that it tells is above what was reached and below what was not, and the walls are
-    stretched more there than at the last reading.
-    """
-    part = cylinder(tmp_path / "part.step")
-    assert run_command(
-        "adopt", str(part), "--clamp", "0,0,0", "--size-mm", "4.9", "--out", str(tmp_path / "out")
-    ) == 0  # fmt: skip
-    shut = {f"cavity.cavity_{k}.pressure_ratio": 0.0 for k in (2, 3, 4)}
-    soft = {"material.mu_MPa": 0.088, "material.nu": 0.499, "solver.element": "P2-P1"}
-    stops = {"experiment.max_pressure_kPa": 20.0, "experiment.step_kPa": 5.0}
-    asked = config.load(tmp_path / "out" / "adopted.toml", {**shut, **soft, **stops})
-    found = run("bending", asked)
-    assert found.failure is not None
-    assert found.failure.kind is FailureKind.LIMIT_POINT
-    told = re.search(r"walls balloon at ([\d.]+) kPa, stretch ([\d.]+)", found.failure.sentence())
-    assert told is not None, found.failure.sentence()
-    print(found.failure.sentence(), found.column("largest_stretch"))
-    pressure, stretch = map(float, told.groups())
-    assert found.column("pressure_kPa")[-1] == 10 < pressure < 20
-    assert found.failure.last_good["pressure_kPa"] == pytest.approx(pressure, rel=5e-3)
-    assert stretch > found.column("largest_stretch")[-1]

@@ -54,10 +54,9 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     assert at_once.failure.kind is FailureKind.LIMIT_POINT
     assert at_once.failure.last_good["pressure_kPa"] <= last
     np.testing.assert_allclose(at_once.column("angle_deg"), stopped.column("angle_deg"), rtol=1e-9)
-    # where walls are forecast to balloon no state beyond is sought by damped solves
-    one, other = (each.facts.newton.iterations for each in (stopped, at_once))
-    assert one == pytest.approx(other, rel=0.2)
-    assert "the walls balloon at" in said
+    many, few = (each.facts.newton.iterations for each in (stopped, at_once))
+    print(f"{many} iterations, {few} without a search for a state beyond")
+    assert few < 0.5 * many
 
 
 @pytest.mark.slow

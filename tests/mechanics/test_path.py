@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -264,40 +264,3 @@ def test_time_limit_ends_within_a_solve(
     assert failure.last_good == pytest.approx({"pressure_kPa": 40.0})
     assert arrival.steps == 0
     assert np.array_equal(solid.model.state().displacement, good.displacement)
-
-
-@pytest.mark.parametrize("turns", [{"pressure_kPa": 61.0}, {}, None])
-def test_where_the_load_is_known_to_turn_no_step_is_damped(
-    solid: bodies.Body, turns: dict[str, float] | None
-) -> None:
-    """It is asked once, at the last good state, before a damped solve and before halving."""
-    newton = Newton(solid.model, SETTINGS)
-    real = newton.solve
-    tried: list[bool] = []
-    asked_at: list[tuple[float, np.ndarray]] = []
-
-    def solve(*args: Any, damped: bool = False, **kwargs: Any) -> Solve:
-        tried.append(damped)
-        if solid.pressure.value > 60 * KPA and not damped:
-            return Solve(Ending.DIVERGED, 3)
-        return real(*args, damped=damped, **kwargs)
-
-    def turning(attempted: Mapping[str, float]) -> dict[str, float] | None:
-        asked_at.append((attempted["pressure_kPa"], solid.displacement()))
-        return turns
-
-    newton.solve = solve  # type: ignore[method-assign]
-    path = by_pressure(newton, turning=turning)
-    assert path.advance({"pressure_kPa": 40.0}).failure is None
-    failure = path.advance({"pressure_kPa": 80.0}).failure
-    assert asked_at[0][0] > 60
-    if turns:
-        assert failure is not None
-        assert failure.kind is FailureKind.LIMIT_POINT
-        assert failure.last_good == {"pressure_kPa": 61.0}
-        assert True not in tried
-        assert len(asked_at) == 1
-        np.testing.assert_array_equal(solid.displacement(), asked_at[0][1])
-    else:
-        assert failure is None
-        assert True in tried

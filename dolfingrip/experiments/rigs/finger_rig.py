@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from mpi4py import MPI
 
-from dolfingrip.channels import AMBIENT_KPA, LARGEST_STRETCH, supply_of
+from dolfingrip.channels import AMBIENT_KPA, supply_of
 from dolfingrip.config import Config
 from dolfingrip.experiments import ballooning, protocol
 from dolfingrip.experiments.protocol import Stop
@@ -20,7 +20,7 @@ from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import CONTROL, FIRST_STEP, LimitPointSearch
+from dolfingrip.mechanics.newton.volume_control import CONTROL, LimitPointSearch
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.parameter import Parameter
@@ -53,7 +53,6 @@ class FingerRig(Rig):
         self.from_rest = observation.from_rest
         self._tared = False
         self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
-        self._most: tuple[float, float] | None = None  # highest pressure (kPa), stretch there
         self.further: Callable[[], Mapping[str, float]] = dict
 
     @classmethod
@@ -151,8 +150,7 @@ class FingerRig(Rig):
 
     @property
     def softening(self) -> str:
-        at = "" if self._most is None else " at {:.3g} kPa, stretch {:.2g}".format(*self._most)
-        return f"the walls balloon{at}, and the finger goes soft here"
+        return "the walls balloon, and the finger goes soft here"
 
     def advice(self, failure: Failure) -> str:
         """Settings that inflate the finger by its cavity's volume beyond a limit point.
@@ -204,27 +202,10 @@ class FingerRig(Rig):
         """Return whether equilibrium goes on at a falling pressure beyond this state."""
         if not self._by_pressure or self._config.experiment.control == "auto":
             return False  # the volume is controlled already, or soon
-        return self._turns_before(attempted["pressure_kPa"])
-
-    def turning(self, attempted: Mapping[str, float]) -> Mapping[str, float] | None:
-        """Return the greatest pressure where walls are forecast to balloon, as jumps run away."""
-        found = ballooning.forecast(self._config) if self._by_pressure else None
-        if found is None or attempted["pressure_kPa"] < found.pressure_kPa / 2:
-            return None
-        turns = self._turns_before(attempted["pressure_kPa"], BALLOON_STEP)
-        return {"pressure_kPa": self._most[0]} if turns and self._most else {}
-
-    def _turns_before(self, beyond_kPa: float, first: float = FIRST_STEP) -> bool:
         finger, settings = self._finger, self._config.solver
         search = LimitPointSearch(finger.model, finger.cavity, finger.driven, settings)
-        read = self._observation.elongation.values
-        found = search.is_near(beyond_kPa, lambda: read()[LARGEST_STRETCH.name], first)
-        self._most = search.most
-        return found
+        return search.is_near(attempted["pressure_kPa"])
 
-
-BALLOON_STEP = 0.02
-"""First step of a search for the pressure at which walls balloon, relative to the volume."""
 
 LONGEST_S = 0.02
 """Longest step in time of a finger with inertia, if no other is asked for."""

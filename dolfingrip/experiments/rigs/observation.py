@@ -154,7 +154,6 @@ class Observation:
     Attributes:
         readings: readings by column; there are readings of the plate only if there is a plate.
         from_rest: columns that count from the state at rest.
-        elongation: the largest stretch, and its share of that at break.
     """
 
     def __init__(self, finger: FingerModel) -> None:
@@ -197,7 +196,7 @@ class Observation:
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
         self._rotation = TipRotation(model, slices)
-        self.elongation = Elongation(finger)
+        self._elongation = Elongation(finger)
         with undeformed(model.u):
             self.tare()
 
@@ -215,7 +214,7 @@ class Observation:
     def read(self) -> dict[str, float]:
         """Values by column."""
         found = {column: reading.value() for column, reading in self.readings.items()}
-        return {TIP_Y.name: 0.0, **found, **self._rotation.values(), **self.elongation.values()}
+        return {TIP_Y.name: 0.0, **found, **self._rotation.values(), **self._elongation.values()}
 
 
 class Elongation:

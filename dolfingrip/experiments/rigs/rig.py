@@ -71,7 +71,6 @@ class Rig(ABC):
             self.newton,
             self.longest(),
             passable=self.passable,
-            turning=self.turning,
             observers=observers,
             damped=self.jumps,
         )
@@ -151,11 +150,3 @@ class Rig(ABC):
             attempted: controls that were not reached, by name.
         """
         return False
-
-    def turning(self, attempted: Mapping[str, float]) -> Mapping[str, float] | None:
-        """Return the controls at which the load turns, none where it does not; None: not known.
-
-        Args:
-            attempted: controls that were not reached, by name.
-        """
-        return None

@@ -5,7 +5,7 @@ A search by it says whether the pressure has a maximum just beyond a state.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -191,36 +191,27 @@ class LimitPointSearch:
         pressure: control of the pressure.
         volume: UFL form of the meshed cavity's volume (mm³).
         settings: of Newton's method.
-
-    Attributes:
-        most: highest pressure (kPa) of the last search, and what was read there.
     """
 
     def __init__(self, model: Model, pressure: Control, volume: ufl.Form, settings: Solver) -> None:
         self._model = model
         self._pressure = pressure
         self._volume = volume
-        self.most = (0.0, 0.0)
         few = min(settings.max_iterations, ITERATIONS)
         self._settings = settings.model_copy(update={"max_iterations": few})
 
-    def is_near(
-        self, beyond_kPa: float, read: Callable[[], float] = float, first: float = FIRST_STEP
-    ) -> bool:
+    def is_near(self, beyond_kPa: float) -> bool:
         """Return whether the pressure rises to a maximum and falls; the model is left as it was.
 
         Args:
             beyond_kPa: pressure that was not reached; if it is reached, there is no maximum.
-            read: called at each state whose pressure is the highest so far.
-            first: first step of the volume, relative to the cavity's.
         """
         good = self._model.state()
         model = volume_controlled(self._model, self._pressure, self._volume)
         newton, control = Newton(model, self._settings), model.controls[CONTROL]
         highest, start = self._pressure.value, control.value
         smallest = FIRST_STEP * start
-        self.most = highest, read()
-        volume, step, last = start, first * start, model.state()
+        volume, step, last = start, smallest, model.state()
         failed = 0
         try:
             for _ in range(MOST_STEPS):
@@ -237,9 +228,7 @@ class LimitPointSearch:
                     return True
                 if pressure > beyond_kPa:
                     return False
-                if pressure > highest:
-                    highest = pressure
-                    self.most = highest, read()
+                highest = max(highest, pressure)
                 volume, last = volume + step, model.state()
                 step = min(2 * step, LONGEST_STEP * start)
             # a long step may have passed the maximum, where the next one fails as the volume turns

@@ -69,9 +69,6 @@ class LoadPath:
             reasons of the model's terms.
         passable: called at the last good state with the controls that were not reached; returns
             whether equilibrium goes on there at a falling load.
-        turning: called where a step fails first, before it is solved again with damping; returns
-            the controls at which the load turns, none where it does not; None where nothing is
-            known, so that a damped step is worth trying.
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
@@ -86,7 +83,6 @@ class LoadPath:
         longest: Mapping[str, float],
         accept: Callable[[], str] | None = None,
         passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
-        turning: Callable[[Mapping[str, float]], Mapping[str, float] | None] = lambda tried: None,
         observers: Sequence[Observer] = (),
         over: Callable[[], bool] = lambda: False,
         damped: bool = True,
@@ -98,9 +94,6 @@ class LoadPath:
         self._longest = longest
         self._accept = accept or self.model.rejects
         self._passable = passable
-        self._turning = turning
-        self._turns: bool | None = None  # whether the load falls before the target, if known
-        self._turned: Mapping[str, float] | None = None  # where it does, if that is known
         self.observers = observers
         self._over = over
         self._damped = damped
@@ -132,7 +125,7 @@ class LoadPath:
         if noted is None:
             self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
         self._lost = False
-        self._turns = self._turned = None
+        turns: bool | None = None  # whether the load falls before the target, if known
         before, damped = self.newton.counts.iterations, self.newton.counts.damped
         done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
@@ -182,10 +175,10 @@ class LoadPath:
                 return Arrival(iterations, steps, Failure(FailureKind.TIME_LIMIT, at(done)))
             away = solve.unstable and self._runs_away(taken, good)
             self.model.restore(good)
-            if not self._damped and self._turns is None:
-                self._turns = self._passable(at(reach))
-            if self._turns:
-                failure = Failure(FailureKind.LIMIT_POINT, at(done) | dict(self._turned or {}))
+            if not self._damped and turns is None:
+                turns = self._passable(at(reach))
+            if turns:
+                failure = Failure(FailureKind.LIMIT_POINT, at(done))
                 return Arrival(iterations, steps, failure)
             self._predictor.restart(self._place)
             self._length = taken / 2
@@ -194,7 +187,7 @@ class LoadPath:
                 soft = (
                     away
                     or self._is_soft(at(done - back), back * whole, good)
-                    or (self._turns is None and self._passable(at(reach)))
+                    or (turns is None and self._passable(at(reach)))
                 )
                 failure = Failure(_classify(solve, rejected, soft), at(done))
                 return Arrival(iterations, steps, failure)
@@ -260,11 +253,6 @@ class LoadPath:
         if solve.converged or gives_up:
             return solve
         self.model.restore(good)
-        self._turned = self._turning(controls)
-        self._turns = None if self._turned is None else bool(self._turned)
-        if self._turned is not None and not last:
-            self._lost = True  # what is known of the load's turn tells more than a damped solve
-            return solve
         self.model.prescribe(controls)
         damped = self.newton.solve(
             damped=True,
