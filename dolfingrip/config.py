@@ -131,7 +131,9 @@ def followed(config: Config, change: Change) -> Config:
     geometry, table = config.geometry, config.geometry_table
     # of another kind, commands take the outer dimensions from the table
     told = geometry.effort if geometry.of_file else ("kind", "length_mm", "width_mm", "depth_mm")
-    for key, value in change.items() if config.mesh.file is not None else ():
+    # whoever names the file, too, tells what it is of
+    stays = config.mesh.file is not None and "mesh.file" not in change
+    for key, value in change.items() if stays else ():
         section, _, name = key.partition(".")
         if section == table and name and name not in told:
             raise ConfigError(

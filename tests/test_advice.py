@@ -44,6 +44,7 @@ OF_OTHERS = {
         "--user-data-dir", "--no-pdf-header-footer", "--virtual-time-budget", "--print-to-pdf",
         "--no-sandbox",
     },  # of a browser
+    "robot.py": {"--mjcf"},  # of MuJoCo's viewer
     "simulate.py": {"--pdeathsig"},  # of setpriv
     "slurm.py": {"--no-dashboard"},  # of Dask
     "cluster.md": {"--local-directory"},  # of Dask

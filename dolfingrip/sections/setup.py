@@ -205,14 +205,14 @@ class Sections(Section):
             yield Refusal("mesh.target_elements", words)
         if self.mesh.both_sides and not self.hexahedra:
             yield Refusal("mesh.both_sides", 'allowed: with hexahedra, solver.element = "S2"')
-        for key in ("size_mm", "edge_size_mm", "target_elements", "both_sides"):
-            if self.mesh.file is not None and getattr(self.mesh, key):
-                words = "of elements that are made; allowed: without mesh.file, or mesh.refine"
-                yield Refusal(f"mesh.{key}", words)
         if self.mesh.file is not None and self.geometry.differ:
             table = self.geometry_table
             words = f"allowed: without [{table}.override] and [{table}.along]"
             yield Refusal("mesh.file", words, str(self.mesh.file))
+        for key in ("size_mm", "edge_size_mm", "target_elements", "both_sides"):
+            if self.mesh.file is not None and getattr(self.mesh, key):
+                words = "of elements that are made; allowed: without mesh.file, or mesh.refine"
+                yield Refusal(f"mesh.{key}", words)
         if self.mesh.half and self.mesh.file is None:  # a file's mesh may be whole
             yield from self.uneven()
 

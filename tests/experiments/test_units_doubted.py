@@ -30,7 +30,7 @@ def test_a_modulus_in_another_unit(given: float, said: str) -> None:
 
 @pytest.mark.parametrize("given", [0.005, 0.2, 2.93, 20.0])
 def test_a_rubber_is_not_doubted(given: float) -> None:
-    assert notes(Config().changed(material={"mu_MPa": given})) == []
+    assert notes(Config().changed(material={"mu_MPa": given, "nu": 0.45})) == []
 
 
 @pytest.mark.parametrize("unit", ["m", "in", "cm"])

@@ -306,7 +306,7 @@ def test_plan_experiment(disk: Disk, refuse: Refuse) -> None:
 
 
 def test_coupon(disk: Disk, refuse: Refuse) -> None:
-    asked = ("coupon", "--fit", COUPON, "--law", "neo-hooke", "--out", disk.folder)
+    asked = ("coupon", "--fit", COUPON, "--law", "yeoh", "--out", disk.folder)
     refuse(*asked, names="material.toml")
 
 

@@ -175,8 +175,12 @@ def test_workers_import_nothing_of_the_working_folder(tmp_path: Path) -> None:
     folder.mkdir()
     script.write_text(SPAWN, encoding="utf-8")
     planted = strangers.plant(folder, trace)
+    # a command that an earlier test has called in this process has set this
+    plain = {name: text for name, text in os.environ.items() if name != "PYTHONSAFEPATH"}
     with strangers.opened(planted) as opened:
-        subprocess.run([sys.executable, script], cwd=folder, capture_output=True, check=False)
+        subprocess.run(
+            [sys.executable, script], cwd=folder, env=plain, capture_output=True, check=False
+        )
     assert opened
     assert trace.exists()
 
@@ -186,7 +190,7 @@ def test_workers_import_nothing_of_the_working_folder(tmp_path: Path) -> None:
         ended = subprocess.run(
             [*command, "--objective", "support.analytic:objective", "--number", "2",
              "--workers", "1"],
-            cwd=folder, env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+            cwd=folder, env={**plain, "PYTHONPATH": str(Path(__file__).parents[1])},
             capture_output=True, check=False,
         )  # fmt: skip
     assert ended.returncode == 0, ended.stderr
