@@ -139,8 +139,10 @@ def test_a_file_s_dimensions_are_refused_by_every_command(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], command: str, setting: str
 ) -> None:
     finger("adopted", tmp_path)
-    file = ("--set", f"mesh.file={tmp_path / 'box.msh'}", "--set", "finger.kind=adopted")
-    assert run_command(command, *file, "--set", setting, "--out", tmp_path / "out") == 2
+    file = tmp_path / "adopted.toml"
+    file.write_text('[mesh]\nfile = "box.msh"\n[finger]\nkind = "adopted"\n', encoding="utf-8")
+    asked = ("--config", file, "--set", setting, "--out", tmp_path / "out")
+    assert run_command(command, *asked) == 2
     error = capfd.readouterr().err
     assert setting.replace("=", " = ").replace("true", "True") in error.replace(".0", "")
     assert error.count("\n") == 1

@@ -80,9 +80,7 @@ def test_the_table_is_read_back_and_is_no_section(tmp_path: Path) -> None:
     assert posterior.read(file) == left
     assert config.load(file).finger.length_mm == 80.0
     file.write_text("[posterior]\nmodel_kPa = -1.0\nfit = [{}]\n", encoding="utf-8")
-    with pytest.raises(
-        ConfigError, match=r"model_kPa = -1.0: allowed: at least 0 and at most 10000 kPa"
-    ):
+    with pytest.raises(ConfigError, match=r"model_kPa = -1.0: allowed: at least 0 and at most"):
         posterior.read(file)
 
 
