@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from support.checkout import ROOT, needs_checkout
+from support.checkout import needs_checkout, sources
 
 CALLS = {
     "gmsh.initialize", "gmsh.merge", "gmsh.open", "gmsh.model.occ.importShapes",
@@ -73,13 +73,11 @@ def test_the_search_finds_what_it_looks_for() -> None:
 @needs_checkout
 def test_files_of_others_are_read_as_data() -> None:
     around, used = [], set()
-    for folder in ("dolfingrip", "forms", "meshes"):
-        for file in sorted((ROOT / folder).rglob("*.py")):
-            name = file.relative_to(ROOT).as_posix()
-            for call, line in calls(file.read_text(encoding="utf-8")):
-                if (name, call) in ALLOWED:
-                    used.add((name, call))
-                else:
-                    around.append(f"{name}:{line}: {call}")
+    for name, text in sources():
+        for call, line in calls(text):
+            if (name, call) in ALLOWED:
+                used.add((name, call))
+            else:
+                around.append(f"{name}:{line}: {call}")
     assert not around
     assert used == set(ALLOWED)  # none that is not needed any more

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from pathlib import Path
 
-from support.checkout import needs_checkout
+from support.checkout import needs_checkout, sources
 
-ROOT = Path(__file__).resolve().parents[2]
 WRITER = "dolfingrip/files/"
 
 METHODS = {
@@ -96,15 +94,13 @@ def test_the_search_finds_what_it_looks_for() -> None:
 def test_all_files_are_written_by_the_one_writer() -> None:
     used = set()
     around = []
-    for folder in ("dolfingrip", "forms", "meshes"):
-        for file in sorted((ROOT / folder).rglob("*.py")):
-            name = file.relative_to(ROOT).as_posix()
-            if name.startswith(WRITER):
-                continue
-            for call, line in writing(file.read_text(encoding="utf-8")):
-                if (name, call) in ALLOWED:
-                    used.add((name, call))
-                else:
-                    around.append(f"{name}:{line}: {call}")
+    for name, text in sources():
+        if name.startswith(WRITER):
+            continue
+        for call, line in writing(text):
+            if (name, call) in ALLOWED:
+                used.add((name, call))
+            else:
+                around.append(f"{name}:{line}: {call}")
     assert not around
     assert used == set(ALLOWED)  # none that is not needed any more
