@@ -220,16 +220,17 @@ def load(folder: Path) -> Surrogate:
         raise ConfigError(f"{folder / facts.FILE}: layers = {facts.layers}: not of these inputs")
     if hashlib.sha256(weights).hexdigest() != facts.weights_sha256:
         raise ConfigError(f"{folder / WEIGHTS}: not the weights that {facts.FILE} was written for")
+    others = ConfigError(f"{folder / WEIGHTS}: not the weights of this network alone")
+    if _BYTES * sum(a * b + b for a, b in itertools.pairwise(facts.layers)) > len(weights):
+        raise others  # before memory is taken for that many
     try:
-        if _BYTES * sum(a * b + b for a, b in itertools.pairwise(facts.layers)) > len(weights):
-            raise ConfigError(f"fewer than layers = {facts.layers} have")
         net = network(facts.layers, facts.activation)
         with package.opened(folder / WEIGHTS, _AS_THEY_ARE):
             # weights_only: an unpickler that knows tensors and nothing else
             found = torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu")
         net.load_state_dict(found)
     except Exception:  # any error of the parser on a broken file
-        raise ConfigError(f"{folder / WEIGHTS}: not the weights of this network alone") from None
+        raise others from None
     if not all(torch.isfinite(each).all() for each in net.parameters()):
         raise ConfigError(f"{folder / WEIGHTS}: weights that are no finite numbers")
     return Surrogate(facts, net)
