@@ -12,6 +12,7 @@ FILES: Final = (
     "sausage",
     "potato",
     "cube",
+    "strawberry",
     "stl",
 )
 

@@ -62,5 +62,8 @@ class SampledKind(FoodKind):
     """Food with no distance in closed form."""
 
     grid_mm: float = Field(
-        2.5, gt=0.1, le=20, description="potato, file: spacing of the distance's samples"
+        2.5,
+        gt=0.1,
+        le=20,
+        description="potato, strawberry, file: spacing of the distance's samples",
     )

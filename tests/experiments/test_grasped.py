@@ -6,12 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from dolfingrip.experiments.rigs.food import GraspedBody, grasped
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.food import GraspedBody, grasped, halved
 from dolfingrip.foods.food import Food
 from dolfingrip.sections.errors import ConfigError, checked
 
-KINDS = ("cube", "sausage-short", "sausage-long", "potato-small", "potato-large")
+KINDS = (
+    "cube", "sausage-short", "sausage-long", "potato-small", "potato-large", "strawberry"
+)  # fmt: skip
 
 
 def lowest_mm(found: GraspedBody) -> float:
@@ -33,6 +37,7 @@ def test_each_kind_stands_on_the_table(kind: str) -> None:
 
 @pytest.mark.parametrize(("kind", "grams", "within"), [
     ("sausage-short", 16, 0.1), ("potato-small", 170, 0.02), ("potato-large", 369, 0.02),
+    ("strawberry", 27, 0.02),
 ])  # fmt: skip
 def test_ordinary_masses(kind: str, grams: float, within: float) -> None:
     """As USDA lists them."""
@@ -57,6 +62,19 @@ def test_a_bent_sausage_lies_flat() -> None:
     found = grasped(Food(kind="sausage-long", bend_radius_mm=80.0, turn_deg=30.0))
     assert np.ptp(found.surface.points[:, 2]) == pytest.approx(22.2, abs=0.05)
     assert np.abs(found.surface.centre_mm).max() < 0.02
+
+
+@pytest.mark.parametrize("height_mm", [38.4, 30.0])
+def test_a_strawberry_lies_still_on_its_flank(height_mm: float) -> None:
+    """Its centre of gravity is above the point that it lies on, and half of it is computed."""
+    found = grasped(Food(kind="strawberry", height_mm=height_mm))
+    points = found.surface.points
+    low = points[points[:, 2] < points[:, 2].min() + 0.05]
+    assert np.abs(low.mean(axis=0)[:2]).max() < 0.3
+    tilted = Rotation.from_euler("y", [-5, 5], degrees=True)
+    heights = [-turn.apply(points)[:, 2].min() for turn in tilted]
+    assert min(heights) > -points[:, 2].min() + 0.05  # a turn to either side lifts the centre
+    assert halved(Config(), found)
 
 
 def test_a_file(tmp_path: Path) -> None:

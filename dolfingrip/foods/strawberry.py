@@ -1,0 +1,86 @@
+"""A strawberry: a blunt cone that lies on its side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from dolfingrip.foods.kind import Portion, SampledKind
+from dolfingrip.foods.skin import sampled
+from dolfingrip.mechanics.contact.distance import SignedDistance
+from dolfingrip.meshes.closed_surface import ClosedSurface
+from dolfingrip.meshes.solid import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class StrawberryShape:
+    """How a strawberry is made.
+
+    Attributes:
+        slender: length from the calyx to the tip, by the diameter.
+        shoulder: q of the radius t^q √((1 − t) (1 − t + b)) at t of the length from the calyx.
+        blunt: b there, which rounds the tip.
+        divisions: how often an icosahedron's edges are halved; this makes 2,562 points.
+    """
+
+    slender: float = 0.86
+    shoulder: float = 0.25
+    blunt: float = 0.3
+    divisions: int = 4
+
+    def radius(self, along: Floats) -> Floats:
+        """Radius, in no unit, at parts of the length from the calyx."""
+        left = 1 - along
+        return np.asarray(along**self.shoulder * np.sqrt(left * (left + self.blunt)))
+
+
+SHAPE: Final = StrawberryShape()
+
+
+class Strawberry(SampledKind):
+    """A strawberry without its calyx, the tip towards +x.
+
+    USDA's FoodData Central (SR Legacy, "Strawberries, raw") lists an extra large one with a
+    diameter of 1 5/8 in (41.3 mm) and 27 g. The flesh has 1026 kg/m³ by the composition there and
+    the densities of Choi and Okos (Food Engineering and Process Applications 1, 1986). Air between
+    its cells takes about 6 % (Salvatori et al., J. Food Process Eng. 21, 1998).
+    """
+
+    portions: ClassVar = {"strawberry": Portion(38.4, 41.3, 38.4, 965.0)}
+    lying: ClassVar = (0.0, 0.0, 0.0)
+
+    def made(self, size_mm: tuple[float, float, float]) -> tuple[SignedDistance, ClosedSurface]:
+        lies = strawberry()
+        natural = np.ptp(lies.points, axis=0)
+        scaled = ClosedSurface(lies.points * (np.array(size_mm) / natural), lies.triangles)
+        # its two halves are sampled alike, so that half a gripper can be computed
+        return sampled(scaled, size_mm[1] / np.ceil(size_mm[1] / self.grid_mm))
+
+
+def strawberry() -> ClosedSurface:
+    """Draw a strawberry of diameter 1 as it lies, its centre of gravity at the origin.
+
+    It lies still on the point of its flank that is nearest to the centre of gravity. Other sizes
+    along the axes leave that point below the centre.
+    """
+    import pyvista as pv
+
+    ball = pv.Icosphere(radius=1.0, nsub=SHAPE.divisions)
+    way = np.asarray(ball.points, dtype=float)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    along = (1 + way[:, 0]) / 2
+    ring = way[:, 1:] / np.maximum(np.linalg.norm(way[:, 1:], axis=1), 1e-9)[:, None]
+    flank = np.arange(1000) / 999
+    radius = 0.5 / SHAPE.radius(flank).max()
+    out = radius * SHAPE.radius(along)
+    points = np.column_stack([SHAPE.slender * along, out[:, None] * ring])
+    found = ClosedSurface(points, np.asarray(ball.regular_faces, dtype=np.int64))
+    found = found.moved(-found.centre_mm)
+    flank = flank[250:]  # without the calyx' end
+    ahead, deep = SHAPE.slender * flank + found.points[:, 0].min(), radius * SHAPE.radius(flank)
+    nearest = np.hypot(ahead, deep).argmin()
+    lean = np.arctan2(ahead[nearest], deep[nearest])
+    return found.turned(Rotation.from_euler("y", lean).as_matrix())
