@@ -527,11 +527,17 @@ MISES = Field("mises", "von_mises_MPa", "Von Mises stress", "MPa")
 STRESS = Field("stress", "principal_stress_MPa", "Largest principal Cauchy stress", "MPa")
 ENERGY = Field("energy", "strain_energy_mJ_mm3", "Strain energy density", "mJ/mm³")
 CONTACT = Field("contact", "contact_pressure_kPa", "Contact pressure", "kPa")
+INSIDE = Field("pressure", "cavity_pressure_kPa", "Pressure on the chamber walls", "kPa")
 
-Quantity = Literal["displacement", "stretch", "mises", "stress", "energy", "contact"]
+Quantity = Literal["displacement", "stretch", "mises", "stress", "energy", "contact", "pressure"]
 """Names of the fields."""
 
-FIELDS: Final = {each.name: each for each in (MOVED, STRETCH, MISES, STRESS, ENERGY, CONTACT)}
+Colour = Literal[Quantity, "none"]
+"""What pictures are coloured by: a field, or nothing."""
+
+FIELDS: Final = {
+    each.name: each for each in (MOVED, STRETCH, MISES, STRESS, ENERGY, CONTACT, INSIDE)
+}
 """All fields by name."""
 
 

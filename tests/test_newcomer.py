@@ -45,10 +45,12 @@ def test_a_protocol_has_its_own_pressures(tmp_path: Path) -> None:
     assert "--pressure 100: allowed: without --protocol" in str(found.exception)
 
 
-def test_a_length_needs_a_video(tmp_path: Path) -> None:
-    asked = ["bend", "--video-length", "5", "-o", str(tmp_path / "out")]
-    found = CliRunner().invoke(app, asked)
-    assert str(found.exception) == "--video-length 5: allowed: with --video"
+@pytest.mark.parametrize(
+    "given", [["bend", "--video-length"], ["grasp", "--no-video", "--video-turn"]]
+)
+def test_a_length_or_a_turn_needs_a_video(given: list[str], tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, [*given, "5", "-o", str(tmp_path / "out")])
+    assert str(found.exception) == f"{given[-1]} 5: allowed: with --video"
 
 
 @pytest.mark.parametrize(("command", "name"), [("bend", "bending"), ("force", "blocked_force")])

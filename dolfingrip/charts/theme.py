@@ -22,10 +22,14 @@ BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 INK, GREY, PALE = "#222222", "#7F7F7F", "#C8CACC"
 """Colours of text and outlines, of secondary lines, of fixtures (clamp, plate)."""
 
+PLAIN = "#9CC3E0"
+"""Colour of a finger that no field colours."""
+
 _COLOUR_MAPS = {
     "displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.86),
     "mises": ("PuRd", 0.03, 0.86), "stress": ("OrRd", 0.03, 0.86),
     "energy": ("YlGn", 0.03, 0.86), "contact": ("BuPu", 0.03, 0.86),
+    "pressure": ("Blues", 0.03, 0.86),
 }  # fmt: skip
 
 DPI = 300
@@ -72,8 +76,10 @@ def colour_map(quantity: str) -> Colormap:
     are cut off, white being the paper and black the edges.
 
     Args:
-        quantity: name of a field.
+        quantity: name of a field; ``none`` has one colour.
     """
+    if quantity == "none":
+        return ListedColormap([PLAIN], name="dolfingrip_none")
     name, low, high = _COLOUR_MAPS[quantity]
     colours = mpl.colormaps[name](np.linspace(low, high, 256))
     return ListedColormap(colours, name=f"dolfingrip_{quantity}")

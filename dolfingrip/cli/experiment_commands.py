@@ -12,7 +12,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import ANGLE, FORCE, PRESSURE, Quantity
+from dolfingrip.channels import ANGLE, FORCE, NOMINAL_STRAIN, NOMINAL_STRESS, PRESSURE
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
@@ -29,9 +29,13 @@ from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.synthetic import check_noise
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.report.drawers import Look, drawer
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections import protocol_file, tables
 from dolfingrip.sections.tables import assignments
+
+SAID = (PRESSURE, ANGLE, NOMINAL_STRAIN, NOMINAL_STRESS, FORCE)
+"""Channels whose readings a video says, where the experiment has them."""
 
 DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
@@ -65,10 +69,7 @@ def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Resu
                 f'difference of the two as "{choice.label}"'
             )
     result = _run(request, screen)
-    _pictures(
-        experiment, result, out, wanted, asked.colour_by, screen,
-        video=asked.video, seconds=asked.video_length,
-    )  # fmt: skip
+    _pictures(experiment, result, out, wanted, _look(asked), screen)
     if MPI.COMM_WORLD.rank == 0:
         _print(experiment, result, out, screen)
     return result
@@ -84,7 +85,7 @@ def run_demo(config: Config, out: Path, console: Screen) -> list[Result]:
     for each in shown:
         result = _run(Request.of(each, config, fields=out / each.name), console)
         results.append(result)
-        pictures = _pictures(each, result, out / each.name, wanted, "displacement", console)
+        pictures = _pictures(each, result, out / each.name, wanted, Look(video=False), console)
         for file in pictures:
             console.say(f"wrote {file}")
     if MPI.COMM_WORLD.rank == 0:
@@ -97,6 +98,13 @@ def run_demo(config: Config, out: Path, console: Screen) -> list[Result]:
             _print_remarks(each, result, console)
         console.say(f"pictures, tables and ParaView fields: {out}")
     return results
+
+
+def _look(asked: RunSettings) -> Look:
+    """How pictures are asked for; the film of a grasp needs no asking."""
+    video = asked.experiment.pictures != "finger" if asked.video is None else asked.video
+    turn_deg = Look().turn_deg if asked.video_turn is None else asked.video_turn
+    return Look(asked.colour_by, asked.cut, video, asked.video_length, turn_deg)
 
 
 def _pressures(wanted: Sequence[float], config: Config) -> Sequence[float]:
@@ -158,11 +166,8 @@ def _pictures(
     result: Result,
     out: Path,
     wanted: Sequence[float],
-    colour_by: Quantity,
+    look: Look,
     console: Screen,
-    *,
-    video: bool = False,
-    seconds: float | None = None,
 ) -> list[Path]:
     """Plot the curve, draw the finger at the pressures reached, return the files (on rank 0)."""
 
@@ -172,30 +177,32 @@ def _pictures(
         with console.status("plotting and rendering"):
             columns = result.columns()
             from dolfingrip.charts import picture
-            from dolfingrip.report.drawers import drawer
 
             curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
             if (own := drawer(experiment.pictures)) is not None:
-                return [curve_file, *own.draw(out, result.config, columns)]
+                return [curve_file, *own.draw(out, result.config, columns, look)]
             files = [curve_file]
             reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
-            if not reached and not video:
+            if not reached and not look.video:
                 return files
             from dolfingrip.report import render
             from dolfingrip.report.beside import Beside
 
             others = Beside.of_run(result.config, result.plate)
-            look: dict[str, Any] = {"colour_by": colour_by, "beside": others}
-            if others.curves:  # in the cut, as it is the back's middle that is compared
-                look["shown"] = "section"
+            kind: dict[str, Any] = {"colour_by": look.colour_by or "displacement", "beside": others}
+            if look.cut or "finger" not in experiment.parts:  # a coupon is whole as it is meshed
+                kind["shown"] = "half"
+            elif others.curves:  # in the cut, as it is the back's middle that is compared
+                kind["shown"] = "section"
             if reached:
-                drawn = render.draw(out / "fields.pvd", reached, **look)
+                drawn = render.draw(out / "fields.pvd", reached, **kind)
                 files += drawn.save_each(out)
                 files += [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
-            if video:
-                said = [each for each in (PRESSURE, ANGLE, FORCE) if each.name in columns]
-                look |= {"result": columns, "seconds": seconds}
-                moving = render.draw_video(out / "fields.pvd", said, **look)
+            if look.video:
+                said = [each for each in SAID if each.name in columns]
+                turn_deg = 0.0 if kind.get("shown") == "section" else look.turn_deg
+                kind |= {"result": columns, "seconds": look.seconds, "turn_deg": turn_deg}
+                moving = render.draw_video(out / "fields.pvd", said, **kind)
                 files += moving.save_video(out / "video")
             return files
 
@@ -278,8 +285,9 @@ def perform(asked: RunSettings) -> None:
     if asked.uncertain and not asked.bands:
         key = next(iter(asked.uncertain))
         raise ConfigError(f"--uncertain {key}: allowed: with --bands")
-    if asked.video_length is not None and not asked.video:
-        raise ConfigError(f"--video-length {asked.video_length:g}: allowed: with --video")
+    for flag, value in (("length", asked.video_length), ("turn", asked.video_turn)):
+        if value is not None and not _look(asked).video:
+            raise ConfigError(f"--video-{flag} {value:g}: allowed: with --video")
     wanted = {
         "mesh_check": asked.mesh_check,
         "bands": asked.uncertain if asked.bands else None,

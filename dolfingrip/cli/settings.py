@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 
-from dolfingrip.channels import Quantity
+from dolfingrip.channels import Colour
 from dolfingrip.cli.command import NOTHING, argument, option
 from dolfingrip.design.campaign.policy import HIGHEST_KPA, LARGEST_PRESSURE_KPA
 from dolfingrip.experiments.experiment import Experiment, Option
@@ -156,10 +156,21 @@ class RunSettings(ConfiguredSettings):
     render: tuple[float, ...] = option(
         (), "Draw the finger at these.", metavar="kPa,kPa,…", read=_pressures
     )
-    colour_by: Quantity = option("displacement", "Field that colours these pictures.")
-    video: bool = option(False, "Draw video.mp4 and video.gif.")
+    colour_by: Colour | None = option(
+        None,
+        "Field that colours pictures and video; default: displacement, and stretch in a grasp.",
+    )
+    cut: bool = option(False, "Cut open body and chambers in pictures and video.")
+    video: bool | None = option(None, "Draw a video, .mp4 and .gif; default: of a grasp alone.")
     video_length: float | None = option(
-        None, "Length of the video; default: 10 s.", measured_in="s", least=0.1, most=60
+        None,
+        "Length of the video; default: 10 s, and its own time in a grasp.",
+        measured_in="s",
+        least=0.1,
+        most=60,
+    )
+    video_turn: float | None = option(
+        None, "Turn of the video's camera; default: 30°.", measured_in="°", least=-360, most=360
     )
     gradients: bool = _gradients(False)
     parameters: str | None = _parameters(None)
@@ -187,8 +198,8 @@ def of_experiment(experiment: Experiment) -> type[RunSettings]:
         experiment: its options follow those that all experiments have.
     """
     absent = {
-        "render": experiment.drawable, "colour_by": experiment.drawable,
-        "video": experiment.drawable, "video_length": experiment.drawable,
+        "render": experiment.drawable,
+        "cut": experiment.drawable or experiment.pictures != "finger",
         "gradients": experiment.gradients, "parameters": experiment.gradients,
         "mesh_check": experiment.mesh_check,
         "bands": experiment.gradients, "uncertain": experiment.gradients,

@@ -182,7 +182,7 @@ def _once(
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
-            files = Recorder(request.fields, experiment, config, rig.newton.model, profile, banded)
+            files = Recorder(request.fields, experiment, config, rig, profile, banded)
             recorder = stack.enter_context(files)
 
         def reached(row: Row) -> None:

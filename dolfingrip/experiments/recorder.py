@@ -30,12 +30,12 @@ from dolfingrip.experiments.results import record
 from dolfingrip.experiments.results.fields import FieldFile
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.results.sensitivity_table import FILE, SensitivityTable
+from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.files import table, whole
 from dolfingrip.files.run import RunFailure, RunFile
 from dolfingrip.files.whole import GrowingFile
 from dolfingrip.jobs.interrupts import Interrupted, interrupt_behind
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 
 EFFORT = {
@@ -110,7 +110,7 @@ class Recorder:
         out: folder for the files.
         experiment: that is run.
         config: of the run.
-        model: whose fields are written.
+        rig: whose fields are written.
         profile: takes the time of the output.
         banded: columns that have a band.
 
@@ -123,12 +123,13 @@ class Recorder:
         out: Path,
         experiment: Experiment,
         config: Config,
-        model: Model,
+        rig: Rig,
         profile: Profile,
         banded: Sequence[str] = (),
     ) -> None:
         self._out = out
         self._config = config
+        model = rig.newton.model
         self._comm = model.comm
         self._profile = profile
         self._experiment = experiment
@@ -138,7 +139,7 @@ class Recorder:
         bands = (end for name in banded for end in of_band(name))
         self._columns = (*columns(experiment, model.domain.cavities, config), *bands)
         self._file = on_root(self._comm, self._open)
-        self._fields = FieldFile(model, out / "fields.pvd")
+        self._fields = FieldFile(model, out / "fields.pvd", rig.pressures)
 
     def _open(self) -> GrowingFile:
         self._write_incomplete(None)

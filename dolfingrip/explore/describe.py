@@ -242,7 +242,8 @@ def _placed(config: Config, finger: Scene) -> Scene:
                 parts += _copies(part, stand, name)
     food = body.surface.points + np.array(body.body.centre_mm)
     around = np.concatenate([food, *(part.frames[0] for part in parts)])
-    parts += [run_scene.food_part(body.surface, food[None]), run_scene.table_part(around)]
+    parts.append(run_scene.food_part(body.surface, food[None], config.food.shape.colour))
+    parts.append(run_scene.table_part(around))
     alt = "Three fingers around the food on its table, before the grasp is solved"
     return replace(
         finger, title="Gripper", alt=alt, kind="grasp", parts=parts,

@@ -36,11 +36,13 @@ class FoodKind(Section):
         lying: rotation vector (rad) from how it is drawn to how it lies; None: to where its hull
             lies still.
         exclusive: keys that are refused with another kind.
+        colour: in pictures.
     """
 
     portions: ClassVar[Mapping[str, Portion]]
     lying: ClassVar[tuple[float, float, float] | None] = None
     exclusive: ClassVar[tuple[str, ...]] = ()
+    colour: ClassVar[str] = "#E0B060"
 
     def check(self, size_mm: tuple[float, float, float]) -> None:
         """Raise :func:`~dolfingrip.sections.section.outside` where there is no such food.

@@ -51,6 +51,7 @@ class Strawberry(SampledKind):
 
     portions: ClassVar = {"strawberry": Portion(38.4, 41.3, 38.4, 965.0)}
     lying: ClassVar = (0.0, 0.0, 0.0)
+    colour: ClassVar = "#CE2B37"
 
     def made(self, size_mm: tuple[float, float, float]) -> tuple[SignedDistance, ClosedSurface]:
         lies = strawberry()

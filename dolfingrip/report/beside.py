@@ -11,6 +11,7 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.food import standing_surface
 from dolfingrip.files.run import PlatePose
+from dolfingrip.foods.kind import FoodKind
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.report.skin import Floats
 
@@ -39,11 +40,13 @@ class Beside:
         plate: force sensor.
         curves: x and z (mm) of points, (n, 2) each, of lines beside the finger's nearer side.
         food: surface (mm) of an obstacle.
+        food_colour: of the obstacle.
     """
 
     plate: Plate | None = None
     curves: Sequence[Floats] = ()
     food: ClosedSurface | None = None
+    food_colour: str = FoodKind.colour
 
     @classmethod
     def of_run(cls, config: Config, pose: PlatePose | None) -> Beside:
@@ -53,13 +56,13 @@ class Beside:
             config: of the run.
             pose: of the force sensor; None: there was none.
         """
-        plate = food = None
+        plate, food, colour = None, None, FoodKind.colour
         if pose is not None:
             plate = Plate(pose.point_mm, pose.normal, config.plate.contact_length_mm)
         if config.obstacle is not None:
-            food = standing_surface(config.obstacle)
+            food, colour = standing_surface(config.obstacle), config.obstacle.shape.colour
         curves = () if config.curve is None else config.curve.lines
-        return cls(plate, [np.asarray(each) for each in curves], food)
+        return cls(plate, [np.asarray(each) for each in curves], food, colour)
 
 
 ALONE: Final = Beside()

@@ -8,38 +8,49 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
-from PIL import Image as Pillow
+from matplotlib.colors import ListedColormap
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-from dolfingrip.channels import FIELDS, PRESSURE, TIME
-from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE
+from dolfingrip.channels import FIELDS, INSIDE, MOVED, PRESSURE, TIME, Colour
+from dolfingrip.charts.theme import BLUE, GREEN, INK, PALE, colour_map
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.fields import COLLECTION
 from dolfingrip.experiments.rigs.food import MIRROR, GraspedBody, grasped, halved
 from dolfingrip.experiments.rigs.gripper import placed, stands_of
 from dolfingrip.files import whole
 from dolfingrip.files.table import Columns
-from dolfingrip.mechanics.model.placement import Placement, to_world
+from dolfingrip.mechanics.model.placement import to_world
 from dolfingrip.report import video
+from dolfingrip.report.drawers import Look
 from dolfingrip.report.fields import list_steps, read_steps
-from dolfingrip.report.scene import FOOD, Image, View, aim, segments_of, shot, stage, surface_of
-from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
+from dolfingrip.report.opened import sawn
+from dolfingrip.report.render import Pictures, colour_range
+from dolfingrip.report.scene import (
+    Image,
+    PaintedSkin,
+    View,
+    aim,
+    framing,
+    segments_of,
+    shot,
+    stage,
+    surface_of,
+)
+from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin, mid_plane
 
 COLOURS = (GREEN, BLUE, BLUE)
 """Colours of thumb A, finger B and finger C."""
 
 
-HEIGHT_PX: Final = 720
+HEIGHT_PX: Final = 880
 """Height of the pictures."""
 
 VIEW: Final = View(azimuth_deg=35.0, elevation_deg=14.0, up=1.0)
 """From where a gripper is seen."""
-
-FRAME_MS: Final = 40
-"""Time for which the video shows each picture."""
 
 FILM_S: Final = (3.0, 10.0)
 """Shortest and longest film; between them it runs at the grasp's own speed."""
@@ -80,8 +91,8 @@ class Moment:
     label: str
 
 
-def draw(out: Path, config: Config, result: Columns) -> list[Path]:
-    """Write ``grasp.png`` with the stages side by side; ``grasp.gif`` and ``.mp4`` with all rows.
+def draw(out: Path, config: Config, result: Columns, look: Look) -> list[Path]:
+    """Write ``grasp.png`` with the stages side by side, and the film ``grasp.gif`` and ``.mp4``.
 
     ``grasp.pvd`` has the fingers where they stand, the food and the table, for ParaView. Without
     PyAV there is no ``.mp4``, and a warning says so.
@@ -90,50 +101,66 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
         out: folder of a run, with its ``fields.pvd``.
         config: configuration of the run.
         result: columns of the run's result.
+        look: colours, cut and film; fingers are coloured by their stretch where none is asked for.
+
+    Returns:
+        The pictures and films.
+
+    Raises:
+        ValueError: one line, if the fields lack the one of the colours.
     """
-    body = grasped(config.food)
+    body, colour_by = grasped(config.food), look.colour_by or "stretch"
     skin, moments = moments_of(out / "fields.pvd", config, result, body)
     write_scene(out / "grasp.pvd", skin, body, moments)
+    if look.cut:
+        skin, moments = moments_of(out / "fields.pvd", config, result, body, VIEW)
     shown = [moments[i] for i in stages(list(result["branch"]))]
-    film = filmed(moments, result)
-    images = _images(skin, body, [*shown, *film])
-    strip = np.concatenate(list(map(video.labelled, images, (m.label for m in shown))), axis=1)
-    still = out / "grasp.png"
-    with whole.stream(still) as content:
-        Pillow.fromarray(strip).save(content, "PNG")
-    frames = video.titled(images[len(shown) :], [moment.label for moment in film])
-    return [still, *video.write(out / "grasp", frames, FRAME_MS)]
+    files = [_pictures(skin, body, shown, config, colour_by).save_strip(out / "grasp.png")]
+    if look.video:
+        film = filmed(moments, result, look.seconds, [colour_by])
+        turning = _pictures(skin, body, film, config, colour_by, look.turn_deg)
+        files += turning.save_video(out / "grasp")
+    return files
 
 
-def filmed(moments: Sequence[Moment], result: Columns) -> list[Moment]:
+def filmed(
+    moments: Sequence[Moment],
+    result: Columns,
+    seconds: float | None = None,
+    fields: Sequence[str] = (),
+) -> list[Moment]:
     """Find what a film shows: the bodies at every picture, between the rows of a result.
 
     Args:
         moments: of all rows, at times that do not fall.
         result: columns of the result.
+        seconds: length of the film; None: it is as long as the grasp, within :data:`FILM_S`.
+        fields: names of the fields that are shown; others are left out.
 
     Returns:
-        A moment for each picture, without fields. The film is as long as the grasp, within
-        :data:`FILM_S`.
+        A moment for each picture.
     """
     every_s = np.array([moment.time_s for moment in moments])
     rows = np.flatnonzero(np.diff(every_s, prepend=-1.0) > 0)
     time_s = every_s[rows]
     if len(rows) < 2:
         return list(moments)
-    lasts_s = float(np.clip(np.ptp(time_s), *FILM_S))
-    at = np.linspace(time_s[0], time_s[-1], round(1000 * lasts_s / FRAME_MS) + 1)
+    lasts_s = seconds or float(np.clip(np.ptp(time_s), *FILM_S))
+    at = np.linspace(time_s[0], time_s[-1], video.POLICY.frames(lasts_s) + 1)
 
     def between(values: Sequence[Any]) -> Floats:
         kept = np.array([values[row] for row in rows], dtype=float)
         return np.asarray(PchipInterpolator(time_s, kept)(at))
 
     skin, food = between([m.skin for m in moments]), between([m.food for m in moments])
+    known = moments[0].fields
+    shown = {each: between([m.fields[each] for m in moments]) for each in fields if each in known}
     tables, pressures = between([m.table_mm for m in moments]), between(result[PRESSURE.name])
     towards = rows[np.searchsorted(time_s, at - 1e-9).clip(max=len(rows) - 1)]
     return [
         Moment(
-            skin[i], food[i], float(tables[i]), skin[i] - skin[0], {}, float(now),
+            skin[i], food[i], float(tables[i]), skin[i] - skin[0],
+            {name: values[i] for name, values in shown.items()}, float(now),
             label(float(now), round(float(pressures[i])), str(result["branch"][row])),
         )
         for i, (now, row) in enumerate(zip(at, towards, strict=True))
@@ -210,7 +237,7 @@ def strip(out: Path, config: Config, result: Columns) -> Image:
     body = grasped(config.food)
     skin, moments = moments_of(out / "fields.pvd", config, result, body)
     shown = [moments[i] for i in stages(list(result["branch"]))]
-    return np.concatenate(_images(skin, body, shown), axis=1)
+    return np.concatenate(_pictures(skin, body, shown, config, "none").images, axis=1)
 
 
 def stages(branches: Sequence[str]) -> list[int]:
@@ -221,10 +248,26 @@ def stages(branches: Sequence[str]) -> list[int]:
 
 
 def moments_of(
-    fields: Path, config: Config, result: Columns, body: GraspedBody
+    fields: Path, config: Config, result: Columns, body: GraspedBody, cut: View | None = None
 ) -> tuple[Skin, list[Moment]]:
-    """The fingers' skin, and the positions of all bodies at each row."""
+    """The fingers' skin, and the positions of all bodies at each row.
+
+    Args:
+        fields: collection of the run's fields.
+        config: of the run.
+        result: its columns.
+        body: the food.
+        cut: from where fingers are seen that are cut open along their mid planes; None: they are
+            whole.
+    """
     mesh, displacements, further = read_steps(list_steps(fields))
+    if cut is not None:
+        rows, names = len(displacements), list(further)
+        stack = [*displacements, *(each for name in names for each in further[name])]
+        mesh, columns, sides = sawn(mesh, np.column_stack(stack), (1, -1))
+        displacements = np.split(columns[:, : 3 * rows], rows, axis=1)
+        values = columns[:, 3 * rows :].T.reshape(len(names), rows, -1)
+        further = {name: list(each) for name, each in zip(names, values, strict=True)}
     skin, half = extract_skin(mesh, mirror=False), halved(config, body)
     extent = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     placement = placed(stands_of(config, body), extent, half=half)
@@ -245,18 +288,35 @@ def moments_of(
         time_s, pressure = (float(result[name][row]) for name in (TIME.name, PRESSURE.name))
         said = label(time_s, pressure, str(result["branch"][row]))
         moments.append(Moment(fingers, food, table, moved, shown, time_s, said))
-    coloured = _coloured(skin, placement)
-    return (_completed(coloured) if half else coloured), moments
+    whole = replace(skin, side=placement.which(skin.points).astype(float))
+    if half:
+        whole = _completed(whole, cut=cut is not None)
+    if cut is None:
+        return whole, moments
+    side = sides[skin.node]
+    sides = np.concatenate([side, -side]) if half else side
+    mine = _farther(whole, moments[0].skin @ cut.axes[2], sides)
+    return whole.part(mine), [
+        replace(
+            each, skin=each.skin[mine], displacement=each.displacement[mine],
+            fields={name: values[mine] for name, values in each.fields.items()},
+        )
+        for each in moments
+    ]  # fmt: skip
 
 
-def _coloured(skin: Skin, placement: Placement) -> Skin:
-    """The skin with the finger that each point belongs to in place of its side."""
-    return replace(skin, side=placement.which(skin.points).astype(float))
+def _farther(skin: Skin, depth: Floats, sides: Floats) -> npt.NDArray[np.bool_]:
+    """Which points belong to the half of their finger that is farther from the camera."""
+    mine = np.zeros(len(sides), dtype=bool)
+    for finger in np.unique(skin.side):
+        halves = [(skin.side == finger) & (sides == side) for side in (1.0, -1.0)]
+        mine |= min(halves, key=lambda half: float(depth[half].mean()))
+    return mine
 
 
-def _completed(skin: Skin) -> Skin:
-    """Half a thumb and finger B with their mirror images, without the thumb's section."""
-    section = (np.abs(skin.points[:, 1]) < IN_PLANE_MM) & (skin.side == 0)
+def _completed(skin: Skin, *, cut: bool = False) -> Skin:
+    """Half a thumb and finger B with their mirror images; a cut thumb keeps its section."""
+    section = (np.abs(skin.points[:, 1]) < IN_PLANE_MM) & (skin.side == 0) & (not cut)
 
     def both(parts: Ints) -> Ints:
         kept = parts[~section[parts].all(axis=1)]
@@ -272,53 +332,70 @@ def _completed(skin: Skin) -> Skin:
     )
 
 
-def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Image]:
-    """One picture for each moment, from one camera; the table stands still."""
-    right, up, towards = VIEW.axes
+def _pictures(
+    skin: Skin,
+    body: GraspedBody,
+    moments: Sequence[Moment],
+    config: Config,
+    colour_by: Colour,
+    turn_deg: float = 0.0,
+) -> Pictures:
+    """One picture for each moment; the table stands still, and the camera may turn around it."""
+    views = VIEW.turning(turn_deg, len(moments))
     lift = [np.array([0.0, 0.0, -moment.table_mm]) for moment in moments]
     table = _table(moments)
-    every = np.concatenate(
-        [part + by for m, by in zip(moments, lift, strict=True) for part in (m.skin, m.food)]
-    )
-    every = np.concatenate([every, np.asarray(table.points)])
-    low, high = (f([every @ right, every @ up], axis=1) for f in (np.min, np.max))
-    width_mm, height_mm = MARGIN * (high - low)
-    width_px = int(np.ceil(HEIGHT_PX * width_mm / height_mm))
-    with stage(width_px, HEIGHT_PX) as plotter:
-        fingers = [_surface(skin, i) for i in range(len(COLOURS))]
-        for (mesh, _), colour in zip(fingers, COLOURS, strict=True):
-            plotter.add_mesh(mesh, color=colour, ambient=0.35, diffuse=0.65, specular=0.05)
+    seen = [
+        np.concatenate([moment.skin + by, moment.food + by, np.asarray(table.points)])
+        for moment, by in zip(moments, lift, strict=True)
+    ]
+    focuses, size_mm, far = framing(seen, views)
+    width_mm, height_mm = MARGIN * size_mm
+    values, colours = _values(skin, moments, colour_by), colour_map(colour_by)
+    range_, open_ended = colour_range(values, colour_by)
+    if colour_by == "none":  # by the number of the finger
+        range_, colours = (0.0, 2.0), ListedColormap(COLOURS)
+    with stage(int(np.ceil(HEIGHT_PX * width_mm / height_mm)), HEIGHT_PX) as plotter:
+        fingers = PaintedSkin(plotter, skin, values[0], colours, range_)
         creases = segments_of(moments[0].skin, skin.creases)
         plotter.add_mesh(creases, color=INK, line_width=1.2, opacity=0.6, lighting=False)
         food: Any = body.surface.polydata()
-        plotter.add_mesh(food, color=FOOD, smooth_shading=True, ambient=0.3)
+        plotter.add_mesh(food, color=config.food.shape.colour, smooth_shading=True, ambient=0.3)
         plotter.add_mesh(table, color=PALE, ambient=0.4)
-        bodies = [food, *(mesh for mesh, _ in fingers)]
+        bodies = [food, fingers.surface]
         shadows = [each.copy() for each in bodies]
         for shadow in shadows:
             plotter.add_mesh(shadow, color=SHADE, lighting=False)
         least, most = np.array(table.bounds).reshape(3, 2).T
         least[2] = most[2] = most[2] + 0.2  # just above the table, which light from above meets
-        focus = ((low + high) / 2) @ np.array([right, up]) + np.mean(every @ towards) * towards
-        far = 5 * float(np.ptp(every, axis=0).max())
-        aim(plotter, focus, VIEW, far=far, height_mm=height_mm)
         images = []
-        for moment, by in zip(moments, lift, strict=True):
-            for mesh, nodes in fingers:
-                mesh.points = moment.skin[nodes] + by
-            creases.points = moment.skin + by + 0.25 * towards
+        for moment, by, value, view, focus in zip(
+            moments, lift, values, views, focuses, strict=True
+        ):
+            fingers.show(moment.skin + by, value)
+            creases.points = moment.skin + by + 0.25 * view.axes[2]
             food.points = moment.food + by
             for shadow, body_above in zip(shadows, bodies, strict=True):
                 shadow.points = np.clip(body_above.points, least, most)
+            aim(plotter, focus, view, far=far, height_mm=height_mm)
             images.append(shot(plotter))
-    return images
+    labels = [moment.label for moment in moments]
+    fixed = None if turn_deg else VIEW
+    return Pictures(images, labels, HEIGHT_PX / height_mm, fixed, colour_by, range_, open_ended)
 
 
-def _surface(skin: Skin, finger: int) -> tuple[Any, np.ndarray]:
-    """The mesh of one finger, and the numbers of its points in the skin."""
-    mine = skin.triangles[skin.side[skin.triangles[:, 0]] == finger]
-    nodes, triangles = np.unique(mine, return_inverse=True)
-    return surface_of(skin.points[nodes], triangles.reshape(-1, 3)), nodes
+def _values(skin: Skin, moments: Sequence[Moment], colour_by: Colour) -> list[Floats]:
+    """What colours the fingers at each moment, at points or for triangles."""
+    if colour_by == "none":
+        return [skin.side for _ in moments]
+    if colour_by == MOVED.name:
+        return [np.linalg.norm(moment.displacement, axis=1) for moment in moments]
+    if colour_by not in (known := moments[0].fields):
+        allowed = ", ".join([MOVED.name, *known, "none"])
+        raise ValueError(f"--colour-by {colour_by}: not in the fields; allowed: {allowed}")
+    values = [moment.fields[colour_by] for moment in moments]
+    if colour_by == INSIDE.name:
+        return [skin.on_walls(each, mid_plane(skin.points)) for each in values]
+    return values
 
 
 def _table(moments: Sequence[Moment]) -> Any:

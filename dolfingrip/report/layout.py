@@ -15,8 +15,12 @@ from matplotlib.figure import Figure
 from dolfingrip.charts.theme import DPI, INK, figure_theme, save
 from dolfingrip.report.scene import Image, View
 
-_TOP, _BOTTOM, _RIGHT, _SIDE = 0.34, 0.66, 1.05, 0.10
-"""Strips for the label, the scale bar and the colour scale, and the least margin (inches)."""
+_TOP, _BOTTOM, _RIGHT, _SIDE, _LOW = 0.34, 0.66, 1.05, 0.10, 0.40
+"""Strips for the label, the scale bar with axes and the colour scale, the least margin, and the
+strip for the scale bar alone (inches)."""
+
+_POINTS = 96.0
+"""Size of bold letters (points) that are an inch wide, with a space beside each."""
 
 SCALE_BAR_MM = 20.0
 
@@ -61,8 +65,9 @@ def around(picture: Image, **scales: Any) -> tuple[Image, tuple[slice, slice]]:
         canvas.draw()
         drawn = np.array(canvas.buffer_rgba())[round(_TOP * DPI) :, :, :3]
     height, width, left = *picture.shape[:2], round(_SIDE * DPI)
-    bottom = len(drawn) - round(_BOTTOM * DPI)
-    return drawn, (slice(bottom - height, bottom), slice(left, left + width))
+    below = round((_BOTTOM if scales["view"] else _LOW) * DPI)
+    top = max(len(drawn) - below - height, 0)  # a pixel may be lost to rounding
+    return drawn, (slice(top, top + height), slice(left, left + width))
 
 
 def framed(
@@ -70,7 +75,7 @@ def framed(
     labels: Sequence[str],
     *,
     px_per_mm: float,
-    view: View,
+    view: View | None,
     colour_map: Colormap,
     range_: tuple[float, float],
     scale_label: str,
@@ -83,21 +88,28 @@ def framed(
         labels: A short text above each, e.g. ``100 kPa``.
         px_per_mm: scale of the pictures; the scale bar holds for lengths in the plane of the
             picture.
-        view: camera of the pictures, which the directions of the axes follow from.
-        colour_map, range_, scale_label: the colour scale, with the unit in its label.
+        view: camera of the pictures, which the directions of the axes follow from; None: it turns,
+            and no axes are drawn.
+        colour_map, range_, scale_label: the colour scale, with the unit in its label; without a
+            label there is none.
         open_ended: whether values above the range occur (the scale then ends in an arrow).
     """
     height = pictures[0].shape[0] / DPI
     widths = [picture.shape[1] / DPI for picture in pictures]
-    size = (max(_SIDE + sum(widths), 1.9) + _RIGHT, _TOP + height + _BOTTOM)
+    bottom = _BOTTOM if view else _LOW
+    right = _RIGHT if scale_label else _SIDE
+    size = (max(_SIDE + sum(widths), 1.9) + right, _TOP + height + bottom)
     figure = Figure(figsize=size, dpi=DPI)
     FigureCanvasAgg(figure)
+    room = min(wide / max(len(text), 1) for wide, text in zip(widths, labels, strict=True))
     place_pictures(
-        figure, pictures, labels, (_SIDE, _BOTTOM), below_top_in=0.08, fontsize=11,
-        fontweight="bold",
+        figure, pictures, labels, (_SIDE, bottom), below_top_in=0.08,
+        fontsize=min(11.0, _POINTS * room), fontweight="bold",
     )  # fmt: skip
-    _draw_scale(figure, px_per_mm / DPI, view)
-    left, low = size[0] - _RIGHT + 0.15, _BOTTOM + 0.15 * height
+    _draw_scale(figure, px_per_mm / DPI, view, bottom)
+    if not scale_label:
+        return figure
+    left, low = size[0] - right + 0.15, bottom + 0.15 * height
     box = (left / size[0], low / size[1], 0.14 / size[0], 0.7 * height / size[1])
     ends = "max" if open_ended else "neither"
     colours = ScalarMappable(Normalize(*range_), colour_map)
@@ -138,18 +150,20 @@ def place_pictures(
         left += width + gap_in
 
 
-def _draw_scale(figure: Figure, in_per_mm: float, view: View) -> None:
+def _draw_scale(figure: Figure, in_per_mm: float, view: View | None, tall: float) -> None:
     """A scale bar and the axes' directions in the strip below the pictures."""
     width, height = figure.get_size_inches()
-    strip = figure.add_axes((0, 0, 1, _BOTTOM / height))
-    strip.set(xlim=(0, width), ylim=(0, _BOTTOM))
+    strip = figure.add_axes((0, 0, 1, tall / height))
+    strip.set(xlim=(0, width), ylim=(0, tall))
     strip.set_axis_off()
     length = SCALE_BAR_MM * in_per_mm
-    start, level = 1.0, 0.38
+    start, level = (1.0, 0.38) if view else (_SIDE, 0.3)
     strip.plot([start, start + length], [level, level], color=INK, lw=2.2, solid_capstyle="butt")
     strip.text(start + length / 2, level - 0.06, f"{SCALE_BAR_MM:g} mm", ha="center", va="top")
+    if view is None:
+        return
     right, up, _ = view.axes
-    x, y = 0.52, 0.49
+    x, y = 0.52, 0.49 if up[2] < 0 else 0.17
     for i, name in enumerate("xyz"):
         dx, dy = 0.32 * float(right[i]), 0.32 * float(up[i])
         if np.hypot(dx, dy) < 0.05:  # the axis points at the reader

@@ -18,15 +18,16 @@ from typing import Any, Literal
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from dolfingrip.channels import FIELDS, TIME, Channel, Quantity
+from dolfingrip.channels import FIELDS, INSIDE, MOVED, TIME, Channel, Colour, Quantity
 from dolfingrip.charts.theme import DPI, colour_map
 from dolfingrip.files.table import Columns
 from dolfingrip.report import video
 from dolfingrip.report.beside import ALONE, Beside
 from dolfingrip.report.fields import find_steps, list_steps, load_result, read_steps
 from dolfingrip.report.layout import around, save_pictures, trim
+from dolfingrip.report.opened import sawn
 from dolfingrip.report.scene import Image, View, draw_shapes
-from dolfingrip.report.skin import Floats, extract_skin
+from dolfingrip.report.skin import Floats, extract_skin, mid_plane
 
 __all__ = ["Pictures", "Quantity", "Shown", "draw"]
 
@@ -46,8 +47,8 @@ class Pictures:
         images: one for each pressure, each of shape (height, width, 3).
         labels: text above each, e.g. ``100 kPa``.
         px_per_mm: pixels that a millimetre takes.
-        view: direction of the camera.
-        colour_by: quantity of the colours.
+        view: direction of the camera; None: it turns from picture to picture.
+        colour_by: quantity of the colours, or none.
         range_: values at the ends of the colour scale, in the field's unit.
         open_ended: whether values above the range occur.
     """
@@ -55,8 +56,8 @@ class Pictures:
     images: list[Image]
     labels: list[str]
     px_per_mm: float
-    view: View
-    colour_by: Quantity
+    view: View | None
+    colour_by: Colour
     range_: tuple[float, float]
     open_ended: bool
 
@@ -108,7 +109,8 @@ class Pictures:
         return {
             "px_per_mm": self.px_per_mm, "view": self.view,
             "colour_map": colour_map(self.colour_by), "range_": self.range_,
-            "scale_label": FIELDS[self.colour_by].label, "open_ended": self.open_ended,
+            "scale_label": "" if self.colour_by == "none" else FIELDS[self.colour_by].label,
+            "open_ended": self.open_ended,
         }  # fmt: skip
 
 
@@ -116,7 +118,7 @@ def draw(
     fields: Path,
     pressures_kPa: Sequence[float],
     *,
-    colour_by: Quantity = "displacement",
+    colour_by: Colour = "displacement",
     shown: Shown = "whole",
     result: Columns | Path | None = None,
     branch: str = "loading",
@@ -129,9 +131,10 @@ def draw(
         fields: ParaView collection whose steps are the rows of the result, in order, with point
             data ``displacement_mm`` (vector) and the arrays of ``channels.FIELDS``.
         pressures_kPa: Pressures to draw, each one a row of the result.
-        colour_by: name of a field, such as ``displacement`` (magnitude, mm).
+        colour_by: name of a field, such as ``displacement`` (magnitude, mm), or ``none``.
         shown: ``whole``: a half finger y ≥ 0 is completed by its mirror image. ``half``: it is
-            drawn as it is, cut open towards the reader. ``section``: the cut y = 0 through the
+            drawn as it is, cut open towards the reader, and so is half of a whole one.
+            ``section``: the cut y = 0 through the
             cavity alone, seen from the side; fields of a whole finger are refused.
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
         branch: ``loading`` or ``unloading``, which may both have the pressure.
@@ -155,11 +158,12 @@ def draw_video(
     fields: Path,
     channels: Sequence[Channel],
     *,
-    colour_by: Quantity = "displacement",
+    colour_by: Colour = "displacement",
     shown: Shown = "whole",
     result: Columns | Path | None = None,
     beside: Beside = ALONE,
     seconds: float | None = None,
+    turn_deg: float = 0.0,
 ) -> Pictures:
     """Draw the deformed finger from reading to reading, with shapes between them.
 
@@ -173,6 +177,7 @@ def draw_video(
         result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
         beside: what else is drawn.
         seconds: length of the video; None: ten.
+        turn_deg: angle by which the camera turns about the vertical.
 
     Returns:
         As many pictures as a video of that length has.
@@ -199,7 +204,7 @@ def draw_video(
     height_px = video.POLICY.height_px
     return _drawn(
         files[: len(rows)], labels, colour_by, shown=shown, beside=beside,
-        height_px=height_px, between=between,
+        height_px=height_px, between=between, turn_deg=turn_deg,
     )  # fmt: skip
 
 
@@ -215,23 +220,33 @@ def _steps(fields: Path, result: Columns | Path | None) -> tuple[Columns, list[P
 def _drawn(
     files: Sequence[Path],
     labels: list[str],
-    colour_by: Quantity,
+    colour_by: Colour,
     *,
     shown: Shown = "whole",
     beside: Beside = ALONE,
     height_px: int,
     between: Callable[[list[Floats]], list[Floats]] = list,
+    turn_deg: float = 0.0,
 ) -> Pictures:
     """Pictures of steps, or of what ``between`` makes of their displacements and colours."""
-    if colour_by not in FIELDS:
-        raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(FIELDS)}")
+    if colour_by not in (*FIELDS, "none"):
+        raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(FIELDS)}, none")
     mesh, displacements, known = read_steps(files)
-    known["displacement"] = [np.linalg.norm(each, axis=1) for each in displacements]
+    known[MOVED.name] = [np.linalg.norm(each, axis=1) for each in displacements]
+    known["none"] = [np.zeros(len(each)) for each in displacements]
     if colour_by not in known:
         raise ValueError(f"{files[0].parent}: no {colour_by}; allowed: {', '.join(known)}")
-    values = known[colour_by]
+    values, plane = known[colour_by], mid_plane(mesh.points)
+    if shown == "half" and mesh.points[:, 1].min() < plane:
+        count = len(displacements)
+        mesh, columns, _ = sawn(mesh, np.column_stack([*displacements, *values]))
+        displacements = np.split(columns[:, : 3 * count], count, axis=1)
+        values = list(columns[:, 3 * count :].T)
     skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
-    range_, open_ended = _range([value[skin.node] for value in values], colour_by)
+    values = [value[skin.node] for value in values]
+    if colour_by == INSIDE.name:
+        values = [skin.on_walls(value, plane) for value in values]
+    range_, open_ended = colour_range(values, colour_by)
     view = CUT if shown == "section" else SIDE
     images, px_per_mm = draw_shapes(
         skin,
@@ -240,19 +255,29 @@ def _drawn(
         range_=range_,
         colour_map=colour_map(colour_by),
         view=view,
+        turn_deg=turn_deg,
         height_px=height_px,
         beside=beside,
     )
-    return Pictures(images, labels, px_per_mm, view, colour_by, range_, open_ended)
+    seen = None if turn_deg else view
+    return Pictures(images, labels, px_per_mm, seen, colour_by, range_, open_ended)
 
 
-def _range(values: Sequence[Floats], colour_by: Quantity) -> tuple[tuple[float, float], bool]:
-    """Ends of the colour scale of all pictures, and whether values exceed it."""
+def colour_range(values: Sequence[Floats], colour_by: Colour) -> tuple[tuple[float, float], bool]:
+    """Find the ends of the colour scale of all pictures, and whether values exceed it.
+
+    Args:
+        values: at all points or triangles of each picture, in the field's unit.
+        colour_by: the field, or none.
+    """
     every = np.concatenate(values)
-    low = FIELDS[colour_by].least
+    low = FIELDS[colour_by].least if colour_by in FIELDS else 0.0
+    if colour_by == INSIDE.name:  # of suction, too
+        low = min(low, float(every.min()))
     highest = float(every.max())
     # Stretch and stress peak at sharp edges; a few nodes there would leave the rest in one colour.
-    high = highest if colour_by == "displacement" else float(np.quantile(every, 0.995))
+    exact = colour_by in (MOVED.name, INSIDE.name)
+    high = highest if exact else float(np.quantile(every, 0.995))
     if high - low < 1e-6:
         return (low, low + 1.0), False
     return (low, high), highest > 1.001 * high

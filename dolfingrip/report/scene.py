@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -44,9 +44,6 @@ class SceneSizes:
 
 SIZES: Final = SceneSizes()
 
-FOOD: Final = "#E0B060"
-"""Colour of the food, sausage or potato."""
-
 
 @dataclass(frozen=True)
 class View:
@@ -61,6 +58,16 @@ class View:
     azimuth_deg: float = 32.0
     elevation_deg: float = 10.0
     up: float = -1.0
+
+    def turning(self, turn_deg: float, count: int) -> list[View]:
+        """Views of a camera that turns about the vertical, with this view amid them.
+
+        Args:
+            turn_deg: angle between the first and the last view.
+            count: number of views.
+        """
+        turns = turn_deg * (np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(count))
+        return [replace(self, azimuth_deg=self.azimuth_deg + float(turn)) for turn in turns]
 
     @property
     def axes(self) -> Floats:
@@ -80,6 +87,7 @@ def draw_shapes(
     range_: tuple[float, float],
     colour_map: Colormap,
     view: View,
+    turn_deg: float = 0.0,
     height_px: int,
     beside: Beside = ALONE,
 ) -> tuple[list[Image], float]:
@@ -88,10 +96,11 @@ def draw_shapes(
     Args:
         skin: surface of the finger.
         displacements: nodal displacements in mm of each shape, each an array (nodes, 3).
-        values: nodal values to colour each shape by, arrays (nodes,).
+        values: to colour each shape by, at the skin's points or for its triangles.
         range_: values at the ends of the colour map.
         colour_map: Matplotlib's object.
         view: direction of the camera; it frames the union of all shapes.
+        turn_deg: angle by which the camera turns from the first shape to the last.
         height_px: height of the pictures; the width follows from the content.
         beside: what else is drawn.
 
@@ -102,21 +111,20 @@ def draw_shapes(
     fixtures = [(_clamp(skin), 1.0)]
     if beside.plate is not None:
         fixtures.append((_slab(skin, beside.plate), 0.45))
-    right, up, towards = view.axes
+    views, towards = view.turning(turn_deg, len(shapes)), view.axes[2]
     # in front of the finger's side, so that they are not hidden
     side, lift = skin.points[:, 1].min(), 2 * SIZES.lift_mm * towards
     lines = [np.insert(each, 1, side, axis=1) + lift for each in beside.curves]
     food = [] if beside.food is None else [beside.food.points]
     blocks = (np.asarray(block.points) for block, _ in fixtures)
-    seen = np.concatenate([*shapes, *blocks, *lines, *food])
-    low, high = (f([seen @ right, seen @ up], axis=1) for f in (np.min, np.max))
-    width_mm, height_mm = high - low + 2 * SIZES.margin_mm
+    still = np.concatenate([*blocks, *lines, *food])
+    seen = [np.concatenate([each, still]) for each in shapes]
+    focuses, size_mm, far = framing(seen, views)
+    width_mm, height_mm = size_mm + 2 * SIZES.margin_mm
     per_mm = height_px / height_mm
 
     with stage(int(np.ceil(width_mm * per_mm)), height_px) as plotter:
-        surface, source = _shaded(skin)
-        surface["value"] = values[0][skin.node][source]
-        _add_surface(plotter, surface, colour_map, range_)
+        painted = PaintedSkin(plotter, skin, values[0], colour_map, range_)
         edges, creases = (segments_of(skin.points, each) for each in (skin.edges, skin.creases))
         plotter.add_mesh(edges, color=INK, line_width=1.0, opacity=0.22, lighting=False)
         plotter.add_mesh(creases, color=INK, line_width=2.2, opacity=0.85, lighting=False)
@@ -128,20 +136,82 @@ def draw_shapes(
             plotter.add_mesh(target, color=ORANGE, line_width=6.0, lighting=False)
         if beside.food is not None:
             body = beside.food.polydata()
-            plotter.add_mesh(body, color=FOOD, smooth_shading=True, ambient=0.35)
-        middle = (low + high) / 2
-        focus = middle[0] * right + middle[1] * up + np.mean(seen @ towards) * towards
-        aim(plotter, focus, view, far=3 * float(np.ptp(seen, axis=0).max()), height_mm=height_mm)
-
+            plotter.add_mesh(body, color=beside.food_colour, smooth_shading=True, ambient=0.35)
         pictures = []
-        for moved, value in zip(shapes, values, strict=True):
-            surface.points = moved[source]
-            surface["value"] = value[skin.node][source]
-            surface.point_data["Normals"] = _normals(surface)
+        for moved, value, at, focus in zip(shapes, values, views, focuses, strict=True):
+            painted.show(moved, value)
             # Lines drawn in the surface would flicker, so they are drawn a little in front of it.
-            edges.points = creases.points = moved + SIZES.lift_mm * towards
+            edges.points = creases.points = moved + SIZES.lift_mm * at.axes[2]
+            aim(plotter, focus, at, far=far, height_mm=height_mm)
             pictures.append(shot(plotter))
     return pictures, per_mm
+
+
+def framing(seen: Sequence[Floats], views: Sequence[View]) -> tuple[list[Floats], Floats, float]:
+    """Place cameras so that all pictures have one scale, and what turns keeps its place.
+
+    Args:
+        seen: points (mm) that each picture shows.
+        views: of each picture.
+
+    Returns:
+        The point that each camera looks at; width and height (mm) of what all pictures show; and
+        a distance (mm) from which nothing lies behind the camera.
+    """
+    ends = np.array([[points.min(axis=0), points.max(axis=0)] for points in seen])
+    low, high = ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)
+    about = (low + high) / 2
+    flat = [(points - about) @ each.axes[:2].T for points, each in zip(seen, views, strict=True)]
+    least = np.min([each.min(axis=0) for each in flat], axis=0)
+    most = np.max([each.max(axis=0) for each in flat], axis=0)
+    focuses = [about + (least + most) / 2 @ each.axes[:2] for each in views]
+    return focuses, most - least, 3 * float((high - low).max())
+
+
+class PaintedSkin:
+    """A skin on a stage that moves and changes its colours; it is sharp at creases.
+
+    Args:
+        plotter: of the stage.
+        skin: at rest.
+        values: to colour it by, at its points or for its triangles.
+        colour_map: Matplotlib's object.
+        range_: values at the ends of the colour map.
+
+    Attributes:
+        surface: as pyvista draws it.
+    """
+
+    def __init__(
+        self,
+        plotter: pv.Plotter,
+        skin: Skin,
+        values: Floats,
+        colour_map: Colormap,
+        range_: tuple[float, float],
+    ) -> None:
+        self.surface, self._source = _shaded(skin)
+        self.show(skin.points, values)
+        plotter.add_mesh(
+            self.surface,
+            scalars="value",
+            cmap=colour_map,
+            clim=range_,
+            show_scalar_bar=False,
+            ambient=0.56,
+            diffuse=0.54,
+            specular=0.03,
+        ).prop.interpolation = "Phong"
+
+    def show(self, points: Floats, values: Floats) -> None:
+        """Move its points, shape (points, 3), and colour it by values as those at the start."""
+        surface = self.surface
+        surface.points = points[self._source]
+        if len(values) == surface.n_cells:
+            surface.cell_data["value"] = values
+        else:
+            surface.point_data["value"] = values[self._source]
+        surface.point_data["Normals"] = _normals(surface)
 
 
 @contextmanager
@@ -164,23 +234,6 @@ def shot(plotter: pv.Plotter) -> Image:
     """Take a picture of what stands on a stage."""
     plotter.render()
     return np.array(plotter.screenshot(return_img=True))[..., :3]
-
-
-def _add_surface(
-    plotter: pv.Plotter, surface: Any, colour_map: Colormap, range_: tuple[float, float]
-) -> None:
-    """Add the skin, coloured by its array "value"."""
-    plotter.add_mesh(
-        surface,
-        scalars="value",
-        cmap=colour_map,
-        clim=range_,
-        smooth_shading=False,
-        show_scalar_bar=False,
-        ambient=0.56,
-        diffuse=0.54,
-        specular=0.03,
-    ).prop.interpolation = "Phong"
 
 
 def aim(plotter: pv.Plotter, focus: Floats, view: View, *, far: float, height_mm: float) -> None:

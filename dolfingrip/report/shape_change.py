@@ -49,10 +49,11 @@ def draw_change(start: SolidMesh, best: SolidMesh, labels: Sequence[str], out: P
         views.append(("section", CUT, True))
     written = []
     for name, view, cut in views:
+        skin = _skin(start, cut=cut)
         images, per_mm = draw_shapes(
-            _skin(start, cut=cut),
+            skin,
             shapes,
-            values,
+            [each[skin.node] for each in values],
             range_=range_,
             colour_map=colour_map("displacement"),
             view=view,

@@ -62,6 +62,21 @@ class Skin:
         moved[:, 1] *= self.side
         return self.points + moved
 
+    def on_walls(self, values: Floats, plane_mm: float) -> Floats:
+        """Values at the triangles of chamber walls, and 0 at all others, those of a cut included.
+
+        Args:
+            values: at the points, 0 where a point lies on no wall, shape (points,).
+            plane_mm: y of the plane of cuts.
+
+        Returns:
+            Shape (triangles,).
+        """
+        corners = self.points[self.triangles, 1]
+        small = 1e-6 * float(np.ptp(self.points, axis=0).max())
+        at, cut = values[self.triangles], (np.abs(corners - plane_mm) < small).all(axis=1)
+        return np.asarray(np.where((at != 0).all(axis=1) & ~cut, at[:, 0], 0.0))
+
     def part(self, mine: npt.NDArray[np.bool_]) -> Skin:
         """The part of the surface that some points alone make up; ``mine`` has shape (points,)."""
         number = np.cumsum(mine) - 1
@@ -73,6 +88,16 @@ class Skin:
             self.points[mine], self.node[mine], self.side[mine],
             kept(self.triangles), kept(self.edges), kept(self.creases),
         )  # fmt: skip
+
+
+def mid_plane(points: Floats) -> float:
+    """Find y (mm) of the plane that a finger is cut open in: of half a finger that of symmetry.
+
+    Args:
+        points: of the finger at rest, shape (points, 3).
+    """
+    low, high = float(points[:, 1].min()), float(points[:, 1].max())
+    return low if low > -1e-6 * float(np.ptp(points, axis=0).max()) else (low + high) / 2
 
 
 def extract_skin(mesh: FieldMesh, mirror: bool = True, cut: bool = False) -> Skin:

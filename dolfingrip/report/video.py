@@ -38,9 +38,9 @@ class VideoPolicy:
         gif_bytes: size of a GIF above which every second picture is left out.
     """
 
-    frame_ms: int = 80
+    frame_ms: int = 40
     seconds: float = 10.0
-    height_px: int = 640
+    height_px: int = 880
     label_px: int = 26
     large_px: int = 40
     gif_bytes: int = 3_000_000
@@ -105,8 +105,14 @@ def write(
 
 def _gif(frames: Sequence[Pillow.Image], frame_ms: int) -> bytes:
     content = BytesIO()
-    frames[0].save(
-        content, "GIF", save_all=True, append_images=frames[1:], duration=frame_ms, loop=0,
+    every = max(len(frames) // 8, 1)  # one palette for all, lest still places change their colour
+    seen = np.concatenate([np.asarray(frame) for frame in frames[::every]])
+    palette = Pillow.fromarray(seen).quantize(256)
+    first, *others = [
+        frame.quantize(palette=palette, dither=Pillow.Dither.NONE) for frame in frames
+    ]
+    first.save(
+        content, "GIF", save_all=True, append_images=others, duration=frame_ms, loop=0,
         optimize=True,
     )  # fmt: skip
     return content.getvalue()

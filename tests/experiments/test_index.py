@@ -39,6 +39,8 @@ def test_has_a_command_with_its_options(experiment: Experiment) -> None:
     assert {option.flag for option in experiment.options} <= flags
     assert ("--protocol" in flags) == ("--specimen" in flags) == experiment.protocol
     assert ("--render" in flags) == experiment.drawable
+    assert {"--video", "--video-length", "--video-turn", "--colour-by"} <= flags
+    assert ("--cut" in flags) == (experiment.drawable or experiment.command == "grasp")
 
 
 @every

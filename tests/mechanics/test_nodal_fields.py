@@ -11,8 +11,9 @@ from mpi4py import MPI
 from support import small
 
 from dolfingrip import config
+from dolfingrip.channels import INSIDE
 from dolfingrip.experiments import run
-from dolfingrip.mechanics.readings.nodal_fields import ContactPressure, Nodes
+from dolfingrip.mechanics.readings.nodal_fields import CavityPressure, ContactPressure, Nodes
 from dolfingrip.report.fields import list_steps, read_steps
 
 
@@ -62,3 +63,20 @@ def test_contact_pressure_has_the_force_of_the_plate() -> None:
     assert force == pytest.approx(plate.force_N(), rel=0.02)
     (values,) = contact.values().values()
     assert values.max() == pytest.approx(1e3 * pressure.max(), rel=1e-6)
+
+
+def test_chamber_walls_have_the_pressure_of_their_cavity() -> None:
+    """Its mean over the walls is the cavity's share of the supply; over the skin it is 0."""
+    settings = small.short().changed(cavity={"cavity": {"pressure_ratio": 0.5}})
+    finger = small.model(settings, plate=False)
+    domain = finger.model.domain
+    field = fem.Function(fem.functionspace(domain.mesh, ("Lagrange", 2)))
+    inside = CavityPressure(finger.pressures, finger.model, Nodes(field.function_space))
+    for _ in small.pressurise(finger, [20.0]):
+        field.x.array[:] = inside.values()[INSIDE.array]
+    for name, expected in (("cavity", 10.0), ("skin", 0.0)):
+        on = domain.surface(name)
+        area = fem.assemble_scalar(fem.form(fem.Constant(domain.mesh, 1.0) * on))
+        mean = fem.assemble_scalar(fem.form(field * on)) / area
+        assert mean == pytest.approx(expected, abs=1e-9), name
+    assert not CavityPressure({}, finger.model, Nodes(field.function_space)).values()

@@ -16,7 +16,6 @@ from dolfingrip.experiments.rigs.food import grasped
 from dolfingrip.foods.food import Food
 from dolfingrip.report.gripper import (
     FILM_S,
-    FRAME_MS,
     Moment,
     filmed,
     label,
@@ -31,13 +30,13 @@ def test_a_film_shows_each_picture(tmp_path: Path) -> None:
     """Grey levels come back in order, one column less of an odd width."""
     levels = [20, 120, 220]
     files = write(
-        tmp_path / "film", [np.full((48, 65, 3), at, np.uint8) for at in levels], FRAME_MS
+        tmp_path / "film", [np.full((48, 65, 3), at, np.uint8) for at in levels], POLICY.frame_ms
     )
     assert [file.suffix for file in files] == [".gif", ".mp4"]
     with av.open(str(tmp_path / "film.mp4")) as container:
         stream = container.streams.video[0]
         assert stream.codec_context.name == "h264"
-        assert stream.average_rate == 1000 / FRAME_MS
+        assert stream.average_rate == 1000 / POLICY.frame_ms
         found = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
     assert [image.shape for image in found] == 3 * [(48, 64, 3)]
     for image, level in zip(found, levels, strict=True):
@@ -95,6 +94,20 @@ def test_fields_have_fingers_food_and_table(tmp_path: Path) -> None:
     assert lifted.bounds[4] == pytest.approx(30.0, abs=1e-5)
 
 
+def test_a_film_has_the_field_that_it_shows() -> None:
+    """Values between two rows are between theirs, as long as is asked for; others are left out."""
+    moments = [
+        replace(each, fields={"stretch": np.full(3, 1 + each.time_s), "mises": np.zeros(3)})
+        for each in moments_at([0.0, 1.0, 2.0])
+    ]
+    result = {"pressure_kPa": [0.0, 50.0, 100.0], "branch": ["loading"] * 3}
+    film = filmed(moments, result, 5.0, ["stretch"])
+    assert len(film) == 1 + 5 * 25
+    for each in film:
+        assert set(each.fields) == {"stretch"}
+        assert each.fields["stretch"] == pytest.approx(1 + each.time_s)
+
+
 def moments_at(times_s: list[float]) -> list[Moment]:
     """Fingers and food that move by 3 mm/s along x, while the table goes down by 10 mm/s."""
     still = np.array([[0.0, 0, 20], [9, 0, 20], [0, 9, 20]])
@@ -126,7 +139,7 @@ def test_a_short_grasp_is_slowed_and_a_long_one_quickened() -> None:
     result = {"pressure_kPa": [0.0, 50.0], "branch": ["loading", "loading"]}
     for lasts_s, seconds in ((0.5, FILM_S[0]), (60.0, FILM_S[1])):
         film = filmed(moments_at([0.0, lasts_s]), result)
-        assert len(film) == 1 + seconds * 1000 / FRAME_MS
+        assert len(film) == 1 + seconds * 1000 / POLICY.frame_ms
 
 
 def test_the_words_of_a_film_stand_still() -> None:
@@ -146,8 +159,8 @@ def test_a_gif_is_small_enough_to_send(tmp_path: Path) -> None:
     seed = 3
     print("seed", seed)
     images = list(np.random.default_rng(seed).integers(0, 255, (16, 80, 80, 3), np.uint8))
-    write(tmp_path / "film", images, FRAME_MS, replace(POLICY, gif_bytes=14_000))
+    write(tmp_path / "film", images, POLICY.frame_ms, replace(POLICY, gif_bytes=14_000))
     assert (tmp_path / "film.gif").stat().st_size <= 14_000
     with Pillow.open(tmp_path / "film.gif") as film:
         assert 1 < film.n_frames < 16
-        assert film.n_frames * film.info["duration"] == 16 * FRAME_MS
+        assert film.n_frames * film.info["duration"] == 16 * POLICY.frame_ms

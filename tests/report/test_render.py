@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import av
@@ -11,13 +11,15 @@ import matplotlib.image
 import numpy as np
 import numpy.typing as npt
 import pytest
+from matplotlib.colors import rgb_to_hsv
 from PIL import Image
 
 from dolfingrip.channels import ANGLE, PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.files.table import read_csv
 from dolfingrip.report.beside import Beside, Plate
-from dolfingrip.report.render import draw, draw_video
+from dolfingrip.report.render import SIDE, draw, draw_video
+from dolfingrip.report.scene import framing
 from dolfingrip.report.video import POLICY
 
 Pixels = npt.NDArray[np.float64]
@@ -121,7 +123,7 @@ def test_a_video_lasts_ten_seconds_and_says_what_it_shows(
 ) -> None:
     """Its pictures pass through those of the readings, and the labels through their numbers."""
     fields = quadratic_run / "fields.pvd"
-    drawn = draw_video(fields, [PRESSURE, ANGLE], seconds=1.36)  # 17 pictures of 9 readings
+    drawn = draw_video(fields, [PRESSURE, ANGLE], seconds=0.68)  # 17 pictures of 9 readings
     pressures = [0.0, 50.0, 100.0, 150.0, 200.0]
     table = read_csv(quadratic_run / "result.csv")
     angles = np.asarray(table["angle_deg"], dtype=float)
@@ -137,9 +139,45 @@ def test_a_video_lasts_ten_seconds_and_says_what_it_shows(
     assert min(steps) > 0.5  # it moves between readings, too
     moving, film = drawn.save_video(tmp_path / "video")
     with Image.open(moving) as image:
-        assert (image.n_frames, image.info["duration"]) == (17, 80)  # type: ignore[attr-defined]
+        assert (image.n_frames, image.info["duration"]) == (17, 40)  # type: ignore[attr-defined]
     with av.open(str(film)) as container:
         assert container.streams.video[0].frames == 17
+
+
+def test_the_camera_turns_about_a_point_that_stays(quadratic_run: Path) -> None:
+    """A turned film has one scale, no axes, and the usual view in its middle."""
+    views = SIDE.turning(40.0, 3)
+    assert [each.azimuth_deg for each in views] == pytest.approx([12.0, 32.0, 52.0])
+    ends = np.array([[0.0, -8, 0], [16, 8, 90]])
+    box = np.array([[x, y, z] for x, y, z in product(*ends.T)])
+    focuses, size_mm, _ = framing([box] * 3, views)
+    centre = ends.mean(axis=0)
+    for view, focus in zip(views, focuses, strict=True):
+        right, up, _ = view.axes
+        seen = (box - focus) @ np.array([right, up]).T
+        assert (np.abs(seen).max(axis=0) < size_mm / 2 + 1e-6).all()
+        assert (centre - focus) @ right == pytest.approx((centre - focuses[0]) @ views[0].axes[0])
+    drawn = draw_video(quadratic_run / "fields.pvd", [PRESSURE], seconds=0.2, turn_deg=30.0)
+    assert drawn.view is None
+    assert len({image.shape for image in drawn.images}) == 1
+    still = draw_video(quadratic_run / "fields.pvd", [PRESSURE], seconds=0.2)
+    assert still.view == SIDE
+    assert still.images[0].shape[1] != drawn.images[0].shape[1]
+
+
+def test_nothing_colours_a_finger(quadratic_run: Path, tmp_path: Path) -> None:
+    """It has one hue, and no scale stands beside it."""
+    fields = quadratic_run / "fields.pvd"
+    plain, coloured = (
+        draw(fields, [200], colour_by=each, height_in=1.0) for each in ("none", "displacement")
+    )
+    alone, beside = (
+        _read(each.save_strip(tmp_path / f"{each.colour_by}.png")) for each in (plain, coloured)
+    )
+    assert alone.shape[1] < beside.shape[1] - 200
+    hues = [rgb_to_hsv(each)[_coloured(each), 0] for each in (alone, beside)]
+    assert np.ptp(hues[0]) < 0.05
+    assert np.ptp(hues[1]) > 0.2
 
 
 def test_a_run_that_was_killed_between_fields_and_row(quadratic_run: Path) -> None:
@@ -157,7 +195,7 @@ def test_bad_questions_are_answered_in_one_line(quadratic_run: Path, tmp_path: P
         draw(fields, [33])
     with pytest.raises(ValueError, match=r"^colour_by = strain: allowed: displacement, stretch,"):
         draw(fields, [0], colour_by="strain")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match=r"no mises; allowed: stretch, displacement$"):
+    with pytest.raises(ValueError, match=r"no mises; allowed: stretch, displacement, none$"):
         draw(fields, [0], colour_by="mises")
     with pytest.raises(ValueError, match="9 steps, but the result has 2 rows"):
         draw(fields, [0], result={"pressure_kPa": [0, 50]})

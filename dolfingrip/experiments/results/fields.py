@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
 from dolfinx import fem, io
 
 from dolfingrip.files import whole
-from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.readings.nodal_fields import (
+    CavityPressure,
     ContactPressure,
     Nodes,
     PrincipalStretch,
@@ -32,16 +34,22 @@ class FieldFile:
     """``fields.pvd`` with the displacement and all of ``channels.FIELDS`` at each step.
 
     They are Lagrange functions of the displacement's order, so the displacement is exact.
+
+    Args:
+        model: of the specimen.
+        path: of the collection.
+        pressures: pressure (kPa) in each cavity by its name; without any, the field is left out.
     """
 
-    def __init__(self, model: Model, path: Path) -> None:
+    def __init__(self, model: Model, path: Path, pressures: Mapping[str, Control]) -> None:
         self._model = model
         self._path = path
         space = model.u.function_space
         scalar = fem.functionspace(space.mesh, ("Lagrange", space.ufl_element().degree))
         nodes = Nodes(scalar)
         self._computed = (
-            PrincipalStretch(model.u, nodes), Stress(model, nodes), ContactPressure(model, nodes)
+            PrincipalStretch(model.u, nodes), Stress(model, nodes), ContactPressure(model, nodes),
+            CavityPressure(pressures, model, nodes),
         )  # fmt: skip
         self._fields: dict[str, fem.Function] = {}
         self._scalar = scalar

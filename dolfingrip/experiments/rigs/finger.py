@@ -125,6 +125,11 @@ class FingerModel:
         return Control(self.site.pressure, KPA / ratio if ratio else np.inf)
 
     @property
+    def pressures(self) -> dict[str, Control]:
+        """Pressure (kPa) in each cavity by its name."""
+        return {name: self.pressure_in(name) for name in self.site.domain.cavities}
+
+    @property
     def parameters(self) -> dict[str, fem.Constant]:
         """Constants of the potential by name; readings can be derived by them."""
         return self.site.parameters

@@ -364,7 +364,7 @@ class GraspRig(Rig):
         super().__init__(Newton(gripper.model, config.solver, profile, SOLVING), gripper)
         self.readings = {}
         self._config = config
-        self._gripper = gripper
+        self._gripper, self.pressures = gripper, gripper.finger.pressures
         roots = [stand.origin_mm[:2] for stand in gripper.stands]
         self._ring = Ring(
             min(float(np.linalg.norm(root)) for root in roots),

@@ -13,6 +13,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
 from dolfingrip.files.run import PlatePose
+from dolfingrip.mechanics.model.model import Control
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer
@@ -29,6 +30,7 @@ class Rig(ABC):
         specimen: the model with its parts, which visitors of the run receive.
         gaps_mm: for each reading, distances (mm) between neighbouring parts by their names.
         plate: where the force sensor stands; None if there is none.
+        pressures: pressure (kPa) in each cavity of the specimen by its name.
         readings: readings by column, without instruments' errors.
         from_rest: columns that count from the state at rest.
         tared: called as soon as the state at rest is known.
@@ -43,6 +45,7 @@ class Rig(ABC):
         self.specimen = specimen
         self.gaps_mm: list[dict[str, float]] = []
         self.plate: PlatePose | None = None
+        self.pressures: Mapping[str, Control] = {}
         self.tared: Callable[[], None] = lambda: None
         self._true: defaultdict[str, list[float]] = defaultdict(list)
 

@@ -1,4 +1,4 @@
-"""Fields at the nodes of a body: stretch, stress, strain energy and contact pressure."""
+"""Fields at the nodes of a body: stretch, stress, strain energy, and pressures on its surface."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 import ufl
 from dolfinx import fem, la
 
-from dolfingrip.channels import CONTACT, ENERGY, MISES, STRESS, STRETCH
+from dolfingrip.channels import CONTACT, ENERGY, INSIDE, MISES, STRESS, STRETCH
 from dolfingrip.forms.kinematics import current_area_vector, deformation_gradient
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.pose_contact import PoseContact
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.assembly import to_assemble
-from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.points import AtPoints, Rule
 from dolfingrip.mechanics.model.unknowns import Gradient
 
@@ -196,6 +196,31 @@ class ContactPressure(NodalFields):
     def values(self) -> Mapping[str, np.ndarray]:
         pressure_kPa = 1e3 * self.at_vertices()[0]
         return {CONTACT.array: self._nodes.means(pressure_kPa[self._corners.dofs] @ self._carry.T)}
+
+
+class CavityPressure(NodalFields):
+    """Gauge pressure (kPa) of the cavity that a node's wall encloses, and 0 at all other nodes.
+
+    Args:
+        pressures: by the names of the cavities.
+        model: model of one body.
+        nodes: where the pressure is wanted.
+    """
+
+    def __init__(self, pressures: Mapping[str, Control], model: Model, nodes: Nodes) -> None:
+        self._zeros = np.zeros(len(nodes.shared))
+        self._walls = [
+            (fem.locate_dofs_topological(nodes.space, 2, model.domain.facets(name)), pressure)
+            for name, pressure in pressures.items()
+        ]
+
+    def values(self) -> Mapping[str, np.ndarray]:
+        if not self._walls:
+            return {}
+        found = self._zeros.copy()
+        for at, pressure in self._walls:
+            found[at] = pressure.value
+        return {INSIDE.array: found}
 
 
 def to_nodes(cell: basix.CellType, rule: int | Rule, nodes: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ from dolfingrip.report.page.scene import (
     Scene,
     towards,
 )
-from dolfingrip.report.scene import FOOD, slab
+from dolfingrip.report.scene import slab
 from dolfingrip.report.skin import Ints, Skin
 
 NAMES: Final = ("thumb A", "finger B", "finger C")
@@ -67,7 +67,8 @@ def gripper_parts(folder: Path, config: Config, result: Columns) -> tuple[list[P
     frames = np.concatenate([places[:1], places])
     found = [_finger(skin, number, name, frames, fields) for number, name in enumerate(NAMES)]
     food = np.array([moments[row].food - up * moments[row].table_mm for row in rows])
-    found.append(food_part(body.surface, np.concatenate([food[:1], food])))
+    colour = config.food.shape.colour
+    found.append(food_part(body.surface, np.concatenate([food[:1], food]), colour))
     found.append(table_part(np.concatenate([frames[0], food[0]])))
     return [part for part in found if len(part.skin.triangles)], rows
 
@@ -83,17 +84,18 @@ def _finger(
     )  # fmt: skip
 
 
-def food_part(food: ClosedSurface, places: Floats) -> Part:
+def food_part(food: ClosedSurface, places: Floats, colour: str) -> Part:
     """Return the food as a part of a scene.
 
     Args:
         food: its surface, whose triangles are taken.
         places: of its surface's points (mm), shape (frames, points, 3).
+        colour: of the food.
     """
     none = np.zeros((0, 2), dtype=np.int64)
     count = len(food.points)
     skin = Skin(places[0], np.arange(count), np.ones(count), food.triangles, none, none)
-    return Part("food", skin, places, colour=FOOD)
+    return Part("food", skin, places, colour=colour)
 
 
 def table_part(around: Floats) -> Part:
@@ -134,7 +136,7 @@ def _single(run: Run, fields: finger.Fields) -> Scene:
         sensor = finger.block("force sensor", -sizes, sizes * [0, 1, 1], axes, centre)
         parts.append(sensor)
     if clamped and others.food is not None:
-        parts.append(food_part(others.food, others.food.points[None] * UPRIGHT))
+        parts.append(food_part(others.food, others.food.points[None] * UPRIGHT, others.food_colour))
     load = _load(run, fields.rows)
     alt = f"{run.title}: the deformed {name} in 3D, {said(load.values[-1], load.unit)} at the end"
     return Scene(run.title, alt, run.experiment.name, parts, load, towards(FINGER_VIEW))
