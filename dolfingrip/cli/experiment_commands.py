@@ -12,7 +12,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import ANGLE, FORCE, NOMINAL_STRAIN, NOMINAL_STRESS, PRESSURE
+from dolfingrip.channels import ANGLE, DISPLACEMENT, FORCE, NOMINAL_STRESS, PRESSURE
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import Screen, check_writable, console, gradient_keys
 from dolfingrip.cli.settings import RunSettings, SyntheticSettings
@@ -29,12 +29,12 @@ from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.synthetic import check_noise
 from dolfingrip.mechanics.model.compilation import Tell
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.report.drawers import Look, drawer
+from dolfingrip.report.drawers import WantedPictures, drawer
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections import protocol_file, tables
 from dolfingrip.sections.tables import assignments
 
-SAID = (PRESSURE, ANGLE, NOMINAL_STRAIN, NOMINAL_STRESS, FORCE)
+SAID = (PRESSURE, ANGLE, DISPLACEMENT, NOMINAL_STRESS, FORCE)
 """Channels whose readings a video says, where the experiment has them."""
 
 DEMO = ("bending", "blocked_force")
@@ -85,7 +85,9 @@ def run_demo(config: Config, out: Path, console: Screen) -> list[Result]:
     for each in shown:
         result = _run(Request.of(each, config, fields=out / each.name), console)
         results.append(result)
-        pictures = _pictures(each, result, out / each.name, wanted, Look(video=False), console)
+        pictures = _pictures(
+            each, result, out / each.name, wanted, WantedPictures(video=False), console
+        )
         for file in pictures:
             console.say(f"wrote {file}")
     if MPI.COMM_WORLD.rank == 0:
@@ -100,11 +102,11 @@ def run_demo(config: Config, out: Path, console: Screen) -> list[Result]:
     return results
 
 
-def _look(asked: RunSettings) -> Look:
+def _look(asked: RunSettings) -> WantedPictures:
     """How pictures are asked for; the film of a grasp needs no asking."""
     video = asked.experiment.pictures != "finger" if asked.video is None else asked.video
-    turn_deg = Look().turn_deg if asked.video_turn is None else asked.video_turn
-    return Look(asked.colour_by, asked.cut, video, asked.video_length, turn_deg)
+    turn_deg = WantedPictures().turn_deg if asked.video_turn is None else asked.video_turn
+    return WantedPictures(asked.colour_by, asked.cut, video, asked.video_length, turn_deg)
 
 
 def _pressures(wanted: Sequence[float], config: Config) -> Sequence[float]:
@@ -166,7 +168,7 @@ def _pictures(
     result: Result,
     out: Path,
     wanted: Sequence[float],
-    look: Look,
+    look: WantedPictures,
     console: Screen,
 ) -> list[Path]:
     """Plot the curve, draw the finger at the pressures reached, return the files (on rank 0)."""
@@ -285,9 +287,10 @@ def perform(asked: RunSettings) -> None:
     if asked.uncertain and not asked.bands:
         key = next(iter(asked.uncertain))
         raise ConfigError(f"--uncertain {key}: allowed: with --bands")
-    for flag, value in (("length", asked.video_length), ("turn", asked.video_turn)):
+    of_film = {"--video-length": asked.video_length, "--video-turn": asked.video_turn}
+    for flag, value in of_film.items():
         if value is not None and not _look(asked).video:
-            raise ConfigError(f"--video-{flag} {value:g}: allowed: with --video")
+            raise ConfigError(f"{flag} {value:g}: allowed: with --video")
     wanted = {
         "mesh_check": asked.mesh_check,
         "bands": asked.uncertain if asked.bands else None,

@@ -12,7 +12,7 @@ DRAWERS: Final = {"gripper": "dolfingrip.report.gripper"}
 """Files with ``draw`` and ``strip``, by the ``pictures`` of an experiment."""
 
 
-class Look(NamedTuple):
+class WantedPictures(NamedTuple):
     """How pictures and the film of a result are asked for.
 
     Attributes:

@@ -25,7 +25,7 @@ from dolfingrip.files import whole
 from dolfingrip.files.table import Columns
 from dolfingrip.mechanics.model.placement import to_world
 from dolfingrip.report import video
-from dolfingrip.report.drawers import Look
+from dolfingrip.report.drawers import WantedPictures
 from dolfingrip.report.fields import list_steps, read_steps
 from dolfingrip.report.opened import sawn
 from dolfingrip.report.render import Pictures, colour_range
@@ -91,7 +91,7 @@ class Moment:
     label: str
 
 
-def draw(out: Path, config: Config, result: Columns, look: Look) -> list[Path]:
+def draw(out: Path, config: Config, result: Columns, look: WantedPictures) -> list[Path]:
     """Write ``grasp.png`` with the stages side by side, and the film ``grasp.gif`` and ``.mp4``.
 
     ``grasp.pvd`` has the fingers where they stand, the food and the table, for ParaView. Without
@@ -384,7 +384,7 @@ def _pictures(
 
 
 def _values(skin: Skin, moments: Sequence[Moment], colour_by: Colour) -> list[Floats]:
-    """What colours the fingers at each moment, at points or for triangles."""
+    """Values that colour the fingers at each moment, at points or for triangles."""
     if colour_by == "none":
         return [skin.side for _ in moments]
     if colour_by == MOVED.name:
