@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar, Final
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from dolfingrip.foods.kind import Portion, SampledKind
@@ -14,30 +14,11 @@ from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.solid import Floats
 
+SLENDER: Final = 0.86
+"""Length from the calyx to the tip, by the diameter."""
 
-@dataclass(frozen=True, slots=True)
-class StrawberryShape:
-    """How a strawberry is made.
-
-    Attributes:
-        slender: length from the calyx to the tip, by the diameter.
-        shoulder: q of the radius t^q √((1 − t) (1 − t + b)) at t of the length from the calyx.
-        blunt: b there, which rounds the tip.
-        divisions: how often an icosahedron's edges are halved; this makes 2,562 points.
-    """
-
-    slender: float = 0.86
-    shoulder: float = 0.25
-    blunt: float = 0.3
-    divisions: int = 4
-
-    def radius(self, along: Floats) -> Floats:
-        """Radius, in no unit, at parts of the length from the calyx."""
-        left = 1 - along
-        return np.asarray(along**self.shoulder * np.sqrt(left * (left + self.blunt)))
-
-
-SHAPE: Final = StrawberryShape()
+BLUNT: Final = 0.3
+"""How much the tip is rounded; 0: it is that of a cone. The radius is 1/2 at most with this one."""
 
 
 class Strawberry(SampledKind):
@@ -69,19 +50,22 @@ def strawberry() -> ClosedSurface:
     """
     import pyvista as pv
 
-    ball = pv.Icosphere(radius=1.0, nsub=SHAPE.divisions)
+    ball = pv.Icosphere(radius=1.0, nsub=4)
     way = np.asarray(ball.points, dtype=float)
     way /= np.linalg.norm(way, axis=1)[:, None]
     along = (1 + way[:, 0]) / 2
     ring = way[:, 1:] / np.maximum(np.linalg.norm(way[:, 1:], axis=1), 1e-9)[:, None]
-    flank = np.arange(1000) / 999
-    radius = 0.5 / SHAPE.radius(flank).max()
-    out = radius * SHAPE.radius(along)
-    points = np.column_stack([SHAPE.slender * along, out[:, None] * ring])
+    points = np.column_stack([SLENDER * along, _radius(along)[:, None] * ring])
     found = ClosedSurface(points, np.asarray(ball.regular_faces, dtype=np.int64))
     found = found.moved(-found.centre_mm)
-    flank = flank[250:]  # without the calyx' end
-    ahead, deep = SHAPE.slender * flank + found.points[:, 0].min(), radius * SHAPE.radius(flank)
+    flank = np.linspace(0.25, 1, 750)  # without the calyx' end
+    ahead, deep = SLENDER * flank + found.points[:, 0].min(), _radius(flank)
     nearest = np.hypot(ahead, deep).argmin()
     lean = np.arctan2(ahead[nearest], deep[nearest])
     return found.turned(Rotation.from_euler("y", lean).as_matrix())
+
+
+def _radius(along: npt.NDArray[np.floating]) -> Floats:
+    """Radius, by the diameter, at parts of the length from the calyx."""
+    left = 1 - along
+    return np.asarray(0.7954 * along**0.25 * np.sqrt(left * (left + BLUNT)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -262,12 +263,10 @@ def moments_of(
     """
     mesh, displacements, further = read_steps(list_steps(fields))
     if cut is not None:
-        rows, names = len(displacements), list(further)
-        stack = [*displacements, *(each for name in names for each in further[name])]
-        mesh, columns, sides = sawn(mesh, np.column_stack(stack), (1, -1))
-        displacements = np.split(columns[:, : 3 * rows], rows, axis=1)
-        values = columns[:, 3 * rows :].T.reshape(len(names), rows, -1)
-        further = {name: list(each) for name, each in zip(names, values, strict=True)}
+        rows = len(displacements)
+        mesh, found, sides = sawn(mesh, sum(further.values(), displacements), (1, -1))
+        displacements, values = found[:rows], iter(found[rows:])
+        further = {name: list(islice(values, rows)) for name in further}
     skin, half = extract_skin(mesh, mirror=False), halved(config, body)
     extent = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     placement = placed(stands_of(config, body), extent, half=half)

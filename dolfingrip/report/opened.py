@@ -16,19 +16,19 @@ SMALL = 1e-6
 
 
 def sawn(
-    mesh: FieldMesh, columns: Floats, sides: Sequence[int] = (1,)
-) -> tuple[FieldMesh, Floats, Floats]:
+    mesh: FieldMesh, fields: Sequence[Floats], sides: Sequence[int] = (1,)
+) -> tuple[FieldMesh, list[Floats], Floats]:
     """Saw a mesh along the finger's mid plane, a plane of constant y.
 
     Elements that the plane goes through are divided into tetrahedra of their corners.
 
     Args:
         mesh: of a whole finger, or of several side by side.
-        columns: values at the nodes, shape (nodes, k).
+        fields: each with values at the nodes, shape (nodes,) or (nodes, 3).
         sides: that are kept: 1 where y is larger than in the plane, -1 where it is smaller.
 
     Returns:
-        The mesh, whose sides share no nodes; the values at its nodes; and the side of each node.
+        The mesh, whose sides share no nodes; the fields at its nodes; and the side of each node.
     """
     plane = mid_plane(mesh.points)
     small = SMALL * float(np.ptp(mesh.points, axis=0).max())
@@ -38,12 +38,14 @@ def sawn(
         kind = pv.CellType.TETRA if shape.corners == 4 else pv.CellType.HEXAHEDRON
         corners = mesh.cells[:, : shape.corners]
         grid: pv.UnstructuredGrid = pv.UnstructuredGrid({kind: corners}, mesh.points)
-        grid["columns"] = columns
+        for number, field in enumerate(fields):
+            grid[str(number)] = field
         at = (0.0, plane, 0.0)
         halves = [grid.clip("y", origin=at, invert=each).triangulate() for each in (True, False)]
         grid = pv.merge(halves, merge_points=False)
         cells = np.asarray(grid.cells, dtype=np.int64).reshape(-1, 5)[:, 1:]  # tetrahedra alone
-        points, columns = (np.asarray(each, dtype=float) for each in (grid.points, grid["columns"]))
+        points = np.asarray(grid.points, dtype=float)
+        fields = [np.asarray(grid[str(number)], dtype=float) for number in range(len(fields))]
         mesh = FieldMesh(points, cells, np.arange(len(points)))
         away = points[cells, 1] - plane
     kept = [mesh.cells[side * away.mean(axis=1) > 0] for side in sides]
@@ -54,4 +56,5 @@ def sawn(
     )
     node = np.concatenate(nodes)
     found = FieldMesh(mesh.points[node], cells, mesh.source[node])
-    return found, columns[node], np.repeat(np.array(sides, dtype=float), list(map(len, nodes)))
+    side = np.repeat(np.array(sides, dtype=float), np.diff(starts))
+    return found, [field[node] for field in fields], side

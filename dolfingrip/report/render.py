@@ -239,9 +239,8 @@ def _drawn(
     values, plane = known[colour_by], mid_plane(mesh.points)
     if shown == "half" and mesh.points[:, 1].min() < plane:
         count = len(displacements)
-        mesh, columns, _ = sawn(mesh, np.column_stack([*displacements, *values]))
-        displacements = np.split(columns[:, : 3 * count], count, axis=1)
-        values = list(columns[:, 3 * count :].T)
+        mesh, fields, _ = sawn(mesh, [*displacements, *values])
+        displacements, values = fields[:count], fields[count:]
     skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
     values = [value[skin.node] for value in values]
     if colour_by == INSIDE.name:

@@ -30,8 +30,10 @@ def test_both_sides_have_half_of_it(widths_mm: list[float]) -> None:
     """Also where elements lie across the plane; what is linear stays what it is."""
     mesh = blocks(widths_mm)
     slopes = np.array([[1.0, -2.0, 0.5], [0.0, 3.0, 1.0]])
-    found, columns, side = sawn(mesh, mesh.points @ slopes.T, (1, -1))
-    assert columns == pytest.approx(found.points @ slopes.T)
+    first, both = mesh.points @ slopes[0], mesh.points @ slopes.T
+    found, (one, two), side = sawn(mesh, [first, both], (1, -1))
+    assert one == pytest.approx(found.points @ slopes[0])
+    assert two == pytest.approx(found.points @ slopes.T)
     assert (found.points[:, 1] * side).min() >= -1e-6
     skin = extract_skin(found, mirror=False)
     for each in (1.0, -1.0):
@@ -42,7 +44,7 @@ def test_both_sides_have_half_of_it(widths_mm: list[float]) -> None:
 
 
 def test_one_side_alone() -> None:
-    found, _, side = sawn(blocks([4.0, 4.0]), np.zeros((12, 1)))
+    found, _, side = sawn(blocks([4.0, 4.0]), [])
     assert (side == 1).all()
     assert len(found.cells) == 1
     assert found.points[:, 1].min() == pytest.approx(0.0)
