@@ -16,7 +16,7 @@ from dolfingrip.charts.theme import BLUE, DPI, GREEN, INK, ORANGE, PURPLE, figur
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.report.layout import place_pictures
-from dolfingrip.report.scene import Image, View, aim, shot, stage, surface_of
+from dolfingrip.report.scene import Image, View, aim, framing, shot, stage, surface_of
 
 COLOURS: Final = {
     groups.CLAMP: INK,
@@ -92,21 +92,15 @@ def _surface(mesh: SolidMesh) -> Any:
 
 def _shot(surface: Any, view: View) -> Image:
     """A picture of the surface, trimmed to what it shows."""
-    right, up, towards = view.axes
-    points = np.asarray(surface.points)
-    low, high = points.min(axis=0), points.max(axis=0)
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
-    seen = np.array([corners @ right, corners @ up])
-    width, height = np.ptp(seen, axis=1) * 1.04
-    focus = (low + high) / 2
-    far = 3 * float(np.ptp(points, axis=0).max())
+    (focus,), size_mm, far = framing([np.asarray(surface.points)], [view])
+    width, height = 1.04 * size_mm
     with stage(max(round(HEIGHT_PX * width / height), 60), HEIGHT_PX) as plotter:
         plotter.add_mesh(surface, scalars="rgb", rgb=True, ambient=0.5, diffuse=0.55, specular=0.0)
         edges = surface.extract_surface(algorithm="dataset_surface").extract_feature_edges(
             35.0, manifold_edges=False, non_manifold_edges=False
         )
         if edges.n_points:
-            edges.points = np.asarray(edges.points) + 0.002 * far * towards
+            edges.points = np.asarray(edges.points) + 0.002 * far * view.axes[2]
             plotter.add_mesh(edges, color=INK, line_width=1.6, lighting=False)
         aim(plotter, focus, view, far=far, height_mm=height)
         return shot(plotter)

@@ -265,12 +265,21 @@ def moments_of(
     if cut is not None:
         rows = len(displacements)
         mesh, found, sides = sawn(mesh, sum(further.values(), displacements), (1, -1))
-        displacements, values = found[:rows], iter(found[rows:])
-        further = {name: list(islice(values, rows)) for name in further}
+        displacements, others = found[:rows], iter(found[rows:])
+        further = {name: list(islice(others, rows)) for name in further}
     skin, half = extract_skin(mesh, mirror=False), halved(config, body)
     extent = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     placement = placed(stands_of(config, body), extent, half=half)
     rest, frames = placement.positions(skin.points), placement.frames(skin.points)
+    fingers = replace(skin, side=placement.which(skin.points).astype(float))
+    if half:
+        fingers = _completed(fingers, cut=cut is not None)
+    images = (1.0, MIRROR) if half else (1.0,)
+    shown: npt.NDArray[np.bool_] = np.ones(len(fingers.points), dtype=np.bool_)
+    if cut is not None:
+        side = np.concatenate([sides[skin.node] * factor for factor in (1, -1)[: len(images)]])
+        depth = np.concatenate([rest * image for image in images]) @ cut.axes[2]
+        shown = _farther(fingers, depth, side)
     moments = []
     for row, displacement in enumerate(displacements):
         turn = [float(result[f"object_turn_{axis}_deg"][row]) for axis in "xyz"]
@@ -278,30 +287,19 @@ def moments_of(
         turned = Rotation.from_rotvec(turn, degrees=True)
         food = turned.apply(body.surface.points) + place
         table = float(result["table_z_mm"][row])
-        shown = {name: values[row][skin.node] for name, values in further.items()}
+        values = {
+            name: np.tile(each[row][skin.node], len(images))[shown]
+            for name, each in further.items()
+        }
         moved = to_world(frames, displacement[skin.node])
-        fingers = rest + moved
-        if half:
-            fingers, moved = (np.concatenate([v, v * MIRROR]) for v in (fingers, moved))
-            shown = {name: np.concatenate([v, v]) for name, v in shown.items()}
+        places, ways = (
+            np.concatenate([vectors * image for image in images])[shown]
+            for vectors in (rest + moved, moved)
+        )
         time_s, pressure = (float(result[name][row]) for name in (TIME.name, PRESSURE.name))
         said = label(time_s, pressure, str(result["branch"][row]))
-        moments.append(Moment(fingers, food, table, moved, shown, time_s, said))
-    whole = replace(skin, side=placement.which(skin.points).astype(float))
-    if half:
-        whole = _completed(whole, cut=cut is not None)
-    if cut is None:
-        return whole, moments
-    side = sides[skin.node]
-    sides = np.concatenate([side, -side]) if half else side
-    mine = _farther(whole, moments[0].skin @ cut.axes[2], sides)
-    return whole.part(mine), [
-        replace(
-            each, skin=each.skin[mine], displacement=each.displacement[mine],
-            fields={name: values[mine] for name, values in each.fields.items()},
-        )
-        for each in moments
-    ]  # fmt: skip
+        moments.append(Moment(places, food, table, ways, values, time_s, said))
+    return fingers if cut is None else fingers.part(shown), moments
 
 
 def _farther(skin: Skin, depth: Floats, sides: Floats) -> npt.NDArray[np.bool_]:

@@ -5,20 +5,28 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
 import pytest
 import pyvista as pv
 from PIL import Image as Pillow
+from support import small
 
+from dolfingrip.experiments.results.fields import FieldFile
 from dolfingrip.experiments.rigs.food import grasped
+from dolfingrip.experiments.rigs.gripper import build_gripper
 from dolfingrip.foods.food import Food
+from dolfingrip.report.drawers import WantedPictures
 from dolfingrip.report.gripper import (
     FILM_S,
+    VIEW,
     Moment,
+    draw,
     filmed,
     label,
+    moments_of,
     stages,
     write_scene,
 )
@@ -164,3 +172,36 @@ def test_a_gif_is_small_enough_to_send(tmp_path: Path) -> None:
     with Pillow.open(tmp_path / "film.gif") as film:
         assert 1 < film.n_frames < 16
         assert film.n_frames * film.info["duration"] == 16 * POLICY.frame_ms
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("half", [True, False])
+def test_a_cut_gripper_has_half_of_each_finger(half: bool, tmp_path: Path) -> None:
+    """Each by its own mid plane, cut face towards the camera; chamber walls have the pressure."""
+    asked = small.short().changed(
+        mesh={"half": False}, gripper={"half": half, "pose": "claw"}, food={"kind": "strawberry"}
+    )
+    gripper = build_gripper(asked, small.SELF)
+    gripper.finger.cavity.set(30.0)
+    fields = FieldFile(gripper.model, tmp_path / "fields.pvd", gripper.finger.pressures)
+    fields.write(0.0)
+    fields.close()
+    body = grasped(asked.food)
+    row = {f"object_{what}": [0.0] for what in ("turn_x_deg", "turn_y_deg", "turn_z_deg")}
+    row |= {f"object_{axis}_mm": [at] for axis, at in zip("xyz", body.body.centre_mm, strict=True)}
+    row |= {"table_z_mm": [0.0], "time_s": [0.0], "pressure_kPa": [30.0]}
+    result: dict[str, list[Any]] = {**row, "branch": ["loading"]}
+    found = [moments_of(tmp_path / "fields.pvd", asked, result, body, cut) for cut in (None, VIEW)]
+    volumes = []
+    for skin, (moment,) in found:
+        for finger in range(3):
+            mine = skin.triangles[skin.side[skin.triangles[:, 0]] == finger]
+            a, b, c = (moment.skin[mine[:, i]] for i in range(3))
+            volumes.append(float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6))
+    assert volumes[3:] == pytest.approx([each / 2 for each in volumes[:3]], rel=1e-6)
+    skin, (moment,) = found[1]
+    walls = skin.on_walls(moment.fields["pressure"], 0.0)
+    assert walls == pytest.approx(np.where(walls > 0, 30.0, 0.0))
+    assert 0.1 < (walls > 0).mean() < 0.9
+    files = draw(tmp_path, asked, result, WantedPictures("pressure", cut=True, video=False))
+    assert [file.name for file in files] == ["grasp.png"]
