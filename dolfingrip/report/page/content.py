@@ -61,14 +61,16 @@ class DiagnosisPart:
     """The section on a diagnosis.
 
     Attributes:
-        lines: the first ten lines, each with its label, such as "FIT"; "" where it has none.
+        answer: in a sentence, with which the section begins.
+        lines: the ten lines, each with its label, such as "FIT"; "" where it has none.
         bars: chart of the causes' probabilities.
-        charts: measured against simulated, residuals.
+        charts: measured against simulated, with residuals below.
         tables: what causes explain, before and after, and the like.
         unexplained: sentences on what stays unexplained, and where.
     """
 
     title: str
+    answer: str
     lines: Sequence[tuple[str, str]]
     bars: Chart
     charts: Sequence[Chart] = ()

@@ -1,4 +1,4 @@
-"""A diagnosis on a page: the ten lines, causes, charts, tables and what stays unexplained."""
+"""A diagnosis on a page: answer, readings, ten lines, causes, tables and what stays unexplained."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import ClassVar, Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.charts.chart import Chart
 from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
-from dolfingrip.report.diagnosis import overlays, panels, probabilities, residuals
+from dolfingrip.report.diagnosis import overlays, panels, probabilities
 from dolfingrip.report.page.content import (
     Contribution,
     DiagnosisPart,
@@ -70,15 +71,16 @@ def _source(folder: Path, content: DiagnosisFile) -> Source:
 
 
 def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPart:
-    lines = [("", content.verdict.sentence), *(("", each) for each in content.sentences)]
+    lines = [("", each) for each in content.sentences]
     if content.brief is not None:
         lines = [(heading, getattr(content.brief, key)) for key, heading in HEADINGS.items()]
-    charts = []
+    charts: Sequence[Chart] = ()
     if readings is not None and len(readings):
-        charts = [*overlays(content, readings), *residuals(content, readings)]
+        charts = overlays(content, readings)
     bars = probabilities(content, LEAST_SHARE)
     unexplained = _unexplained(content, readings)
-    return DiagnosisPart("Diagnosis", lines, bars, charts, content.tables(), unexplained)
+    tables, answer = content.tables(), content.verdict.sentence
+    return DiagnosisPart("Diagnosis", answer, lines, bars, charts, tables, unexplained)
 
 
 def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[str]:
