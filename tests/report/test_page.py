@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -33,9 +32,6 @@ from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.sections.tables import assignments
 
 HOSTILE = "</script><script>window.stolen = 1</script>"
-COARSE = (
-    "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8",
-)  # fmt: skip
 LAST = len(synthetic_run.PRESSURES_KPA) - 1
 
 
@@ -45,19 +41,6 @@ class Opened:
 
     page: Page
     said: chromium.Heard
-
-
-def write_run(folder: Path) -> None:
-    """A synthetic run with the facts that a report reads."""
-    folder.mkdir()
-    synthetic_run.write_run(folder, 1, cell="hexahedron")
-    facts = {
-        "experiment": "bending", "complete": True, "command": ["bend", HOSTILE],
-        "config": config.load(None, assignments(COARSE)).model_dump(mode="json", exclude_none=True),
-        "mesh": {"elements": 120, "half": True}, "wall_s": 1.0, "ranks": 1,
-        "versions": {"dolfingrip": "0"},
-    }  # fmt: skip
-    (folder / "run.json").write_text(json.dumps(facts), encoding="utf-8")
 
 
 LINES = {heading: f"{heading} says something" for heading in HEADINGS.values()}
@@ -93,7 +76,8 @@ def two_designs() -> Front:
     """A front of two designs with a shape each."""
     models, points = [], []
     for number, xi in enumerate((0.0, 0.3)):
-        shape = unloaded_shape(config.load(None, assignments([*COARSE, f"morph.xi2={xi}"])))
+        settings = assignments([*synthetic_run.COARSE, f"morph.xi2={xi}"])
+        shape = unloaded_shape(config.load(None, settings))
         models.append(shape.packed())
         group = "chosen" if number else "design"
         rows = [("ξ₂", f"{xi}"), ("Blocked force (N), surrogate", "3.00 ± 0.12")]
@@ -106,7 +90,7 @@ def two_designs() -> Front:
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("page")
     for name in ("a", "b"):
-        write_run(folder / name)
+        synthetic_run.write_result(folder / name, ["bend", HOSTILE])
     write_diagnosis(folder / "diagnosed")
     page = sources.build(sources.find([folder]))
     page.front = two_designs()

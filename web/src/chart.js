@@ -16,6 +16,7 @@ const LETTER = { size: 13, width: 0.56, least: 9.5 }; // of labels: pixels, widt
 const NARROW = 420; // pixels below which an axis has fewer ticks
 const NEAR = 26; // pixels within which the pointer means a point
 const CAP = 3; // pixels: half the width of an error bar's ends
+const EQUAL = { least: 200, most: 460 }; // pixels: height of a chart whose axes have one scale
 const LOWER = 170; // pixels: height of a chart below another one
 const FEW = 80; // points of a series, up to which each has a ring
 const DENSE = 300; // points of a series, from which marks are smallest
@@ -41,6 +42,11 @@ function ends(numbers) {
   return [low, high + 0.05 * span];
 }
 
+/** Ends so far apart, about the same middle. */
+function widened([low, high], span) {
+  return [(low + high - span) / 2, (low + high + span) / 2];
+}
+
 /** Pixels to the left of an axis with these ends. */
 function leftOf(yEnds) {
   const longest = Math.max(...ticks(...yEnds, 5).map((v) => formatted(v).length), 1);
@@ -48,9 +54,17 @@ function leftOf(yEnds) {
 }
 
 /** Axes, grid and labels in an empty box; functions from numbers to pixels. */
-export function frame(box, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below }) {
+export function frame(box, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below, equal }) {
   const width = Math.max(240, box.clientWidth);
-  const tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+  let tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+  if (equal) { // one scale for both axes: what is steep or flat leaves room beside it
+    const [w, edges] = [width - left - MARGIN.right, MARGIN.top + MARGIN.bottom];
+    const [spanX, spanY] = [xEnds, yEnds].map(([low, high]) => high - low);
+    tall = Math.min(EQUAL.most, Math.max(EQUAL.least, (w * spanY) / spanX + edges));
+    const pixel = Math.max(spanX / w, spanY / (tall - edges));
+    xEnds = widened(xEnds, pixel * w);
+    yEnds = widened(yEnds, pixel * (tall - edges));
+  }
   box.replaceChildren();
   const root = svg(box, 'svg', { viewBox: `0 0 ${width} ${tall}`, role: 'img', 'aria-label': alt });
   const [right, bottom] = [width - MARGIN.right, tall - (below ? MARGIN.shared : MARGIN.bottom)];

@@ -187,10 +187,12 @@ class FoundResult:
     Attributes:
         kind: a key of :attr:`Contribution.marks`.
         folder: where it is.
+        inside: whether it belongs to the result whose folder it lies in.
     """
 
     kind: str
     folder: Path
+    inside: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,10 +217,12 @@ class Contribution(ABC):
         marks: name of each kind, and the file by which it is known.
         titles: what each kind is called in the title of a page.
         place: order on the page; of two files in a folder, the one with the lower place counts.
+        inside: folders in that of a result that hold results which belong to it.
     """
 
     marks: ClassVar[Mapping[str, str]]
     titles: ClassVar[Mapping[str, str]] = {}
+    inside: ClassVar[Sequence[str]] = ()
     place: ClassVar[int]
 
     @abstractmethod

@@ -129,9 +129,12 @@ def charts_data(charts: Sequence[Chart]) -> list[dict[str, Any]]:
         charts: without bars.
 
     Returns:
-        Their plain data with colours, and a table of the numbers.
+        Their plain data with colours, and a table of the numbers of those that are no drawing.
     """
-    return [{**_chart_data(each), "table": as_data(table(each))} for each in charts]
+    return [
+        {**_chart_data(each), "table": None if each.equal else as_data(table(each))}
+        for each in charts
+    ]
 
 
 def _chart_data(chart: Chart) -> dict[str, Any]:
@@ -154,6 +157,7 @@ def _chart_data(chart: Chart) -> dict[str, Any]:
         )  # fmt: skip
     data: dict[str, Any] = plain(
         {
+            "equal": chart.equal,
             "below": chart.below and _chart_data(chart.below),
             "title": chart.title,
             "alt": chart.description,

@@ -41,6 +41,7 @@
   var NARROW = 420;
   var NEAR = 26;
   var CAP = 3;
+  var EQUAL = { least: 200, most: 460 };
   var FEW = 80;
   var DENSE = 300;
   function svg(parent, name, attributes = {}, text = null) {
@@ -61,13 +62,24 @@
     else low -= 0.04 * span;
     return [low, high + 0.05 * span];
   }
+  function widened([low, high], span) {
+    return [(low + high - span) / 2, (low + high + span) / 2];
+  }
   function leftOf(yEnds) {
     const longest = Math.max(...ticks(...yEnds, 5).map((v) => formatted(v).length), 1);
     return Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
   }
-  function frame(box, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below }) {
+  function frame(box, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below, equal }) {
     const width = Math.max(240, box.clientWidth);
-    const tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+    let tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+    if (equal) {
+      const [w, edges] = [width - left - MARGIN.right, MARGIN.top + MARGIN.bottom];
+      const [spanX, spanY] = [xEnds, yEnds].map(([low, high]) => high - low);
+      tall = Math.min(EQUAL.most, Math.max(EQUAL.least, w * spanY / spanX + edges));
+      const pixel = Math.max(spanX / w, spanY / (tall - edges));
+      xEnds = widened(xEnds, pixel * w);
+      yEnds = widened(yEnds, pixel * (tall - edges));
+    }
     box.replaceChildren();
     const root3 = svg(box, "svg", { viewBox: `0 0 ${width} ${tall}`, role: "img", "aria-label": alt });
     const [right, bottom] = [width - MARGIN.right, tall - (below ? MARGIN.shared : MARGIN.bottom)];
