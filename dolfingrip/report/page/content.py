@@ -153,6 +153,7 @@ class Page:
     charts: list[Chart] = field(default_factory=list)
     front: Front | None = None
     tables: list[TextTable] = field(default_factory=list)
+    code: list[tuple[str, str]] = field(default_factory=list)
     diagnoses: list[DiagnosisPart] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     sources: list[Source] = field(default_factory=list)
