@@ -61,8 +61,10 @@ def _change(folder: Path, content: DesignFile) -> list[Chart]:
     found = {name: read(each) for name, each in folders.items()}
     if len(found) < len(RUNS):
         return []
-    first = {name: list_steps(run.fields)[:1] for name, run in found.items()}
-    charts = sections({name: read_steps(files)[0] for name, files in first.items()})
+    charts = []
+    if all(run.fields.is_file() for run in found.values()):
+        first = {name: list_steps(run.fields)[:1] for name, run in found.items()}
+        charts = sections({name: read_steps(files)[0] for name, files in first.items()})
     curve, near = found[RUNS[0]].result.config.curve, content.matched
     if curve is not None and near is not None:
         note = f"Root mean square distance: {said(near.start_rms_mm)} mm at the start, "
