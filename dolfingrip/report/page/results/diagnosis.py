@@ -33,6 +33,9 @@ BAND_STD: Final = 2.0
 BY_CHANCE: Final = 0.046
 """Share of readings that noise alone puts outside two standard deviations."""
 
+CERTAIN: Final = 0.99
+"""Probability beyond which no more is told; two digits of one more would read 1."""
+
 VERDICTS: Final[dict[str, tuple[Verdict, str]]] = {
     "cause": ("fail", ""), "unknown": ("open", "unknown cause"), "none": ("pass", "no cause"),
 }  # fmt: skip
@@ -56,7 +59,8 @@ class Diagnosed(Contribution):
             if content.verdict.answer == "none" and not content.verdict.claimed:
                 kind, words = "open", "cannot tell"
             value = words or " or ".join(content.verdict.effects).replace("_", " ")
-            sure = f"probability {said(content.verdict.probability)}"
+            p = content.verdict.probability
+            sure = f"probability {said(p) if p <= CERTAIN else f'> {CERTAIN:g}'}"
             page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
         return self.named(found)
 
