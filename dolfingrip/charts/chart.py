@@ -55,7 +55,8 @@ class Series:
         x, y: shape (points,); NaN makes a gap. Of bars ``y`` is the place and ``x`` the length.
         style: how it is drawn.
         scene: number of the scene whose steps the points are, if they are.
-        low, high: ends of a band in y, or of the intervals of bars in x, shape (points,).
+        low, high: ends of a curve's band or of points' error bars, in y, or of the intervals of
+            bars, in x; shape (points,).
         branches: branch of each point, such as "loading"; each has a line style of its own.
         colour: name of its colour.
         marker: Matplotlib's name of its marks; "": points have the usual ones, lines none.
@@ -108,6 +109,7 @@ class Chart:
         note: a sentence below it.
         alt: description for those who cannot see it; "": made of title and axes.
         equal: whether both axes have the same scale.
+        below: chart that stands under it on the same horizontal axis, such as its residuals.
     """
 
     title: str
@@ -118,6 +120,7 @@ class Chart:
     note: str = ""
     alt: str = ""
     equal: bool = False
+    below: Chart | None = None
 
     @property
     def description(self) -> str:

@@ -58,6 +58,9 @@ POINTS: Final[dict[str, dict[str, Any]]] = {
 MANY: Final = ((300, 1.2), (80, 2.0))
 """Points of a series from which its marks are filled and this small, in points of the print."""
 
+NOTE_LETTERS_PER_IN: Final = 17
+"""Letters of a note in an inch of its panel, whose axes take a part of it."""
+
 KEYS: Final[dict[str, dict[str, Any]]] = {
     "best": {"loc": "best"},
     "above": {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 2},
@@ -78,6 +81,7 @@ class Look:
         title: above all charts.
         name_width: characters of a line that names a bar.
         bar_share: part of a place that its bars fill.
+        lower_share: height of a chart below another, by that of the upper one.
     """
 
     across: int = 3
@@ -88,6 +92,7 @@ class Look:
     title: str = ""
     name_width: int = 40
     bar_share: float = 0.8
+    lower_share: float = 0.5
 
 
 def write(charts: Sequence[Chart], file: Path, look: Look | None = None) -> Path:
@@ -107,22 +112,31 @@ def write(charts: Sequence[Chart], file: Path, look: Look | None = None) -> Path
     look = look or Look()
     across = min(len(charts), look.across)
     down = -(-len(charts) // across)
+    heights = [1.0, look.lower_share] if any(each.below for each in charts) else [1.0]
+    stack = len(heights)
     with figure_theme():
         # A Figure of its own, not pyplot's: pyplot would keep it open and choose a backend.
         figure = Figure(
-            figsize=(look.panel_in[0] * across, look.panel_in[1] * down), layout="constrained"
+            figsize=(look.panel_in[0] * across, look.panel_in[1] * down * sum(heights)),
+            layout="constrained",
         )
         FigureCanvasAgg(figure)
-        panels = list(figure.subplots(down, across, squeeze=False).flat)
-        for chart, axes in zip(charts, panels, strict=False):
-            draw(chart, axes, look)
-        for axes in panels[len(charts) :]:
-            axes.set_axis_off()
+        panels = figure.subplots(down * stack, across, squeeze=False, height_ratios=heights * down)
+        for axes in panels.flat:
+            axes.set_axis_off()  # of those that stay empty
+        for number, chart in enumerate(charts):
+            upper, *lower = panels[stack * (number // across) :, number % across][:stack]
+            draw(chart, upper, look)
+            if chart.below is not None:
+                draw(chart.below, lower[0], look)
+                lower[0].sharex(upper)
+                upper.set_xlabel("")
+                upper.tick_params(labelbottom=False)
         if look.key == "below":
             shown = [each.get_legend_handles_labels() for each in figure.axes]
             keys = {key: handle for pair in shown for handle, key in zip(*pair, strict=True)}
             handles = list(keys.values())
-            figure.legend(handles, list(keys), loc="outside lower center", ncols=5)
+            figure.legend(handles, list(keys), loc="outside lower center", ncols=min(5, 2 * across))
         if look.title:
             figure.suptitle(look.title, fontsize=9)
         save(figure, file, look.dpi)
@@ -138,6 +152,7 @@ def draw(chart: Chart, axes: Axes, look: Look | None = None) -> None:
         look: where the key stands, and whether the title is drawn; None: the usual look.
     """
     look = look or Look()
+    axes.set_axis_on()
     free = iter([name for name in COLOURS if name not in {s.colour for s in chart.series}] * 9)
     colour = INK
     bars = [each for each in chart.series if each.style == "bar"]
@@ -154,11 +169,13 @@ def draw(chart: Chart, axes: Axes, look: Look | None = None) -> None:
     _set_axis(axes, "y", chart.y, look)
     if chart.equal:
         axes.set_aspect("equal", adjustable="datalim")
+    note = fill(chart.note, round(NOTE_LETTERS_PER_IN * look.panel_in[0]))
     if look.titled:
-        axes.set_title(chart.title, fontsize=9, pad=15 if chart.note else None)
-    if chart.note:
+        pad = 7 + 8 * (note.count("\n") + 1) if note else None
+        axes.set_title(chart.title, fontsize=9, pad=pad)
+    if note:
         axes.annotate(
-            chart.note, (0.0, 1.0), xycoords="axes fraction", xytext=(0, 2),
+            note, (0.0, 1.0), xycoords="axes fraction", xytext=(0, 2),
             textcoords="offset points", va="bottom", fontsize=6.5, color=GREY,
         )  # fmt: skip
     if look.key != "below" and axes.get_legend_handles_labels()[1]:
@@ -187,16 +204,13 @@ def _draw_mark(axes: Axes, mark: Mark) -> None:
 
 def _draw_series(axes: Axes, series: Series, colour: str) -> None:
     x, y = np.asarray(series.x, dtype=float), np.asarray(series.y, dtype=float)
-    if series.low is not None and series.high is not None:
-        alone = not np.isfinite(y).any()
-        # not translucent: where bands overlap they would be darker
-        axes.fill_between(
-            x, np.asarray(series.low), np.asarray(series.high), color=tint(colour), lw=0, zorder=1,
-            label=series.name if alone else None,
-        )  # fmt: skip
-        if alone:
-            return
     points = series.style == "points"
+    if series.low is not None and series.high is not None:
+        low, high = np.asarray(series.low), np.asarray(series.high)
+        if points:
+            axes.vlines(x, low, high, color=colour, lw=0.7, zorder=3.5)
+        else:  # not translucent: where bands overlap they would be darker
+            axes.fill_between(x, low, high, color=tint(colour), lw=0, zorder=1)
     marker = series.marker or ("o" if points or series.branches is not None else "")
     style: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": LINES[series.style]}
     style["zorder"] = 4 if points else 3

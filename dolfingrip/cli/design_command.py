@@ -52,6 +52,9 @@ def design(asked: DesignSettings) -> None:
         if asked.refine and problem.objective.experiment != GRASP:
             screen.print("start and result on a finer mesh")
             refined = run.refine(problem, found, compute)
+        if asked.fields:
+            screen.print("start and result once more, with their fields")
+            run.follow(problem, found, compute, asked.out)
     several = every.facts(problem) if problem.method.starts > 1 else {}
     result = run.facts(problem, found, refined, wall_s, **several)
     run.write(result, found, asked.out)

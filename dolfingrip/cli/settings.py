@@ -528,7 +528,8 @@ class DesignSettings:
 
     A run that was stopped goes on from OUT/simulations. OUT then holds design.json, design.toml
     (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence;
-    OUT/steps a picture of each accepted design, drawn as it is found.
+    OUT/steps a picture of each accepted design, drawn as it is found; OUT/start and OUT/design a
+    run of each.
     """
 
     file: Path = argument(MISSING, "TOML: objective, constraints, parameters.", "FILE.toml")
@@ -536,6 +537,7 @@ class DesignSettings:
     workers: int = _workers(1)
     overrides: Mapping[str, Any] = _changes(NOTHING)
     refine: bool = option(True, "Solve start and result again on a finer mesh.")
+    fields: bool = option(True, "Run start and result once more, with fields, for a report.")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -192,7 +192,7 @@ def _lifts(table: Columns) -> list[Mark]:
 def _measured(
     table: Columns, experiment: str, along: str, curves: Sequence[tuple[Channel, str]]
 ) -> list[Series]:
-    """The readings of an instrument; of one branch with a band of its ordinary noise."""
+    """The readings of an instrument, with bars of its ordinary noise."""
     own = select_rows(table, "experiment", experiment)
     x = numbers(own, along)
     known = [(c, name, y) for c, name in curves if (y := numbers(own, c.name)) is not None]
@@ -201,10 +201,10 @@ def _measured(
         return []
     order = np.argsort(x, kind="stable")
     for channel, name, y in known:
-        half = BAND_STD * channel.noise if len(set(branches(own))) == 1 else np.nan
+        half = BAND_STD * channel.noise
         name = "measured" if len(known) == 1 else f"measured, {name}"
         y = y[order]
-        low, high = (y - half, y + half) if half > 0 else (None, None)
+        low, high = (y - half, y + half) if half else (None, None)
         found.append(Series(name, x[order], y, "points", None, low, high, colour="ink", marker="D"))
     return found
 

@@ -17,6 +17,7 @@ from dolfingrip.experiments.derivatives.bands import Bands
 from dolfingrip.experiments.derivatives.gradients import AtHighest, collectors
 from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, choices
 from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.protocol import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.request import Request
@@ -166,6 +167,8 @@ def _once(
     start = time.perf_counter()
     profile = Profile()
     experiment, config = request.experiment, request.config
+    if request.made_for is not None and isinstance(experiment, FingerExperiment):
+        experiment = type(experiment)(request.made_for.adapted().geometry)
     stops = experiment.schedule(config)
     bands = None if request.bands is None else Bands.of(experiment, config, request.bands)
     built = config if bands is None else bands.config

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Literal
+from typing import ClassVar, Final, Literal
 
 from pydantic import BaseModel, Field
 
 from dolfingrip.files.result_file import Part, ResultFile
+
+RUNS: Final = ("start", "design")
+"""Folders beside the file, with a run of the start and one of the design, as any run writes it."""
+
+MARKERS: Final = 24
+"""Markers of these runs on the back's middle line, where a curve is followed."""
 
 CURVE_SQUARE = "curve_mean_square_mm2"
 """Name of the objective of a curve, which is ``channels.CURVE``'s."""

@@ -93,6 +93,14 @@ class Validity(Part):
     ended: tuple[str, ...] = Field((), description="why runs ended early")
 
 
+class Speed(Part):
+    """How fast MuJoCo steps finger.xml, on one core of the machine that wrote it."""
+
+    times_real_time: float = Field(description="simulated time by the processor's")
+    step_s: float
+    mujoco: str = Field(description="version")
+
+
 class RobotFile(ResultFile):
     """Contents of ``robot.json``."""
 
@@ -119,6 +127,7 @@ class RobotFile(ResultFile):
         None, description="what chose the number of joints; null: the free finger's shape"
     )
     simulated_s: float = Field(description="wall time of the runs of finite elements")
+    speed: Speed | None = Field(None, description="null: MuJoCo was not there to measure it")
     versions: dict[str, str] = Field({}, description="of the software")
 
     @property

@@ -1,4 +1,4 @@
-"""Charts of the design loop: learning curve, fit, front, scatter, the course of a descent."""
+"""Charts of the design loop: learning curve, fit, front, scatter, a descent and its change."""
 
 from __future__ import annotations
 
@@ -9,14 +9,17 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from dolfingrip.channels import CHANNELS, FORCE
+from dolfingrip.channels import CHANNELS, FORCE, PRESSURE, marker
 from dolfingrip.charts.chart import Axis, Chart, Mark, Series
-from dolfingrip.files.design import CURVE_RMS, DesignFile, as_shown
+from dolfingrip.files.design import CURVE_RMS, MARKERS, DesignFile, as_shown
 from dolfingrip.files.front import FrontFile
 from dolfingrip.files.objective import NamedObjective
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.surrogate import LearntDesign
 from dolfingrip.files.table import Columns, numbers, required
+from dolfingrip.report.fields import FieldMesh
+from dolfingrip.report.skin import extract_skin
+from dolfingrip.sections.curve import CurveTarget
 from dolfingrip.sections.units import unit, words
 
 Numbers = npt.NDArray[np.float64]
@@ -42,6 +45,9 @@ LABELS: Final = {
 
 OVERRIDE: Final = re.compile(r"finger\.override\.(\d+)\.(\w+)")
 """Key of a dimension of one chamber."""
+
+IN_PLANE: Final = Axis("z from the clamp (mm)", "mm"), Axis("x (mm)", "mm")
+"""Axes of charts of the plane in which a finger bends, towards −x."""
 
 PLACES: Final = 4
 """Largest number of parameters whose places along a front are drawn: those that change most."""
@@ -288,6 +294,62 @@ def course(design: DesignFile, steps: Columns) -> list[Chart]:
         percent = Axis("Left to the limit (% of it)", "%")
         found.append(Chart("Limits of the design", along, percent, limits, [Mark(0.0)]))
     return found
+
+
+def sections(meshes: Mapping[str, FieldMesh]) -> list[Chart]:
+    """Make the chart of the sections y = 0 of half fingers at rest.
+
+    Args:
+        meshes: of start and design, by their names.
+
+    Returns:
+        One chart; none of whole fingers.
+    """
+    series = []
+    for (name, mesh), colour in zip(meshes.items(), ("grey", "blue"), strict=True):
+        try:
+            skin = extract_skin(mesh, cut=True)
+        except ValueError:
+            return []
+        ends = skin.points[skin.creases]
+        apart = np.concatenate([ends, np.full_like(ends[:, :1], np.nan)], axis=1).reshape(-1, 3)
+        series.append(Series(name, apart[:, 2], apart[:, 0], colour=colour))
+    alt = "Sections of the finger at rest, of the start and of the design."
+    return [Chart("Section at rest", *IN_PLANE, series, alt=alt, equal=True)]
+
+
+def followed(target: CurveTarget, tables: Mapping[str, Columns], note: str = "") -> list[Chart]:
+    """Make charts of the back's middle line, or of the tip's way, beside the curve that is wanted.
+
+    Args:
+        target: the curve.
+        tables: results of start and design, by their names, with the places of markers.
+        note: of each chart.
+
+    Returns:
+        A chart for each pressure with a curve of its own.
+    """
+    lines, told = target.lines, target.pressure_kPa
+    pressures = [None] * len(lines) if told is None or target.of_tip else np.unique(told)
+    charts = []
+    for line, pressure in zip(lines, pressures, strict=True):
+        title = "Way of the tip"
+        series = [Series("wanted", line[:, 1], line[:, 0], "dash", colour="ink")]
+        for (name, table), colour in zip(tables.items(), ("grey", "blue"), strict=True):
+            p = required(table, PRESSURE.name)
+            x, z = (
+                np.array([required(table, marker(i, axis).name) for i in range(1, MARKERS + 1)])
+                for axis in "xz"
+            )
+            if target.of_tip:
+                series.append(Series(name, z[-1], x[-1], colour=colour, marker="o"))
+                continue
+            at = p[-1] if pressure is None else pressure
+            title = f"Back of the finger at {at:g} kPa"
+            back_x, back_z = ([0.0, *(np.interp(at, p, each) for each in axis)] for axis in (x, z))
+            series.append(Series(name, back_z, back_x, colour=colour))
+        charts.append(Chart(title, *IN_PLANE, series, note=note, equal=True))
+    return charts
 
 
 def gradient_front(found: FrontFile) -> list[Chart]:

@@ -1,4 +1,4 @@
-"""Charts of a diagnosis: readings and simulation, residuals, probabilities, before and after."""
+"""Charts of a diagnosis: readings, simulation and residuals, probabilities, before and after."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class DiagnosisPictures:
 
     Attributes:
         least_probability: probability below which a class has no bar.
-        band_std: half width of the noise band, in standard deviations.
+        band_std: half length of the noise's bars, in standard deviations.
         same: part of the range of readings within which two ways are one line.
         most_specimens: specimens up to which each has charts of its own.
         bar_in: height of a bar with its name, in inches.
@@ -40,13 +40,15 @@ PICTURES: Final = DiagnosisPictures()
 ROUNDED: Final = 0.005
 """Probability below which two decimals say nothing."""
 
-OVERLAYS: Final = Look(panel_in=(4.6, 3.6), dpi=150, titled=True)
-RESIDUALS: Final = Look(panel_in=(4.6, 3.0), dpi=150, titled=True, title="Simulated − measured")
+FITTED: Final = ("before", "nuisances fitted", "blue")
+"""Column, name and colour of the simulation without a cause."""
+
+OVERLAYS: Final = Look(panel_in=(4.6, 3.4), dpi=150, titled=True, key="below")
 GAIN: Final = Look(panel_in=(4.8, 3.6), dpi=150, key="above")
 
 
 def draw(found: DiagnosisFile, readings: pd.DataFrame, out: Path) -> list[Path]:
-    """Draw ``overlay.png``, ``residuals.png``, ``probabilities.png`` and ``gain.png``.
+    """Draw ``overlay.png``, ``probabilities.png`` and ``gain.png``.
 
     Args:
         found: content of ``diagnosis.json``.
@@ -64,7 +66,6 @@ def draw(found: DiagnosisFile, readings: pd.DataFrame, out: Path) -> list[Path]:
     size = (6.4, 0.9 + PICTURES.bar_in * len(bars.y.names))
     drawn = [
         write(overlays(found, readings), out / "overlay.png", OVERLAYS),
-        write(residuals(found, readings), out / "residuals.png", RESIDUALS),
         write([bars], out / "probabilities.png", Look(panel_in=size, dpi=150)),
     ]
     if found.gain:
@@ -119,14 +120,14 @@ def panels(readings: pd.DataFrame) -> list[ReadingsPanel]:
     return found
 
 
-def _with(found: DiagnosisFile) -> str:
-    """Name of the model with the leading causes; "" if it has none."""
-    causes = found.fits[0].effects if found.fits else ()
-    return f"with {' and '.join(causes)}" if causes else ""
+def _extended(found: DiagnosisFile) -> tuple[str, str, Colour]:
+    """Column, name and colour of what was fitted: with the leading causes, if it has any."""
+    causes = [each.replace("_", " ") for each in found.fits[0].effects] if found.fits else []
+    return ("after", f"extended by {' and '.join(causes)}", "orange") if causes else FITTED
 
 
 def overlays(found: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
-    """Make charts of measured and simulated readings, with the noise about the latter.
+    """Make charts of measured and simulated readings, with the residuals below.
 
     Args:
         found: content of ``diagnosis.json``.
@@ -135,35 +136,50 @@ def overlays(found: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
     Returns:
         A chart for each channel of an experiment, or of a specimen.
     """
-    ways_: list[tuple[str, str, Colour, Style]] = [
-        ("configured", "as configured", "grey", "dots"),
-        ("before", "nuisances fitted", "blue", "dash"),
-    ]
-    if _with(found):
-        ways_.append(("after", _with(found), "orange", "line"))
+    extended = _extended(found)
     charts = []
     for panel in panels(readings):
-        part, over = panel.part, panel.over.name
-        series = [
-            Series("measured", part[over].to_numpy(float), part["value"].to_numpy(float), "points",
-                   branches=list(map(str, part["branch"])), colour="ink")
-        ]  # fmt: skip
-        for column, name, colour, style in ways_:
-            series += lines(part, over, column, name, colour, style)
-        words = panel.channel.title.lower()
-        note = "Band: two standard deviations of the noise." if _with(found) else ""
-        up = Axis(panel.channel.label, panel.channel.symbol)
+        part, over, channel = panel.part, panel.over.name, panel.channel
+        half = PICTURES.band_std * part["noise"]
+        told = f"measured, ± {PICTURES.band_std:g} std"
+        series = [_points(part, over, part["value"], told, "ink", half)]
+        series += lines(part, over, "configured", "as configured", "grey", "dots")
+        series += lines(part, over, extended[0], *extended[1:], "line")
+        rest, rms = [], [f"{_rms(part, 'configured'):.3g} as configured"]
+        for column, name, colour in dict.fromkeys((FITTED, extended)):
+            bars = half if column == extended[0] else None
+            rest.append(_points(part, over, part[column] - part["value"], name, colour, bars))
+            rms.append(f"{_rms(part, column):.3g} {name}")
+        words, unit = channel.title.lower(), channel.symbol
+        noise = float(np.sqrt(np.square(part["noise"]).mean()))
+        note = f"Residuals, root mean square in {unit}: {', '.join(rms)}; noise {noise:.2g}."
+        up = Axis(f"Simulated − measured ({unit})", unit, "simulated − measured")
+        alt = f"{panel.title}: simulated less measured {words}, with the noise"
+        below = Chart("", panel.across, up, rest, [Mark(0.0)], alt=alt)
         alt = f"{panel.title}: measured {words} with its noise, and the simulation."
-        charts.append(
-            Chart(f"{panel.title}: {words}", panel.across, up, series, note=note, alt=alt)
-        )
+        up = Axis(channel.label, unit)
+        title = f"{panel.title}: {words}"
+        charts.append(Chart(title, panel.across, up, series, note=note, alt=alt, below=below))
     return charts
+
+
+def _points(
+    part: pd.DataFrame, over: str, y: pd.Series, name: str, colour: Colour, half: pd.Series | None
+) -> Series:
+    """Points of one chart, with bars of this half length."""
+    low, high = (None, None) if half is None else (y - half, y + half)
+    return Series(name, part[over].to_numpy(float), y.to_numpy(float), "points", None, low, high,
+                  list(map(str, part["branch"])), colour)  # fmt: skip
+
+
+def _rms(part: pd.DataFrame, column: str) -> float:
+    return float(np.sqrt(np.square(part[column] - part["value"]).mean()))
 
 
 def lines(
     part: pd.DataFrame, over: str, column: str, name: str, colour: Colour, style: Style
 ) -> list[Series]:
-    """Make one line for each run that differs; solid lines have a band of noise about the first.
+    """Make one line for each run that differs.
 
     A curve is drawn once: that of an elastic body there and back, and that of specimens that are
     simulated alike. Dashes that lie on one another look like a solid line.
@@ -180,22 +196,14 @@ def lines(
         The lines; those after the first have no name.
     """
     drawn: list[pd.DataFrame] = []
-    series, bands = [], []
-    for number, (_, run) in enumerate(part.groupby("run", sort=False)):
+    series = []
+    for _, run in part.groupby("run", sort=False):
         shown = first_way(run, over, column)
         if not any(_along(shown, other, over, column) for other in drawn):
             values = shown[over].to_numpy(float), shown[column].to_numpy(float)
             series.append(Series("" if drawn else name, *values, style, colour=colour))
             drawn.append(shown)
-        for way in ways(run[over].to_numpy(float)) if style == "line" and number == 0 else ():
-            own = run.iloc[way]
-            middle, half = own[column].to_numpy(float), PICTURES.band_std * own["noise"]
-            nowhere = np.full(len(own), np.nan)
-            bands.append(
-                Series("", own[over].to_numpy(float), nowhere, style, None,
-                       middle - half.to_numpy(float), middle + half.to_numpy(float), colour=colour)
-            )  # fmt: skip
-    return series + bands
+    return series
 
 
 def first_way(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
@@ -222,45 +230,6 @@ def ways(load: np.ndarray) -> list[slice]:
     turns = np.flatnonzero(np.diff(steps.to_numpy())) + 1  # a wait belongs to the way before it
     ends = [0, *turns, len(load) - 1]
     return [slice(first, last + 1) for first, last in pairwise(ends)]
-
-
-def residuals(found: DiagnosisFile, readings: pd.DataFrame) -> list[Chart]:
-    """Make charts of simulated less measured readings, with nuisances fitted and with the cause.
-
-    Args:
-        found: content of ``diagnosis.json``.
-        readings: the table of :func:`draw`.
-
-    Returns:
-        A chart for each channel of an experiment, or of a specimen.
-    """
-    kinds: list[tuple[str, str, Colour]] = [("before", "nuisances fitted", "blue")]
-    if _with(found):
-        kinds.append(("after", _with(found), "orange"))
-    charts = []
-    for panel in panels(readings):
-        rest = panel.part.sort_values(panel.over.name)
-        x, half = (
-            rest[panel.over.name].to_numpy(float),
-            PICTURES.band_std * rest["noise"].to_numpy(float),
-        )
-        series = [
-            Series("noise (2 std)", x, np.full(len(x), np.nan), low=-half, high=half, colour="grey")
-        ]
-        series += [
-            Series(name, x, (rest[column] - rest["value"]).to_numpy(float), "points",
-                   branches=list(map(str, rest["branch"])), colour=colour)
-            for column, name, colour in kinds
-        ]  # fmt: skip
-        words = panel.channel.title.lower()
-        charts.append(
-            Chart(
-                f"{panel.title}: residuals of the {words}", panel.across,
-                Axis(f"Δ {panel.channel.label}", panel.channel.symbol), series, [Mark(0.0)],
-                alt=f"{panel.title}: simulated less measured {words}, and the noise.",
-            )
-        )  # fmt: skip
-    return charts
 
 
 def probabilities(found: DiagnosisFile, least: float = PICTURES.least_probability) -> Chart:

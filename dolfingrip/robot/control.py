@@ -18,6 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
+PALE, RED, BLUE = np.array([[0.95, 0.90, 0.78], [0.80, 0.16, 0.08], [0.10, 0.30, 0.75]])
+"""Colours at no pressure, at the highest one, and at as much suction."""
+
 
 class JointLaws:
     """The laws a p + b p w + c w + d p² of all joints.
@@ -28,12 +31,26 @@ class JointLaws:
 
     def __init__(self, file: Path | str) -> None:
         data = json.loads(Path(file).read_text(encoding="utf-8"))
+        self.highest_kPa = data["valid"]["pressure_kPa"][1]
         every = [each for joint in data["joints"] for each in joint["coordinates"]]
         self.names = [each["name"] for each in every]
         laws = np.array([each["law"] for each in every])
         hinge = np.array([each["kind"] == "hinge" for each in every])
         # from N·mm to N·m of hinges, and from 1/mm to 1/m of slides
         self.laws = laws * np.where(hinge[:, None], 1e-3, [1.0, 1e3, 1e3, 1.0])
+
+    def colour(self, pressure_kPa: float) -> np.ndarray:
+        """Return red, green and blue, 0 to 1, for the finger at a pressure.
+
+        Pale at 0, red at the highest pressure of the fit, blue at so much suction::
+
+            model.skin_rgba[:, :3] = finger.colour(data.sensor("pressure_kPa").data[0])  # MuJoCo
+
+        Args:
+            pressure_kPa: in the finger.
+        """
+        share = np.clip(pressure_kPa / self.highest_kPa, -1.0, 1.0)
+        return PALE + abs(share) * ((RED if share > 0 else BLUE) - PALE)
 
     def efforts(self, pressure_kPa: float, position: np.ndarray) -> np.ndarray:
         """Return forces (N) of slides and torques (N·m) of hinges.

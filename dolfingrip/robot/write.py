@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
+from typing import Final
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.food import GraspedBody, grasped
 from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.files import whole
+from dolfingrip.files.robot import Speed
 from dolfingrip.meshes.gripper import Stand
 from dolfingrip.robot import control, mjcf, urdf
 from dolfingrip.robot.build import Built
@@ -27,6 +30,32 @@ def room(config: Config) -> tuple[GraspedBody, list[Stand]]:
     """
     body = grasped(config.food)
     return body, stands_of(config, body)
+
+
+SPEED_S: Final = 2.0
+"""Simulated time over which the speed is measured."""
+
+
+def measured_speed(model_text: str) -> Speed | None:
+    """Measure how fast MuJoCo steps a model at the highest pressure.
+
+    Args:
+        model_text: of finger.xml.
+
+    Returns:
+        Its speed; None where there is no MuJoCo.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        return None
+    model = mujoco.MjModel.from_xml_string(model_text)
+    data, step_s = mujoco.MjData(model), float(model.opt.timestep)
+    data.ctrl[0] = model.actuator_ctrlrange[0, 1]
+    begun = time.process_time()
+    mujoco.mj_step(model, data, nstep=round(SPEED_S / step_s))
+    factor = SPEED_S / (time.process_time() - begun)
+    return Speed(times_real_time=factor, step_s=step_s, mujoco=mujoco.__version__)
 
 
 def write(
@@ -57,7 +86,7 @@ def write(
         speed = config.gripper.lift_mm_per_s
         texts["gripper.xml"] = mjcf.gripper(file, skin, stands, friction, speed)
         texts["scene.xml"] = mjcf.scene(config.food, body, "gripper.xml")
-    found = [file.write(out)]
+    found = [file.model_copy(update={"speed": measured_speed(texts["finger.xml"])}).write(out)]
     for name, text in texts.items():
         whole.write(out / name, text)
         found.append(out / name)

@@ -27,6 +27,7 @@ from dolfingrip.design.gradient.file import CELL_QUALITY, FACING
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.shape import UnloadedShapes
+from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.simulate import computed_in
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.spool import Spool
@@ -334,6 +335,11 @@ def test_command(tmp_path: Path) -> None:
     assert set(told["parameters"]) == {"morph.xi1", "morph.xi2"}
     found = configuration.load(tmp_path / "out" / "design.toml")
     assert found.morph.xi1 == told["parameters"]["morph.xi1"]["value"]
+    for name, value in (("start", told["start"]), ("design", told["objective"])):
+        run = Result.read(tmp_path / "out" / name)
+        assert run.column("pressure_kPa")[-1] == 50.0
+        assert run.column("force_N")[-1] == pytest.approx(value, rel=1e-6)
+        assert (tmp_path / "out" / name / "fields.pvd").is_file()
     names = {each.name for each in (tmp_path / "out").iterdir()}
     assert {"finger.png", "section.png", "convergence.png", "finger.stl", "steps.csv"} <= names
     assert "█" in done.output

@@ -70,6 +70,8 @@ def test_bending_with_both_branches(tmp_path: Path, figures: list[Figure]) -> No
         "measured",
     ]
     assert not _clipped(file)
+    (bar,) = axes.collections[-1].get_segments()  # two standard deviations of 0.3° about 41°
+    assert bar.tolist() == [[100.0, 40.4], [100.0, 41.6]]
     unloading = axes.get_lines()[1]
     assert unloading.get_linestyle() == "--"
     assert np.asarray(unloading.get_xdata())[0] == 250.0  # joined at the turn

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ import av
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 from support import chromium, synthetic_run
 
 from dolfingrip import config
@@ -33,9 +32,6 @@ from dolfingrip.report.page.finger import unloaded_shape
 from dolfingrip.sections.tables import assignments
 
 HOSTILE = "</script><script>window.stolen = 1</script>"
-COARSE = (
-    "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8",
-)  # fmt: skip
 LAST = len(synthetic_run.PRESSURES_KPA) - 1
 
 
@@ -45,19 +41,6 @@ class Opened:
 
     page: Page
     said: chromium.Heard
-
-
-def write_run(folder: Path) -> None:
-    """A synthetic run with the facts that a report reads."""
-    folder.mkdir()
-    synthetic_run.write_run(folder, 1, cell="hexahedron")
-    facts = {
-        "experiment": "bending", "complete": True, "command": ["bend", HOSTILE],
-        "config": config.load(None, assignments(COARSE)).model_dump(mode="json", exclude_none=True),
-        "mesh": {"elements": 120, "half": True}, "wall_s": 1.0, "ranks": 1,
-        "versions": {"dolfingrip": "0"},
-    }  # fmt: skip
-    (folder / "run.json").write_text(json.dumps(facts), encoding="utf-8")
 
 
 LINES = {heading: f"{heading} says something" for heading in HEADINGS.values()}
@@ -93,7 +76,8 @@ def two_designs() -> Front:
     """A front of two designs with a shape each."""
     models, points = [], []
     for number, xi in enumerate((0.0, 0.3)):
-        shape = unloaded_shape(config.load(None, assignments([*COARSE, f"morph.xi2={xi}"])))
+        settings = assignments([*synthetic_run.COARSE, f"morph.xi2={xi}"])
+        shape = unloaded_shape(config.load(None, settings))
         models.append(shape.packed())
         group = "chosen" if number else "design"
         rows = [("ξ₂", f"{xi}"), ("Blocked force (N), surrogate", "3.00 ± 0.12")]
@@ -106,7 +90,7 @@ def two_designs() -> Front:
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("page")
     for name in ("a", "b"):
-        write_run(folder / name)
+        synthetic_run.write_result(folder / name, ["bend", HOSTILE])
     write_diagnosis(folder / "diagnosed")
     page = sources.build(sources.find([folder]))
     page.front = two_designs()
@@ -260,7 +244,7 @@ def test_curves_and_the_slider_move_each_other(seen: Opened) -> None:
 def test_values_under_the_pointer(seen: Opened) -> None:
     page = seen.page
     page.locator("#chart-0 svg > .dot").nth(2).hover(force=True)
-    tip = page.locator("#chart-0 + .tip")
+    tip = page.locator("#chart-0 .tip")
     assert "100 kPa" in tip.inner_text()
     assert re.search(r"a: .*50°", tip.inner_text())
     page.locator("#time").press("Home")
@@ -315,20 +299,53 @@ def test_pointing_at_the_front_shows_the_design(seen: Opened) -> None:
     page.wait_for_selector("html[data-design='Design 2']")
 
 
-def test_the_diagnosis_begins_with_ten_lines(seen: Opened) -> None:
+def error_bars(part: Locator) -> list[tuple[float, float, float]]:
+    """Place in pixels, and ends by the vertical axis, of the error bars of a chart."""
+    ticks = part.locator("text.tick.end").evaluate_all(
+        "all => all.map((text) => [text.textContent.replace('−', '-'), text.getAttribute('y')])"
+    )
+    slope, offset = np.polyfit([float(y) - 4 for _, y in ticks], [float(t) for t, _ in ticks], 1)
+    drawn = part.locator("path.bars-of").get_attribute("d") or ""
+    ends = re.findall(r"M([\d.]+) ([\d.]+)V([\d.]+)", drawn)
+    return [(float(at), *(slope * float(y) + offset for y in (a, b))) for at, a, b in ends]
+
+
+def test_the_diagnosis_begins_with_the_answer_and_what_was_measured(seen: Opened) -> None:
     section = seen.page.locator("section.diagnosis")
+    assert section.locator(".answer").inner_text() == "the cause is yeoh"
     lines = section.locator(".lines li").all_inner_texts()
     assert lines == [f"{heading} {said}" for heading, said in LINES.items()]
     titles = section.locator("figure h3").all_inner_texts()
-    assert titles == ["bending: tip angle", "bending: residuals of the tip angle"]
-    key = section.locator("figure").first.locator(".key span").all_inner_texts()
-    assert key == ["measured", "as configured", "nuisances fitted", "with yeoh"]
-    # an elastic way is drawn once; both ways of the cause have a band, and the noise has one
-    drawn = "figure path.line:not([d=''])"
-    assert section.locator(drawn).count() == 3
-    assert section.locator("figure path.band").count() == 3
+    assert titles == ["bending: tip angle"]
+    key = section.locator("figure .key span").all_inner_texts()
+    assert key == ["measured, ± 2 std", "as configured", "extended by yeoh", "nuisances fitted"]
+    upper, lower = section.locator("figure .chart").all()
+    assert upper.locator("path.line:not([d=''])").count() == 2
+    assert upper.locator("path.band").count() == 0
+    # bars of ± 2 × 0.5° at all 18 readings, at the same places above and below
+    measured, left = (error_bars(part) for part in (upper, lower))
+    assert [at for at, *_ in measured] == [at for at, *_ in left]
+    assert len(left) == 18
+    for low, high in ((low, high) for _, low, high in (*measured, *left)):
+        assert high - low == pytest.approx(2.0, abs=0.3)  # a tenth of a pixel is up to 0.1°
+    assert {round(high + low) for _, low, high in left} == {0}
+    rms = "6.08 as configured, 6.08 nuisances fitted, 0 extended by yeoh; noise 0.5."
+    assert section.locator("figure .note").inner_text().endswith(f"in °: {rms}")
     bars = section.locator(".bars text").all_text_contents()
     assert bars[:2] == ["yeoh", "0.90"]
+
+
+def test_no_probability_reads_one(tmp_path: Path) -> None:
+    write_diagnosis(tmp_path / "diagnosed")
+    file = tmp_path / "diagnosed" / DiagnosisFile.FILE
+    said = []
+    for probability in ("0.9,", "0.9999,"):
+        pattern, found = r'("probability": )0.9,(\s+"claimed")', file.read_text(encoding="utf-8")
+        text = re.sub(pattern, rf"\g<1>{probability}\2", found)
+        (tmp_path / "other").mkdir(exist_ok=True)
+        (tmp_path / "other" / file.name).write_text(text, encoding="utf-8")
+        said += [each.said for each in sources.build(sources.find([tmp_path / "other"])).numbers]
+    assert said == ["probability 0.9", "probability > 0.99"]
 
 
 def test_every_measured_reading_is_drawn_however_many_there_are(
@@ -339,12 +356,13 @@ def test_every_measured_reading_is_drawn_however_many_there_are(
     written = tmp_path / "report.html"
     written.write_text(html.rendered(page), encoding="utf-8")
     figures = opened(browser, written).page.locator("section.diagnosis figure")
-    assert figures.count() == 2
-    measured = figures.nth(0).locator("circle.dot")
-    assert measured.count() >= 220
-    assert float(measured.first.get_attribute("r") or 9) < 3
+    assert figures.count() == 1
+    upper, lower = figures.locator(".chart").all()
+    assert upper.locator("circle.dot").count() == 220
+    assert float(upper.locator("circle.dot").first.get_attribute("r") or 9) < 3
+    assert [len(error_bars(each)) for each in (upper, lower)] == [220, 220]
     # residuals lie on three lines: before the fit on two, and after it on one that both ways share
-    assert figures.nth(1).locator("circle.dot").count() == 3 * 110
+    assert lower.locator("circle.dot").count() == 3 * 110
 
 
 def test_dark_and_light(seen: Opened) -> None:

@@ -10,6 +10,7 @@ import importlib.util
 import json
 import re
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -25,8 +26,10 @@ from dolfingrip.experiments.simulate import compute
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.robot import Accuracy, RobotFile
 from dolfingrip.meshes.measures import moments
+from dolfingrip.report.page import sources
 from dolfingrip.robot import build, mjcf, runs
 from dolfingrip.robot.chain import COORDINATES
+from dolfingrip.robot.control import RED
 from dolfingrip.robot.fit import MOST_JOINTS
 from dolfingrip.robot.links import skin, whole_solid
 from dolfingrip.robot.robot import Robot
@@ -342,6 +345,28 @@ def test_urdf_and_control(robot: Robot, made: Path) -> None:
     assert data.xipos[last] == pytest.approx(
         np.tile(1e-3 * np.array(robot.file.links[-1].centre_mm), (len(last), 1)), abs=1e-9
     )
+
+
+@pytest.mark.slow
+def test_the_lines_of_the_report_load_it(
+    robot: Robot, made: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """They end where the chain rests, in the colour of the highest pressure, and speed is known."""
+    page = sources.build(sources.find([made]))
+    ((_, lines),) = page.code
+    held: dict[str, Any] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", list(sys.path))
+        exec(lines, held)
+    assert "tip from the clamp (m):" in capfd.readouterr().out
+    moved = 1e3 * held["data"].sensor("tip_m").data - np.array(robot.file.tip_mm)
+    hanging = robot.state(50.0, gravity_m_s2=(0.0, 0.0, 9.81)).w
+    there = robot.chain.places(hanging, robot.tip)[0, 0] - robot.tip.rest_mm[0]
+    assert moved == pytest.approx(there, abs=1e-3)
+    assert held["model"].skin_rgba[0, :3] == pytest.approx(RED, abs=1e-3)
+    assert robot.file.speed is not None
+    assert robot.file.speed.times_real_time > 1.0
+    assert robot.file.speed.step_s == 1e-3
 
 
 @pytest.mark.slow

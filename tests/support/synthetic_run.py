@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import csv
+import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+
+from dolfingrip import config
+from dolfingrip.sections.tables import assignments
+
+COARSE = (
+    "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8",
+)  # fmt: skip
 
 PRESSURES_KPA = [0.0, 50.0, 100.0, 150.0, 200.0, 150.0, 100.0, 50.0, 0.0]
 BRANCH = ["loading"] * 5 + ["unloading"] * 4
@@ -64,6 +73,19 @@ def write_run(folder: Path, degree: int, half: bool = True, cell: str = "tetrahe
             rows.writerow(["time_s", "pressure_kPa", "branch", "angle_deg"])
             for step, pressure in enumerate(PRESSURES_KPA):
                 rows.writerow([step, pressure, BRANCH[step], angle_deg(step)])
+
+
+def write_result(folder: Path, command: Sequence[str] = ("bend",)) -> None:
+    """Write a bending test with the facts that a report reads, of a coarse finger."""
+    folder.mkdir()
+    write_run(folder, 1, cell="hexahedron")
+    facts = {
+        "experiment": "bending", "complete": True, "command": command,
+        "config": config.load(None, assignments(COARSE)).model_dump(mode="json", exclude_none=True),
+        "mesh": {"elements": 120, "half": True}, "wall_s": 1.0, "ranks": 1,
+        "versions": {"dolfingrip": "0"},
+    }  # fmt: skip
+    (folder / "run.json").write_text(json.dumps(facts), encoding="utf-8")
 
 
 def _solid(x: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:

@@ -4,17 +4,20 @@
  *     const chart = lineChart(box, spec, { pick: (series, index) => … });
  *     chart.mark({ 0: 2.5 });   // scene 0 is at its time 2.5: a dot on each of its series
  *
- * A spec is what `dolfingrip/report/page/content.py` calls a Chart.
+ * A spec is what `dolfingrip/charts/chart.py` calls a Chart.
  */
 
 import { element, formatted, joined, ticks } from './format.js';
 
 const NAMESPACE = 'http://www.w3.org/2000/svg';
-const MARGIN = { right: 16, top: 14, bottom: 44 };
+const MARGIN = { right: 16, top: 14, bottom: 44, shared: 6 }; // shared: the axis stands below
 const LEFT = { beside: 30, letter: 7, least: 56 }; // pixels: the label, a letter of a tick's number
 const LETTER = { size: 13, width: 0.56, least: 9.5 }; // of labels: pixels, width by size
 const NARROW = 420; // pixels below which an axis has fewer ticks
 const NEAR = 26; // pixels within which the pointer means a point
+const CAP = 3; // pixels: half the width of an error bar's ends
+const EQUAL = { least: 200, most: 460 }; // pixels: height of a chart whose axes have one scale
+const LOWER = 170; // pixels: height of a chart below another one
 const FEW = 80; // points of a series, up to which each has a ring
 const DENSE = 300; // points of a series, from which marks are smallest
 
@@ -39,21 +42,39 @@ function ends(numbers) {
   return [low, high + 0.05 * span];
 }
 
+/** Ends so far apart, about the same middle. */
+function widened([low, high], span) {
+  return [(low + high - span) / 2, (low + high + span) / 2];
+}
+
+/** Pixels to the left of an axis with these ends. */
+function leftOf(yEnds) {
+  const longest = Math.max(...ticks(...yEnds, 5).map((v) => formatted(v).length), 1);
+  return Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
+}
+
 /** Axes, grid and labels in an empty box; functions from numbers to pixels. */
-export function frame(box, { alt, x, y, xEnds, yEnds, height }) {
+export function frame(box, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below, equal }) {
   const width = Math.max(240, box.clientWidth);
-  const tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+  let tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+  if (equal) { // one scale for both axes: what is steep or flat leaves room beside it
+    const [w, edges] = [width - left - MARGIN.right, MARGIN.top + MARGIN.bottom];
+    const [spanX, spanY] = [xEnds, yEnds].map(([low, high]) => high - low);
+    tall = Math.min(EQUAL.most, Math.max(EQUAL.least, (w * spanY) / spanX + edges));
+    const pixel = Math.max(spanX / w, spanY / (tall - edges));
+    xEnds = widened(xEnds, pixel * w);
+    yEnds = widened(yEnds, pixel * (tall - edges));
+  }
   box.replaceChildren();
   const root = svg(box, 'svg', { viewBox: `0 0 ${width} ${tall}`, role: 'img', 'aria-label': alt });
-  const [right, bottom] = [width - MARGIN.right, tall - MARGIN.bottom];
+  const [right, bottom] = [width - MARGIN.right, tall - (below ? MARGIN.shared : MARGIN.bottom)];
   const ups = ticks(...yEnds, 5);
-  const longest = Math.max(...ups.map((v) => formatted(v).length), 1);
-  const left = Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
   const across = (v) => left + ((v - xEnds[0]) / (xEnds[1] - xEnds[0])) * (right - left);
   const up = (v) => bottom - ((v - yEnds[0]) / (yEnds[1] - yEnds[0])) * (bottom - MARGIN.top);
   const grid = svg(root, 'g', { class: 'grid' });
   for (const v of ticks(...xEnds, width < NARROW ? 4 : 6)) {
     svg(grid, 'line', { x1: across(v), x2: across(v), y1: MARGIN.top, y2: bottom });
+    if (below) continue;
     svg(root, 'text', { x: across(v), y: bottom + 17, class: 'tick middle' }, formatted(v));
   }
   for (const v of ups) {
@@ -66,7 +87,7 @@ export function frame(box, { alt, x, y, xEnds, yEnds, height }) {
     const made = svg(root, 'text', { class: 'axis middle', ...attributes }, text);
     made.style.fontSize = `${Math.max(LETTER.least, Math.min(LETTER.size, fits))}px`;
   };
-  label(x.label, right - left, { x: cx, y: tall - 7 });
+  if (!below) label(x.label, right - left, { x: cx, y: tall - 7 });
   label(y.label, tall, { x: 14, y: cy, transform: `rotate(-90 14 ${cy})` });
   const inverse = (clientX, clientY) => {
     const place = root.getBoundingClientRect();
@@ -117,6 +138,16 @@ export function onWidth(box, draw) {
   return observer;
 }
 
+/** Error bars of points; those of many have no ends. */
+function bars(f, { x, low, high }, many) {
+  const one = (at, from, to) => `M${at - CAP} ${from}h${2 * CAP}M${at} ${from}V${to}M${at - CAP} ${to}h${2 * CAP}`;
+  const plain = (at, from, to) => `M${at} ${from}V${to}`;
+  return x
+    .map((v, i) => (v === null || low[i] === null ? '' : (many ? plain : one)(
+      ...[f.across(v), f.up(low[i]), f.up(high[i])].map((px) => +px.toFixed(1)))))
+    .join('');
+}
+
 function path(points) {
   let text = '';
   let pen = 'M';
@@ -142,37 +173,58 @@ function pointAt(series, time) {
   return [between(series.x), between(series.y)];
 }
 
-/** Lines, points and bands over one axis. */
+const every = (spec, key) => spec.series.flatMap((s) => s[key] ?? []);
+const yEndsOf = (spec) => spec.y.ends ?? ends([...every(spec, 'y'), ...every(spec, 'low'),
+  ...every(spec, 'high'), ...(spec.limits ?? []).map((limit) => limit.y)]);
+
+/** A chart, and the one below it on the same horizontal axis if it has one: a plot for each. */
+export function stackedChart(box, spec, options = {}) {
+  const all = [spec, spec.below].filter(Boolean);
+  const xEnds = spec.x.ends ?? ends(all.flatMap((each) => every(each, 'x')));
+  const left = Math.max(...all.map((each) => leftOf(yEndsOf(each))));
+  const parts = all.map((each, i) =>
+    lineChart(box.children[i].firstElementChild, {
+      ...each, left, x: { ...each.x, ends: xEnds }, height: i ? LOWER : undefined,
+    }, options),
+  );
+  return { mark: (now) => parts.forEach((part) => part.mark(now)) };
+}
+
+/** Lines, points, bands and error bars over one axis. */
 export function lineChart(box, spec, { pick = () => {} } = {}) {
   const tip = new Tip(box);
   let times = {};
   let drawn = null;
-  const all = (key) => spec.series.flatMap((s) => s[key] ?? []);
-  const xEnds = spec.x.ends ?? ends(all('x'));
-  const yEnds = spec.y.ends ?? ends([...all('y'), ...all('low'), ...all('high'),
-    ...(spec.limits ?? []).map((limit) => limit.y)]);
+  const xEnds = spec.x.ends ?? ends(every(spec, 'x'));
+  const yEnds = yEndsOf(spec);
 
   const draw = () => {
     const f = (drawn = frame(box, { ...spec, xEnds, yEnds }));
     for (const limit of spec.limits ?? []) {
       const y = f.up(limit.y);
-      svg(f.root, 'line', { x1: f.left, x2: f.right, y1: y, y2: y, class: 'limit' });
+      const kind = limit.label ? 'limit' : 'limit zero';
+      svg(f.root, 'line', { x1: f.left, x2: f.right, y1: y, y2: y, class: kind });
       svg(f.root, 'text', { x: f.right - 4, y: y - 5, class: 'limit-text end' }, limit.label);
     }
     for (const s of spec.series) {
-      if (!s.low) continue;
+      if (!s.low || s.style === 'points') continue;
       const high = s.x.map((x, i) => [f.across(x), f.up(s.high[i])]);
       const low = s.x.map((x, i) => [f.across(x), f.up(s.low[i])]).reverse();
       svg(f.root, 'path', { class: `band ${s.colour}`, d: `${path([...high, ...low])}Z` });
     }
-    for (const s of spec.series) {
+    const upwards = [...spec.series].sort((a, b) => (a.style === 'points') - (b.style === 'points'));
+    for (const s of upwards) {
       const points = s.x.map((x, i) => [x === null ? null : f.across(x),
         s.y[i] === null ? null : f.up(s.y[i])]);
       if (s.style !== 'points') {
         svg(f.root, 'path', { class: `line ${s.colour} ${s.style}`, d: path(points) });
       }
       const many = s.x.length > FEW;
-      if (s.style === 'dash' || (many && s.style !== 'points')) continue; // the line shows them
+      if (!s.dots || s.style === 'dash' || (many && s.style !== 'points')) continue; // the line shows them
+      if (s.low && s.style === 'points') {
+        const kind = `bars-of ${s.colour}${many ? ' many' : ''}`;
+        svg(f.root, 'path', { class: kind, d: bars(f, s, many) });
+      }
       const r = !many ? 3 : s.x.length < DENSE ? 1.8 : 1.2;
       const there = new Set(); // of thousands of points, those that lie on others add nothing
       for (const [x, y] of points) {

@@ -1,6 +1,6 @@
 // The page of a report: reads its data and wires its parts to one another.
 
-import { lineChart } from './chart.js';
+import { stackedChart } from './chart.js';
 import { Front } from './front.js';
 import { Stage } from './stage.js';
 import { themes } from './theme.js';
@@ -16,7 +16,7 @@ async function begin() {
   const there = webgl().there;
   const stage = data.scenes.length ? new Stage(data.scenes, data.fields) : null;
   const charts = data.charts.map((spec) =>
-    lineChart(document.getElementById(spec.id), spec, {
+    stackedChart(document.getElementById(spec.id), spec, {
       pick: (scene, index) => stage?.pick(scene, index),
     }),
   );

@@ -7,14 +7,20 @@ from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.design.gradient import curve
 from dolfingrip.design.gradient.descent import Descent, Trial
 from dolfingrip.design.gradient.evaluation import DesignSimulations
 from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.quantities.grasp import GRASP
+from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.simulate import Compute
+from dolfingrip.experiments.simulate import compute as compute_here
 from dolfingrip.files import table, whole
 from dolfingrip.files.design import (
+    MARKERS,
+    RUNS,
     ConditionObjective,
     DesignConstraint,
     DesignFile,
@@ -22,6 +28,7 @@ from dolfingrip.files.design import (
     RefinedDesign,
 )
 from dolfingrip.files.front import FrontFile
+from dolfingrip.files.run import RunFile
 
 FOLDER: Final = "simulations"
 """Folder in ``--out`` that holds what was computed."""
@@ -81,6 +88,42 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> RefinedDesign:
         failure=failure,
         simulations=count,
     )
+
+
+def follow(problem: Problem, found: Descent, compute: Compute, out: Path) -> None:
+    """Run start and best design along their load paths, and write results with fields.
+
+    Both are on the mesh of the start. A grasp, and numbers of the unloaded shape, have free bending
+    in their place.
+
+    Args:
+        problem: what was asked.
+        found: how it was solved.
+        compute: what computes jobs.
+        out: folder, in which each result has its folder of :data:`RUNS`.
+
+    Raises:
+        WriteError: one line.
+    """
+    asked, changes = problem.objective, dict[str, dict[str, Any]]()
+    own = asked.experiment not in (None, GRASP)
+    if asked.where == PRESSURE.name:
+        changes["experiment"] = {"max_pressure_kPa": max(asked.values)}
+    if problem.parts:
+        changes["camera"] = {"markers": MARKERS}
+    requests = [
+        Request.of(
+            str(asked.experiment) if own else "bending", trial.shape.config.changed(**changes),
+            made_for=found.start.shape.config, fields=(out / name).resolve(),
+        )
+        for name, trial in zip(RUNS, (found.start, found.best), strict=True)
+    ]  # fmt: skip
+    compute(requests)
+    for each, name in zip(requests, RUNS, strict=True):
+        config = each.config.model_dump(mode="json", exclude_none=True)
+        # the store may have an answer whose folder is gone, or another problem's by now
+        if not RunFile.is_in(out / name) or RunFile.read(out / name).config != config:
+            compute_here(each)
 
 
 def facts(

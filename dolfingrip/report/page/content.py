@@ -61,14 +61,16 @@ class DiagnosisPart:
     """The section on a diagnosis.
 
     Attributes:
-        lines: the first ten lines, each with its label, such as "FIT"; "" where it has none.
+        answer: in a sentence, with which the section begins.
+        lines: the ten lines, each with its label, such as "FIT"; "" where it has none.
         bars: chart of the causes' probabilities.
-        charts: measured against simulated, residuals.
+        charts: measured against simulated, with residuals below.
         tables: what causes explain, before and after, and the like.
         unexplained: sentences on what stays unexplained, and where.
     """
 
     title: str
+    answer: str
     lines: Sequence[tuple[str, str]]
     bars: Chart
     charts: Sequence[Chart] = ()
@@ -151,6 +153,7 @@ class Page:
     charts: list[Chart] = field(default_factory=list)
     front: Front | None = None
     tables: list[TextTable] = field(default_factory=list)
+    code: list[tuple[str, str]] = field(default_factory=list)
     diagnoses: list[DiagnosisPart] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     sources: list[Source] = field(default_factory=list)
@@ -185,10 +188,12 @@ class FoundResult:
     Attributes:
         kind: a key of :attr:`Contribution.marks`.
         folder: where it is.
+        inside: whether it belongs to the result whose folder it lies in.
     """
 
     kind: str
     folder: Path
+    inside: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,10 +218,12 @@ class Contribution(ABC):
         marks: name of each kind, and the file by which it is known.
         titles: what each kind is called in the title of a page.
         place: order on the page; of two files in a folder, the one with the lower place counts.
+        inside: folders in that of a result that hold results which belong to it.
     """
 
     marks: ClassVar[Mapping[str, str]]
     titles: ClassVar[Mapping[str, str]] = {}
+    inside: ClassVar[Sequence[str]] = ()
     place: ClassVar[int]
 
     @abstractmethod

@@ -129,9 +129,12 @@ def charts_data(charts: Sequence[Chart]) -> list[dict[str, Any]]:
         charts: without bars.
 
     Returns:
-        Their plain data with colours, and a table of the numbers.
+        Their plain data with colours, and a table of the numbers of those that are no drawing.
     """
-    return [_chart_data(each) for each in charts]
+    return [
+        {**_chart_data(each), "table": None if each.equal else as_data(table(each))}
+        for each in charts
+    ]
 
 
 def _chart_data(chart: Chart) -> dict[str, Any]:
@@ -146,13 +149,16 @@ def _chart_data(chart: Chart) -> dict[str, Any]:
         series.append(
             {
                 "name": name, "key": bool(each.name), "colour": colour, "scene": each.scene,
+                "dots": each.style == "points" or bool(each.marker) or each.branches is not None,
                 "style": STYLES[each.style], "x": _scaled(each.x, chart.x),
                 "y": _scaled(each.y, chart.y), "low": _scaled(each.low, chart.y),
                 "high": _scaled(each.high, chart.y),
             }
         )  # fmt: skip
-    found: dict[str, Any] = plain(
+    data: dict[str, Any] = plain(
         {
+            "equal": chart.equal,
+            "below": chart.below and _chart_data(chart.below),
             "title": chart.title,
             "alt": chart.description,
             "note": chart.note,
@@ -166,7 +172,7 @@ def _chart_data(chart: Chart) -> dict[str, Any]:
             ],
         }
     )
-    return {**found, "table": as_data(table(chart))}
+    return data
 
 
 def _scaled(values: Numbers | None, axis: Axis) -> Any:
@@ -189,21 +195,23 @@ def table(chart: Chart) -> TextTable:
         chart: without bars.
 
     Returns:
-        A column for the horizontal axis, and one for each curve; a curve over values of its own
-        has a column of them, too.
+        A column for the horizontal axis, and one for each curve, those of the chart below included;
+        a curve over values of its own has a column of them, too.
     """
     headings: list[str] = []
     columns: list[list[str]] = []
     known: Numbers = []
-    for each in chart.series:
-        if not np.isfinite(np.asarray(each.y, dtype=float)).any():  # a band alone
-            continue
+    below = chart.below
+    shown = [(each, chart.y) for each in chart.series]
+    shown += [(each, below.y) for each in below.series] if below else []
+    for each, up in shown:
         if len(known) != len(each.x) or not np.allclose(known, each.x, equal_nan=True):
             known = each.x
             headings.append(chart.x.label)
             columns.append([said(float(value)) for value in known])
-        unit = f" ({chart.y.unit})" if chart.y.unit else ""
-        headings.append(f"{each.name}{unit}" if each.name else chart.y.label)
+        unit = f" ({up.unit})" if up.unit else ""
+        name = f"{each.name}, {up.short}" if below and up is below.y else each.name
+        headings.append(f"{name}{unit}" if each.name else up.label)
         columns.append([said(float(value)) for value in each.y])
     return TextTable(headings, list(zip_longest(*columns, fillvalue="")))
 

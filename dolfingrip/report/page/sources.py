@@ -70,6 +70,9 @@ def _below(folder: Path, depth: int) -> Iterator[FoundResult]:
     kind = kind_of(folder)
     if kind is not None:
         yield FoundResult(kind, folder)
+        for name in next(each.inside for each in CONTRIBUTIONS if kind in each.marks):
+            if (own := kind_of(folder / name)) is not None:
+                yield FoundResult(own, folder / name, inside=True)
         return
     if depth < DEEPEST:
         inside = (path for path in folder.iterdir() if path.is_dir() and path.name != EXPLORED)

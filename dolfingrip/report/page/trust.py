@@ -183,11 +183,12 @@ def _adopted(title: str, part: AdoptedGeometry, *, linear: bool) -> list[Check]:
     told = "; ".join(doubts) or "no element is nearly flat"
     return [
         Check(f"{title}: back of the part", "–", "it bends to it", back, part.back),
-        Check(f"{title}: elements of the part", "–", "no doubt", _passes(not doubts), told),
+        Check(f"{title}: elements of the part", "–", "no doubt", passes(not doubts), told),
     ]
 
 
-def _passes(good: bool) -> Verdict:
+def passes(good: bool) -> Verdict:
+    """The verdict on what is good or not."""
     return "pass" if good else "fail"
 
 
@@ -198,12 +199,17 @@ def _ended(run: Run) -> Check:
     if not complete and not failure:
         sentence = "it has not come to its end"
     value = f"{len(run.result)} readings"
-    return Check(f"{run.title}: load path", value, "to its end", _passes(complete), sentence)
+    return Check(f"{run.title}: load path", value, "to its end", passes(complete), sentence)
+
+
+def of_mesh(run: Run) -> str:
+    """Name of the check of a run's mesh."""
+    return f"{run.title}: mesh"
 
 
 def _mesh(run: Run, finest: Run | None) -> Check:
     """The main reading against that on the finest mesh at the same load, or its estimated error."""
-    name = f"{run.title}: mesh"
+    name = of_mesh(run)
     goal = f"≤ {100 * MESH_ERROR:g} %"
     column = run.experiment.plot.curves[0].column
     if finest is None:
@@ -218,7 +224,7 @@ def _mesh(run: Run, finest: Run | None) -> Check:
     size = float(np.nanmax(np.abs(expected))) or 1.0
     error = float(np.nanmax(np.abs(y[common] - expected))) / size
     counts = f"{run.elements} against {finest.elements} elements"
-    return Check(name, f"{100 * error:.2g} %", goal, _passes(error <= MESH_ERROR), counts)
+    return Check(name, f"{100 * error:.2g} %", goal, passes(error <= MESH_ERROR), counts)
 
 
 def _estimated(run: Run, column: str, name: str, goal: str) -> Check:
@@ -235,7 +241,7 @@ def _estimated(run: Run, column: str, name: str, goal: str) -> Check:
     share, channel = abs(errors[row]) / size, CHANNELS[column]
     off = f"{errors[row]:+{channel.form}}{channel.symbol}"
     told = f"{said(float(y[row]), channel.symbol)} (mesh: {off})"
-    return Check(name, f"{100 * share:.2g} %", goal, _passes(share <= MESH_ERROR), told)
+    return Check(name, f"{100 * share:.2g} %", goal, passes(share <= MESH_ERROR), told)
 
 
 def _balance_of_grasp(run: Run) -> Check:
@@ -259,14 +265,14 @@ def _balance(run: Run, fields: Fields) -> Check:
 def _energy_check(run: Run, share: float, what: str) -> Check:
     return Check(
         f"{run.title}: energy balance", f"{100 * share:.2g} %", f"≤ {100 * ENERGY_ERROR:g} %",
-        _passes(share <= ENERGY_ERROR), what,
+        passes(share <= ENERGY_ERROR), what,
     )  # fmt: skip
 
 
 def _inverted(run: Run, fields: Fields) -> Check:
     least = min(float(volume_ratios(fields.mesh, u).min()) for u in fields.displacements)
     return Check(
-        f"{run.title}: smallest det F", said(least), "> 0", _passes(least > LEAST_DET_F),
+        f"{run.title}: smallest det F", said(least), "> 0", passes(least > LEAST_DET_F),
         f"at the elements' integration points, over {len(fields.rows)} steps",
     )  # fmt: skip
 
@@ -294,7 +300,7 @@ def _measured(run: Run, table: Columns) -> list[Check]:
                 f"{run.title}: measured {channel.title.lower()}",
                 f"{said(rms, channel.symbol)} rms",
                 f"≤ {said(NOISE_STD * channel.noise, channel.symbol)}",
-                _passes(many <= NOISE_STD),
+                passes(many <= NOISE_STD),
                 f"{said(many)} times an ordinary instrument's noise, "
                 f"{int(inside.sum())} of {len(y)} readings",
             )

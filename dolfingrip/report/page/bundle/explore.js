@@ -35,11 +35,13 @@
 
   // src/chart.js
   var NAMESPACE = "http://www.w3.org/2000/svg";
-  var MARGIN = { right: 16, top: 14, bottom: 44 };
+  var MARGIN = { right: 16, top: 14, bottom: 44, shared: 6 };
   var LEFT = { beside: 30, letter: 7, least: 56 };
   var LETTER = { size: 13, width: 0.56, least: 9.5 };
   var NARROW = 420;
   var NEAR = 26;
+  var CAP = 3;
+  var EQUAL = { least: 200, most: 460 };
   var FEW = 80;
   var DENSE = 300;
   function svg(parent, name, attributes = {}, text = null) {
@@ -60,20 +62,34 @@
     else low -= 0.04 * span;
     return [low, high + 0.05 * span];
   }
-  function frame(box, { alt, x, y, xEnds, yEnds, height }) {
+  function widened([low, high], span) {
+    return [(low + high - span) / 2, (low + high + span) / 2];
+  }
+  function leftOf(yEnds) {
+    const longest = Math.max(...ticks(...yEnds, 5).map((v) => formatted(v).length), 1);
+    return Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
+  }
+  function frame(box, { alt, x, y, xEnds, yEnds, height, left = leftOf(yEnds), below, equal }) {
     const width = Math.max(240, box.clientWidth);
-    const tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+    let tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
+    if (equal) {
+      const [w, edges] = [width - left - MARGIN.right, MARGIN.top + MARGIN.bottom];
+      const [spanX, spanY] = [xEnds, yEnds].map(([low, high]) => high - low);
+      tall = Math.min(EQUAL.most, Math.max(EQUAL.least, w * spanY / spanX + edges));
+      const pixel = Math.max(spanX / w, spanY / (tall - edges));
+      xEnds = widened(xEnds, pixel * w);
+      yEnds = widened(yEnds, pixel * (tall - edges));
+    }
     box.replaceChildren();
     const root3 = svg(box, "svg", { viewBox: `0 0 ${width} ${tall}`, role: "img", "aria-label": alt });
-    const [right, bottom] = [width - MARGIN.right, tall - MARGIN.bottom];
+    const [right, bottom] = [width - MARGIN.right, tall - (below ? MARGIN.shared : MARGIN.bottom)];
     const ups = ticks(...yEnds, 5);
-    const longest = Math.max(...ups.map((v) => formatted(v).length), 1);
-    const left = Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
     const across = (v) => left + (v - xEnds[0]) / (xEnds[1] - xEnds[0]) * (right - left);
     const up = (v) => bottom - (v - yEnds[0]) / (yEnds[1] - yEnds[0]) * (bottom - MARGIN.top);
     const grid2 = svg(root3, "g", { class: "grid" });
     for (const v of ticks(...xEnds, width < NARROW ? 4 : 6)) {
       svg(grid2, "line", { x1: across(v), x2: across(v), y1: MARGIN.top, y2: bottom });
+      if (below) continue;
       svg(root3, "text", { x: across(v), y: bottom + 17, class: "tick middle" }, formatted(v));
     }
     for (const v of ups) {
@@ -86,7 +102,7 @@
       const made = svg(root3, "text", { class: "axis middle", ...attributes }, text);
       made.style.fontSize = `${Math.max(LETTER.least, Math.min(LETTER.size, fits))}px`;
     };
-    label(x.label, right - left, { x: cx, y: tall - 7 });
+    if (!below) label(x.label, right - left, { x: cx, y: tall - 7 });
     label(y.label, tall, { x: 14, y: cy, transform: `rotate(-90 14 ${cy})` });
     const inverse = (clientX, clientY) => {
       const place = root3.getBoundingClientRect();
@@ -130,6 +146,13 @@
     draw();
     return observer;
   }
+  function bars(f, { x, low, high }, many) {
+    const one = (at, from, to) => `M${at - CAP} ${from}h${2 * CAP}M${at} ${from}V${to}M${at - CAP} ${to}h${2 * CAP}`;
+    const plain = (at, from, to) => `M${at} ${from}V${to}`;
+    return x.map((v, i) => v === null || low[i] === null ? "" : (many ? plain : one)(
+      ...[f.across(v), f.up(low[i]), f.up(high[i])].map((px) => +px.toFixed(1))
+    )).join("");
+  }
   function path(points) {
     let text = "";
     let pen = "M";
@@ -151,33 +174,36 @@
     const between = (all) => all[from] === null || all[to] === null ? null : all[from] + (all[to] - all[from]) * share;
     return [between(series.x), between(series.y)];
   }
+  var every = (spec, key) => spec.series.flatMap((s) => s[key] ?? []);
+  var yEndsOf = (spec) => spec.y.ends ?? ends([
+    ...every(spec, "y"),
+    ...every(spec, "low"),
+    ...every(spec, "high"),
+    ...(spec.limits ?? []).map((limit) => limit.y)
+  ]);
   function lineChart(box, spec, { pick = () => {
   } } = {}) {
     const tip = new Tip(box);
     let times = {};
     let drawn = null;
-    const all = (key) => spec.series.flatMap((s) => s[key] ?? []);
-    const xEnds = spec.x.ends ?? ends(all("x"));
-    const yEnds = spec.y.ends ?? ends([
-      ...all("y"),
-      ...all("low"),
-      ...all("high"),
-      ...(spec.limits ?? []).map((limit) => limit.y)
-    ]);
+    const xEnds = spec.x.ends ?? ends(every(spec, "x"));
+    const yEnds = yEndsOf(spec);
     const draw = () => {
       const f = drawn = frame(box, { ...spec, xEnds, yEnds });
       for (const limit of spec.limits ?? []) {
         const y = f.up(limit.y);
-        svg(f.root, "line", { x1: f.left, x2: f.right, y1: y, y2: y, class: "limit" });
+        const kind = limit.label ? "limit" : "limit zero";
+        svg(f.root, "line", { x1: f.left, x2: f.right, y1: y, y2: y, class: kind });
         svg(f.root, "text", { x: f.right - 4, y: y - 5, class: "limit-text end" }, limit.label);
       }
       for (const s of spec.series) {
-        if (!s.low) continue;
+        if (!s.low || s.style === "points") continue;
         const high = s.x.map((x, i) => [f.across(x), f.up(s.high[i])]);
         const low = s.x.map((x, i) => [f.across(x), f.up(s.low[i])]).reverse();
         svg(f.root, "path", { class: `band ${s.colour}`, d: `${path([...high, ...low])}Z` });
       }
-      for (const s of spec.series) {
+      const upwards = [...spec.series].sort((a, b) => (a.style === "points") - (b.style === "points"));
+      for (const s of upwards) {
         const points = s.x.map((x, i) => [
           x === null ? null : f.across(x),
           s.y[i] === null ? null : f.up(s.y[i])
@@ -186,7 +212,11 @@
           svg(f.root, "path", { class: `line ${s.colour} ${s.style}`, d: path(points) });
         }
         const many = s.x.length > FEW;
-        if (s.style === "dash" || many && s.style !== "points") continue;
+        if (!s.dots || s.style === "dash" || many && s.style !== "points") continue;
+        if (s.low && s.style === "points") {
+          const kind = `bars-of ${s.colour}${many ? " many" : ""}`;
+          svg(f.root, "path", { class: kind, d: bars(f, s, many) });
+        }
         const r = !many ? 3 : s.x.length < DENSE ? 1.8 : 1.2;
         const there = /* @__PURE__ */ new Set();
         for (const [x, y] of points) {

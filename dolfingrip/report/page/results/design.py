@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import ClassVar
 
 from dolfingrip.charts.chart import Chart
-from dolfingrip.files.design import DesignFile
+from dolfingrip.files.design import RUNS, DesignFile
+from dolfingrip.files.run import RunFile
 from dolfingrip.files.table import TextTable, read_csv
-from dolfingrip.report.design import course, label
+from dolfingrip.report.design import course, followed, label, sections
+from dolfingrip.report.fields import list_steps, read_steps
 from dolfingrip.report.page.content import (
     Check,
     Contribution,
@@ -20,6 +22,8 @@ from dolfingrip.report.page.content import (
     Source,
 )
 from dolfingrip.report.page.numbers import said
+from dolfingrip.report.page.runs import read
+from dolfingrip.report.page.trust import MESH_ERROR, OPEN, passes
 
 STEPS = "steps.csv"
 
@@ -29,12 +33,13 @@ class GradientDesign(Contribution):
 
     marks: ClassVar = {"design": DesignFile.FILE}
     titles: ClassVar = {"design": "design by gradients"}
+    inside = RUNS
     place = 40
 
     def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
         for each in found:
             content = DesignFile.read(each.folder)
-            page.charts += _steps(each.folder, content)
+            page.charts += [*_change(each.folder, content), *_steps(each.folder, content)]
             content = content.shown
             page.tables.append(_parameters(content))
             page.checks += [
@@ -44,9 +49,28 @@ class GradientDesign(Contribution):
                 )
                 for limit in content.constraints
             ]  # fmt: skip
-            page.numbers.append(_gain(content))
+            page.checks.append(_mesh(content))
+            page.numbers += _numbers(content)
             page.sources.append(_source(each.folder, content))
         return self.named(found)
+
+
+def _change(folder: Path, content: DesignFile) -> list[Chart]:
+    """Start beside design: their sections, and the lines of what shall follow a curve."""
+    folders = {name: folder / name for name in RUNS if RunFile.is_in(folder / name)}
+    found = {name: read(each) for name, each in folders.items()}
+    if len(found) < len(RUNS):
+        return []
+    charts = []
+    if all(run.fields.is_file() for run in found.values()):
+        first = {name: list_steps(run.fields)[:1] for name, run in found.items()}
+        charts = sections({name: read_steps(files)[0] for name, files in first.items()})
+    curve, near = found[RUNS[0]].result.config.curve, content.matched
+    if curve is not None and near is not None:
+        note = f"Root mean square distance: {said(near.start_rms_mm)} mm at the start, "
+        note += f"{said(near.rms_mm)} mm by the design."
+        charts += followed(curve, {name: run.result for name, run in found.items()}, note)
+    return charts
 
 
 def _steps(folder: Path, content: DesignFile) -> list[Chart]:
@@ -62,14 +86,30 @@ def _parameters(content: DesignFile) -> TextTable:
     return TextTable(["Parameter", "Start", "Found", "Allowed"], rows, "Parameters of the design")
 
 
-def _gain(content: DesignFile) -> KeyNumber:
+def _mesh(content: DesignFile) -> Check:
+    """The design's objective against that on a finer mesh."""
+    name, goal, refined = "Design: mesh", f"≤ {100 * MESH_ERROR:g} %", content.refined
+    if refined is None or not refined.objective:
+        why = "the finer mesh was not asked for" if refined is None else refined.failure
+        return Check(name, "–", goal, "open", f"{OPEN}: {why}")
+    error = abs(content.objective / refined.objective - 1)
+    found, finer = said(content.objective), said(refined.objective)
+    told = f"{content.quantity} {found}, on a finer mesh {finer}"
+    return Check(name, f"{100 * error:.2g} %", goal, passes(error <= MESH_ERROR), told)
+
+
+def _numbers(content: DesignFile) -> list[KeyNumber]:
     title, _, rest = label(content.quantity).partition(" (")
     words = f"by {content.simulations} simulations"
     if content.gain is not None:
         words = f"{100 * content.gain:+.1f} % {words}"
     if content.refined is not None and content.refined.gain is not None:
         words += f"; {100 * content.refined.gain:+.1f} % on a finer mesh"
-    return KeyNumber(f"{title} of the design", said(content.objective, rest.rstrip(")")), "", words)
+    start, best = (said(each, rest.rstrip(")")) for each in (content.start, content.objective))
+    return [
+        KeyNumber(f"{title} of the start", start),
+        KeyNumber(f"{title} of the design", best, "", words),
+    ]
 
 
 def _source(folder: Path, content: DesignFile) -> Source:

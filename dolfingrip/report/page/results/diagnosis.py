@@ -1,4 +1,4 @@
-"""A diagnosis on a page: the ten lines, causes, charts, tables and what stays unexplained."""
+"""A diagnosis on a page: answer, readings, ten lines, causes, tables and what stays unexplained."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import ClassVar, Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.charts.chart import Chart
 from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
-from dolfingrip.report.diagnosis import overlays, panels, probabilities, residuals
+from dolfingrip.report.diagnosis import overlays, panels, probabilities
 from dolfingrip.report.page.content import (
     Contribution,
     DiagnosisPart,
@@ -31,6 +32,9 @@ BAND_STD: Final = 2.0
 
 BY_CHANCE: Final = 0.046
 """Share of readings that noise alone puts outside two standard deviations."""
+
+CERTAIN: Final = 0.99
+"""Probability beyond which no more is told; two digits of one more would read 1."""
 
 VERDICTS: Final[dict[str, tuple[Verdict, str]]] = {
     "cause": ("fail", ""), "unknown": ("open", "unknown cause"), "none": ("pass", "no cause"),
@@ -55,7 +59,8 @@ class Diagnosed(Contribution):
             if content.verdict.answer == "none" and not content.verdict.claimed:
                 kind, words = "open", "cannot tell"
             value = words or " or ".join(content.verdict.effects).replace("_", " ")
-            sure = f"probability {said(content.verdict.probability)}"
+            p = content.verdict.probability
+            sure = f"probability {said(p) if p <= CERTAIN else f'> {CERTAIN:g}'}"
             page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
         return self.named(found)
 
@@ -70,15 +75,16 @@ def _source(folder: Path, content: DiagnosisFile) -> Source:
 
 
 def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPart:
-    lines = [("", content.verdict.sentence), *(("", each) for each in content.sentences)]
+    lines = [("", each) for each in content.sentences]
     if content.brief is not None:
         lines = [(heading, getattr(content.brief, key)) for key, heading in HEADINGS.items()]
-    charts = []
+    charts: Sequence[Chart] = ()
     if readings is not None and len(readings):
-        charts = [*overlays(content, readings), *residuals(content, readings)]
+        charts = overlays(content, readings)
     bars = probabilities(content, LEAST_SHARE)
     unexplained = _unexplained(content, readings)
-    return DiagnosisPart("Diagnosis", lines, bars, charts, content.tables(), unexplained)
+    tables, answer = content.tables(), content.verdict.sentence
+    return DiagnosisPart("Diagnosis", answer, lines, bars, charts, tables, unexplained)
 
 
 def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[str]:

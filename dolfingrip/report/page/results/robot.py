@@ -1,13 +1,39 @@
-"""A finger's reduced model beside finite elements, on a page."""
+"""A reduced model beside finite elements, its speed, and how MuJoCo loads it, on a page."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
-from typing import ClassVar
+from pathlib import Path
+from typing import ClassVar, Final
 
-from dolfingrip.charts.chart import Axis, Chart, Series
+import numpy as np
+
+from dolfingrip.charts.chart import Axis, Chart, Mark, Series
 from dolfingrip.files.robot import QuantityError, RobotFile
 from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page, Source
+from dolfingrip.report.page.numbers import said
+
+LINES: Final = """\
+import sys
+
+import mujoco
+
+sys.path.append({folder!r})
+from control import JointLaws
+
+model = mujoco.MjModel.from_xml_path({model!r})
+data = mujoco.MjData(model)
+data.actuator("pressure_kPa").ctrl = {highest:g}
+while data.time < 1:
+    mujoco.mj_step(model, data)
+finger = JointLaws({file!r})
+model.skin_rgba[:, :3] = finger.colour(data.sensor("pressure_kPa").data[0])
+print("tip from the clamp (m):", data.sensor("tip_m").data)
+
+# in a window: python -m mujoco.viewer --mjcf={shown}
+"""
+"""Loads a finger in MuJoCo, lets it come to rest under pressure, and colours it by that."""
 
 
 class ReducedModel(Contribution):
@@ -20,34 +46,58 @@ class ReducedModel(Contribution):
     def add(self, page: Page, found: Sequence[FoundResult], given: Given) -> list[str]:
         for each in found:
             robot = RobotFile.read(each.folder)
+            page.numbers.append(_speed(robot))
             for error in robot.comparisons:
                 page.charts.append(_chart(error))
+                unit = _symbol(error)
                 page.numbers.append(
                     KeyNumber(
-                        f"Error: {error.title}", f"{error.rms:.2g} {error.unit} rms", "",
-                        f"{error.largest:.2g} {error.unit} at most, at states that were not fitted",
+                        f"Error: {error.title}", f"{said(error.rms, unit)} rms", "",
+                        f"{said(error.largest, unit)} at most, at states that were not fitted",
                     )
                 )  # fmt: skip
             (low, high), gaps = robot.valid.pressure_kPa, robot.valid.gaps_mm
+            page.code.append(("In MuJoCo", _lines(each.folder, high)))
             facts = [
                 ("joints", f"{len(robot.joints)}"),
                 ("valid", f"{low:g} to {high:g} kPa, up to {robot.valid.force_N:.3g} N"),
                 ("valid for plates", f"at {min(gaps):.3g} to {max(gaps):.3g} mm"),
-                ("in MuJoCo", f"python -m mujoco.viewer --mjcf={each.folder / 'finger.xml'}"),
                 *robot.versions.items(),
             ]
             page.sources.append(Source("Reduced model", str(each.folder), RobotFile.MADE_BY, facts))
         return self.named(found)
 
 
-def _chart(error: QuantityError) -> Chart:
-    series = (
-        Series("finite elements", error.pressure_kPa, error.finite_elements, "points"),
-        Series("reduced model", error.pressure_kPa, error.chain),
+def _lines(folder: Path, highest_kPa: float) -> str:
+    model, file = str(folder / "finger.xml"), str(folder / RobotFile.FILE)
+    return LINES.format(
+        folder=str(folder), model=model, file=file, highest=highest_kPa, shown=shlex.quote(model)
     )
-    label = f"{error.title} ({error.unit})"
-    note = f"None of these states was fitted. The difference is {error.rms:.2g} {error.unit} rms."
-    return Chart(
-        f"Reduced model: {error.title}", Axis("Pressure (kPa)", "kPa"),
-        Axis(label, error.unit), series, note=note,
-    )  # fmt: skip
+
+
+def _speed(robot: RobotFile) -> KeyNumber:
+    if robot.speed is None:
+        return KeyNumber("Speed in MuJoCo", "–", "open", "not measured: MuJoCo was not installed")
+    words = f"one finger, steps of {1e3 * robot.speed.step_s:g} ms, one core"
+    return KeyNumber("Speed in MuJoCo", f"{robot.speed.times_real_time:.0f} × real time", "", words)
+
+
+def _symbol(error: QuantityError) -> str:
+    return {"deg": "°"}.get(error.unit, error.unit)
+
+
+def _chart(error: QuantityError) -> Chart:
+    p, unit, across = error.pressure_kPa, _symbol(error), Axis("Pressure (kPa)", "kPa")
+    theirs, ours = np.array(error.finite_elements), np.array(error.chain)
+    series = (
+        Series("finite elements", p, theirs, "points", colour="ink"),
+        Series("reduced model", p, ours, colour="orange"),
+    )
+    off = Series("reduced model", p, ours - theirs, "points", colour="orange")
+    below = Chart("", across, Axis(f"Difference ({unit})", unit, "difference"), [off], [Mark(0.0)])
+    kind = "Error of the place" if error.unit == "mm" else "Error"  # sideways, too
+    note = f"None of these states was fitted. {kind}: {said(error.rms, unit)} rms, "
+    note += f"{said(error.largest, unit)} at most."
+    title = f"Reduced model: {error.title}"
+    up = Axis(f"{error.quantity} ({unit})", unit)
+    return Chart(title, across, up, series, note=note, below=below)

@@ -55,9 +55,16 @@ class Runs(Contribution):
             page.sources.append(runs.source(run))
         finest = trust.finest(read)
         page.charts += _charts(read, given, scenes, finest)
-        page.checks += trust.checks(read, fields, finest, given.measured)
-        page.numbers += key_numbers.of_runs(read, fields)
-        return [run.experiment.title.lower() for run in read]
+        alone = [run for run, each in zip(read, found, strict=True) if not each.inside]
+        page.checks += [
+            check
+            for check in trust.checks(read, fields, finest, given.measured)
+            # what a run belongs to tells the error of its mesh
+            if check.name not in {trust.of_mesh(run) for run in read if run not in alone}
+        ]
+        if alone:
+            page.numbers += key_numbers.of_runs(read, fields)
+        return [run.experiment.title.lower() for run in alone]
 
 
 def _remarks(run: runs.Run) -> list[str]:
