@@ -166,3 +166,16 @@ def test_what_is_told_between_readings_is_no_reading() -> None:
         now[0] = moment
         text = forecast.text(done, 4)
     assert text == "0:00:10 left"
+
+
+def test_nothing_is_foretold_while_a_reading_takes_far_longer_than_it_should() -> None:
+    """As where load steps are halved; three readings of 5 s each, the fourth does not come."""
+    now = [0.0]
+    forecast = progress.Forecast([1, 1, 1, 1, 1], clock=lambda: now[0])
+    for done in (1, 2, 3):
+        now[0] = 5.0 * (done - 1)
+        forecast.text(done, 5)
+    now[0] = 24.0
+    assert forecast.text(3, 5) == "0:00:10 left"
+    now[0] = 26.0
+    assert forecast.text(3, 5) == ""

@@ -18,6 +18,7 @@ from dolfingrip.cli.console import Screen, check_writable, console
 from dolfingrip.cli.progress import EVERY_S
 from dolfingrip.cli.settings import AdoptSettings
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.ballooning import diameter_mm
 from dolfingrip.experiments.rigs.first_step import adopt as make
 from dolfingrip.files.whole import write
 from dolfingrip.mechanics.model.domain import on_root
@@ -164,11 +165,15 @@ def _first_kPa(found: AdoptedPart, mu_MPa: float) -> float:
     Source: S. Timoshenko & S. Woinowsky-Krieger, Theory of Plates and Shells (1959), articles 2
     and 6 for the strip, and 108 for the tube.
     """
-    mesh, copies = found.mesh, np.array([1, 1 + found.roles.half])
-    hollows = [mesh.points[np.unique(mesh.facets[n])] for n in groups.cavities(mesh.facets)]
-    widest_mm = max(float((copies * np.ptp(each[:, :2], axis=0)).max()) for each in hollows)
-    slim = found.measured.wall.mm / widest_mm
+    slim = found.measured.wall.mm / max(max(sides[:2]) for sides in _hollows_mm(found))
     return 1000 * 3 * mu_MPa * STRAIN * min(2 * slim, 2 * slim**2)
+
+
+def _hollows_mm(found: AdoptedPart) -> list[list[float]]:
+    """Sides (mm) along x, y and z of the box around each cavity of the whole part."""
+    mesh, copies = found.mesh, np.array([1, 1 + found.roles.half, 1])
+    hollows = [mesh.points[np.unique(mesh.facets[n])] for n in groups.cavities(mesh.facets)]
+    return [(copies * np.ptp(each, axis=0)).tolist() for each in hollows]
 
 
 def _walls(found: AdoptedPart) -> str:
@@ -195,6 +200,7 @@ def _configuration(found: AdoptedPart, part: Path) -> str:
         f"width_mm = {width:.6g}",
         f"depth_mm = {depth:.6g}",
         f"wall_mm = {found.measured.wall.mm:.4g}",
+        f"chamber_mm = {max(map(diameter_mm, _hollows_mm(found))):.4g}",
         f"back = {json.dumps(found.roles.said['back'], ensure_ascii=False)}",
         f"bends_to_back = {str(found.bends_to_back).lower()}",
         f"doubts = {json.dumps(found.warnings, ensure_ascii=False)}",

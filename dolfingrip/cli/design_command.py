@@ -42,6 +42,8 @@ def design(asked: DesignSettings) -> None:
     screen.say(_asked(problem))
     if back := curve.backwards(problem):
         screen.say(back, style="red")
+    if near := curve.forecast(problem):
+        screen.say(near)
     with resumable(screen, folder), Pool(Where(workers=asked.workers)) as pool:
         compute = computed_in(folder, pool)
         with progress.shown(screen, "simulations", total=problem.method.simulations) as show:

@@ -70,8 +70,9 @@ class Forecast:
 
     A reading's cost is its time by its effort. The lower median of all costs so far is taken, as
     forms that are compiled on the way or another load of the machine make a few readings slower.
-    Nothing is said before ``LEAST`` readings are timed. The first reading is not timed, since it
-    comes after the mesh is made and the forms are compiled.
+    Nothing is said before ``LEAST`` readings are timed, and while a reading takes ``LATE`` times
+    what it should, as where load steps fail. The first reading is not timed, since it comes after
+    the mesh is made and the forms are compiled.
 
     Args:
         efforts: expected effort of each reading, in any unit.
@@ -79,6 +80,7 @@ class Forecast:
     """
 
     LEAST = 2
+    LATE = 3.0
 
     def __init__(
         self, efforts: Sequence[float], clock: Callable[[], float] = time.monotonic
@@ -100,7 +102,9 @@ class Forecast:
         left = sum(self._efforts[done:])
         if len(self._costs) < self.LEAST or left <= 0:
             return ""
-        return f"{_duration(median_low(self._costs) * left)} left"
+        cost, since = median_low(self._costs), now - self._last[1]
+        late = since > self.LATE * cost * self._efforts[done]
+        return "" if late else f"{_duration(cost * left)} left"
 
 
 @contextmanager

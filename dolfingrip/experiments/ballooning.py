@@ -12,12 +12,13 @@ where 11 kPa are (one chamber of the default pneu-net in Ecoflex 00-50).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from dolfingrip.experiments.material_fit.law import EXPONENTS, OfStretches
+from dolfingrip.sections.geometry.adopted import AdoptedGeometry
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
 
 if TYPE_CHECKING:
@@ -67,24 +68,43 @@ def forecast(config: Config) -> Ballooning | None:
         config: of a finger.
 
     Returns:
-        The forecast; None where the finger is not made of boxes, or the law stiffens before.
+        The forecast; None where no chamber's walls are known, or the law stiffens before.
     """
-    solid = None if config.mesh.file else config.geometry.boxes()
     factor = most(config.material)
     ratio = max((each.pressure_ratio for each in config.cavity.all.values()), default=1.0)
-    if solid is None or factor is None or ratio <= 0:
+    if factor is None or ratio <= 0:
         return None
-    found = []
+    found = [
+        Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio)
+        for wall, radius in _balloons(config)
+    ]
+    return min(found, key=lambda each: each.pressure_kPa, default=None)
+
+
+def _balloons(config: Config) -> Iterator[tuple[float, float]]:
+    """Thinnest wall and radius (mm) of each chamber, of an adopted part of the widest one."""
+    geometry = config.geometry
+    if isinstance(geometry, AdoptedGeometry) and geometry.chamber_mm:
+        yield geometry.wall_mm, geometry.chamber_mm / 2
+    if config.mesh.file or (solid := geometry.boxes()) is None:
+        return
     for cavity in solid.cavity:
-        second, longest = sorted(high - low for low, high in cavity)[1:]
-        radius = (longest if longest <= CHANNEL * second else second) / 2
         wall = min(
-            _thickness(cavity, axis, side, solid) + _film(cavity, axis, side, solid, config)
+            thickness_mm(cavity, axis, side, solid) + _film(cavity, axis, side, solid, config)
             for axis in range(3)
             for side in (0, 1)
         )
-        found.append(Ballooning(wall, radius, 2e3 * factor * wall / radius / ratio))
-    return min(found, key=lambda each: each.pressure_kPa)
+        yield wall, diameter_mm([high - low for low, high in cavity]) / 2
+
+
+def diameter_mm(sides_mm: Sequence[float]) -> float:
+    """Diameter (mm) at rest of the balloon that a chamber becomes.
+
+    Args:
+        sides_mm: of the box around the chamber.
+    """
+    second, longest = sorted(sides_mm)[1:]
+    return longest if longest <= CHANNEL * second else second
 
 
 def note(config: Config) -> list[str]:
@@ -116,8 +136,15 @@ def most(material: Material) -> float | None:
     return None if (before[1:] > 1.5 * before[:-1]).any() else float(pressure[falls[0]])
 
 
-def _thickness(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:
-    """Distance (mm) from a cavity's face to the next face outside."""
+def thickness_mm(cavity: Box, axis: int, side: int, solid: BoxSolid) -> float:
+    """Distance (mm) from a cavity's face to the next face outside.
+
+    Args:
+        cavity: one of the solid's.
+        axis: across the face.
+        side: 0 for the face at the cavity's lower end, 1 for that at its upper end.
+        solid: that it is in.
+    """
     sign, face = (1 if side else -1), cavity[axis][side]
     ends: Sequence[float] = [
         solid.body[axis][side],

@@ -190,9 +190,10 @@ class Sections(Section):
                 words = f"{lowest:g} kPa in it, {NO_VACUUM}"
                 key, shown = ("pressure_kPa", list(own)) if own else ("pressure_ratio", None)
                 yield Refusal(f"cavity.{name}.{key}", words, shown or self.cavity.ratio(name))
-        ratios = {self.cavity.ratio(name) for name in self.cavity.all} | {1.0}
-        if len(ratios) > 1 and self.experiment.control != "pressure":
-            words = 'allowed: "pressure" where a cavity has a pressure_ratio other than 1'
+        known = () if self.mesh.file else self.geometry.cavities()
+        ratios = [self.cavity.ratio(name) for name in {*self.cavity.all, *known}] or [1.0]
+        if self.experiment.control != "pressure" and (min(ratios) < 0 or max(ratios) == 0):
+            words = 'allowed: "pressure" where a pressure_ratio is negative, or all are 0'
             yield Refusal("experiment.control", words)
 
     def _loads_refused(self) -> Iterator[Refusal]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from dolfingrip.config import KPA, Solver
 from dolfingrip.mechanics.newton.ending import Ending, Solve
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import FailureKind
+from dolfingrip.mechanics.path.policy import PathPolicy
 
 SETTINGS = Solver(rtol=1e-11, max_step_kPa=40.0, min_step_kPa=5.0)
 
@@ -264,3 +265,70 @@ def test_time_limit_ends_within_a_solve(
     assert failure.last_good == pytest.approx({"pressure_kPa": 40.0})
     assert arrival.steps == 0
     assert np.array_equal(solid.model.state().displacement, good.displacement)
+
+
+@pytest.mark.parametrize("turns", [True, False])
+def test_a_turn_that_is_foreseen_is_asked_for_before_a_step_is_damped(
+    solid: bodies.Body, *, turns: bool
+) -> None:
+    """Once, at the last good state; the state in which it leaves the model is the last good one."""
+    newton = Newton(solid.model, SETTINGS)
+    real = newton.solve
+    tried: list[tuple[bool, int | None]] = []
+    asked_at: list[tuple[float, np.ndarray]] = []
+
+    def solve(*args: Any, damped: bool = False, **kwargs: Any) -> Solve:
+        tried.append((damped, kwargs.get("iterations")))
+        if solid.pressure.value > 60 * KPA and not damped:
+            return Solve(Ending.DIVERGED, 3)
+        return real(*args, damped=damped, **kwargs)
+
+    def passable(attempted: Mapping[str, float]) -> bool:
+        asked_at.append((attempted["pressure_kPa"], solid.displacement()))
+        if turns:
+            solid.model.prescribe({"pressure_kPa": 57.0})
+        return turns
+
+    newton.solve = solve  # type: ignore[method-assign]
+    path = by_pressure(newton, passable=passable, foreseen=lambda to: to["pressure_kPa"] > 50)
+    assert path.advance({"pressure_kPa": 40.0}).failure is None
+    before = solid.displacement()
+    failure = path.advance({"pressure_kPa": 80.0}).failure
+    assert asked_at[0][0] == 80
+    np.testing.assert_array_equal(asked_at[0][1], before)
+    assert tried[1] == (False, PathPolicy().foreseen)
+    if turns:
+        assert failure is not None
+        assert failure.kind is FailureKind.LIMIT_POINT
+        assert failure.last_good == {"pressure_kPa": pytest.approx(57.0)}
+        assert len(tried) == 2
+    else:
+        assert failure is None
+        assert (True, None) in tried
+    assert len(asked_at) == 1
+
+
+def test_a_path_that_creeps_asks_whether_the_load_turns(solid: bodies.Body) -> None:
+    """After a damped solve has failed and steps are short, and not before."""
+    newton = Newton(solid.model, SETTINGS)
+    real = newton.solve
+    asked_at: list[float] = []
+
+    def solve(*args: Any, **kwargs: Any) -> Solve:
+        if solid.pressure.value > 61 * KPA:
+            return Solve(Ending.DIVERGED, 3)
+        return real(*args, **kwargs)
+
+    def passable(attempted: Mapping[str, float]) -> bool:
+        asked_at.append(attempted["pressure_kPa"])
+        return True
+
+    newton.solve = solve  # type: ignore[method-assign]
+    policy = PathPolicy(creeping=0.3)
+    path = by_pressure(newton, passable=passable, policy=policy)
+    assert path.advance({"pressure_kPa": 40.0}).failure is None
+    failure = path.advance({"pressure_kPa": 80.0}).failure
+    assert failure is not None
+    assert failure.kind is FailureKind.LIMIT_POINT
+    assert failure.last_good == {"pressure_kPa": pytest.approx(60.0)}
+    assert asked_at == [pytest.approx(70.0)]  # 80 and 70 fail, 60 holds, and then 70 is a fourth

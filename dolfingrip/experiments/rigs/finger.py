@@ -166,8 +166,8 @@ class FingerModel:
         return reduce(add, [self.site.fixed(each) * volume for each, volume in volumes])
 
     def control_volume(self) -> None:
-        """Replace the model by one of the same state whose control is the cavity's volume."""
-        self.model = volume_controlled(self.model, self.cavity, self.enclosed)
+        """Replace the model by one of the same state, controlled by the volume that is driven."""
+        self.model = volume_controlled(self.model, self.cavity, self.driven)
 
     def take_over(self, config: Config, rest: np.ndarray) -> None:
         """Put the plate and set the supply's stages as the adapted ``config`` asks for.

@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import ClassVar
 
+import numpy as np
 from mpi4py import MPI
 
-from dolfingrip.channels import AMBIENT_KPA, supply_of
+from dolfingrip.channels import AMBIENT_KPA, LARGEST_STRETCH, supply_of
 from dolfingrip.config import Config
 from dolfingrip.experiments import ballooning, protocol
 from dolfingrip.experiments.protocol import Stop
+from dolfingrip.experiments.results.doubts import of_law
 from dolfingrip.experiments.rigs.finger import Adds, FingerModel, build, nothing
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
@@ -20,9 +22,11 @@ from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.files.run import PlatePose
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import CONTROL, LimitPointSearch
+from dolfingrip.mechanics.newton.volume_control import CONTROL
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
+from dolfingrip.mechanics.path.greatest import greatest
 from dolfingrip.mechanics.path.path import LoadPath, Observer
+from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.parameter import Parameter
 from dolfingrip.sections.geometry.geometry import Geometry
 
@@ -52,7 +56,11 @@ class FingerRig(Rig):
         self.readings = observation.readings
         self.from_rest = observation.from_rest
         self._tared = False
+        self._driven = Integral(finger.model, CONTROL, finger.driven)
         self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
+        balloon = ballooning.forecast(config)
+        self._forecast_kPa = np.inf if balloon is None else balloon.pressure_kPa
+        self._balloons = "the walls balloon"  # in more words once the maximum is found
         self.further: Callable[[], Mapping[str, float]] = dict
 
     @classmethod
@@ -132,8 +140,8 @@ class FingerRig(Rig):
         return failure
 
     def _volume_mm3(self) -> float:
-        """Present volume of the whole cavity."""
-        return self._observation.readings[CONTROL].value()
+        """Present volume of all cavities with the experiment's pressure, each by its ratio."""
+        return self._driven.value()
 
     def continuation(self, failure: Failure) -> Sequence[Stop]:
         """Stops under volume control from the present state on, if that was asked for."""
@@ -150,7 +158,7 @@ class FingerRig(Rig):
 
     @property
     def softening(self) -> str:
-        return "the walls balloon, and the finger goes soft here"
+        return f"{self._balloons}, and the finger goes soft here"
 
     def advice(self, failure: Failure) -> str:
         """Settings that inflate the finger by its cavity's volume beyond a limit point.
@@ -163,10 +171,9 @@ class FingerRig(Rig):
         said = protocol.advice(self._config, self._volume_mm3() / self._rest_mm3)
         if automatic or failure.kind is FailureKind.LIMIT_POINT:
             return said
-        found = ballooning.forecast(self._config)
-        if found is None or failure.last_good["pressure_kPa"] < found.pressure_kPa / 2:
+        if failure.last_good["pressure_kPa"] < self._forecast_kPa / 2:
             return ""
-        return f"the walls may balloon, near {found.pressure_kPa:.2g} kPa by estimate; {said}"
+        return f"the walls may balloon, near {self._forecast_kPa:.2g} kPa by estimate; {said}"
 
     def over(self) -> bool:
         """Return whether volume control has reached the largest pressure, which ends the path."""
@@ -198,14 +205,52 @@ class FingerRig(Rig):
     ) -> Sequence[ParameterPerturbation]:
         return perturbations(parameters, config, self._finger)
 
-    def passable(self, attempted: Mapping[str, float]) -> bool:
-        """Return whether equilibrium goes on at a falling pressure beyond this state."""
-        if not self._by_pressure or self._config.experiment.control == "auto":
-            return False  # the volume is controlled already, or soon
-        finger, settings = self._finger, self._config.solver
-        search = LimitPointSearch(finger.model, finger.cavity, finger.driven, settings)
-        return search.is_near(attempted["pressure_kPa"])
+    def foreseen(self, attempted: Mapping[str, float]) -> bool:
+        """Return whether walls are forecast to balloon below a pressure.
 
+        Folds that touch may hold a finger in another stable state, which is looked for unless the
+        pressure is far beyond the forecast.
+        """
+        config = self._config.experiment
+        if not self._by_pressure or not (config.snaps or config.control == "auto"):
+            return False
+        folds = self._config.geometry.gaps().intervals
+        near = (PAST if folds else ballooning.NEAR) * self._forecast_kPa
+        return attempted["pressure_kPa"] > near
+
+    def passable(self, attempted: Mapping[str, float]) -> bool:
+        """Return whether equilibrium goes on at a falling pressure beyond this state.
+
+        A finger that may jump is left at the greatest pressure, where no stage of a supply is in
+        between.
+        """
+        finger, ratio = self._finger, self._config.cavity.ratio
+        driven = [name for name in finger.site.domain.cavities if ratio(name)]
+        if not self._by_pressure or not driven:
+            return False
+        if self._config.experiment.control == "auto":
+            return self.foreseen(attempted)  # the volume is controlled soon, or now
+        model, good, fall = finger.model, finger.model.state(), BALLOONS if self.jumps else FALL
+        asked = self._config.solver, attempted["pressure_kPa"], fall
+        found = greatest(model, finger.cavity, finger.driven, *asked)
+        if found is not None and self.jumps:
+            pressure_kPa, top = found
+            model.restore(top)
+            stretch = self._observation.elongation.values()[LARGEST_STRETCH.name]
+            walls = f"the walls of {' and '.join(driven)} balloon"
+            said = f"{walls} at {pressure_kPa:.3g} kPa, stretch {stretch:.2g}"
+            self._balloons = "; ".join([said, *of_law(self._config, stretch)])
+            if top.controls["pressure_kPa"] != pressure_kPa:
+                model.restore(good)
+        return found is not None
+
+
+BALLOONS, FALL = 0.01, 1e-4
+"""Part of the greatest pressure by which it falls beyond a limit point: of a finger that may jump,
+as a fold that snaps makes it fall less, and of one that does not."""
+
+PAST = 1.25
+"""Pressure by that at which walls are forecast to balloon, from which on folds do not help."""
 
 LONGEST_S = 0.02
 """Longest step in time of a finger with inertia, if no other is asked for."""

@@ -154,6 +154,7 @@ class Observation:
     Attributes:
         readings: readings by column; there are readings of the plate only if there is a plate.
         from_rest: columns that count from the state at rest.
+        elongation: the largest stretch.
     """
 
     def __init__(self, finger: FingerModel) -> None:
@@ -196,7 +197,7 @@ class Observation:
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
         self._rotation = TipRotation(model, slices)
-        self._elongation = Elongation(finger)
+        self.elongation = Elongation(finger)
         with undeformed(model.u):
             self.tare()
 
@@ -214,7 +215,7 @@ class Observation:
     def read(self) -> dict[str, float]:
         """Values by column."""
         found = {column: reading.value() for column, reading in self.readings.items()}
-        return {TIP_Y.name: 0.0, **found, **self._rotation.values(), **self._elongation.values()}
+        return {TIP_Y.name: 0.0, **found, **self._rotation.values(), **self.elongation.values()}
 
 
 class Elongation:

@@ -74,6 +74,7 @@ class Rig(ABC):
             self.newton,
             self.longest(),
             passable=self.passable,
+            foreseen=self.foreseen,
             observers=observers,
             damped=self.jumps,
         )
@@ -151,5 +152,13 @@ class Rig(ABC):
 
         Args:
             attempted: controls that were not reached, by name.
+        """
+        return False
+
+    def foreseen(self, attempted: Mapping[str, float]) -> bool:
+        """Return whether the load is forecast to turn before the controls of a step.
+
+        Args:
+            attempted: controls by name.
         """
         return False

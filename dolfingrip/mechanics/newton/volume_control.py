@@ -1,13 +1,10 @@
-"""Volume control, which passes limit points: the pressure is the volume's multiplier.
-
-A search by it says whether the pressure has a maximum just beyond a state.
-"""
+"""Volume control, which passes limit points: the pressure is the volume's multiplier."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import ClassVar
 
 import numpy as np
 import ufl
@@ -20,8 +17,6 @@ from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.state import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
-from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.sections.numerics import Solver
 
 CONTROL = "cavity_volume_mm3"
 """Name of the volume among a model's controls."""
@@ -156,86 +151,3 @@ def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Mode
     """
     term = VolumeControl(model.u, pressure, volume, model.domain.copies)
     return model.with_term(term, [term.unknown], {CONTROL: term.control})
-
-
-FIRST_STEP: Final = 1e-4
-"""First step of the volume, relative to the cavity's; each is twice the one before."""
-
-LONGEST_STEP: Final = 0.1
-"""Longest step of the volume, relative to the cavity's."""
-
-MOST_STEPS: Final = 20
-"""Largest number of steps; together they are about the cavity's volume."""
-
-SHORTER: Final = 4.0
-"""Factor by which a step that fails is shortened."""
-
-FAILURES: Final = 3
-"""Number of failed steps after which the search ends."""
-
-ITERATIONS: Final = 10
-"""Largest number of Newton iterations of a step."""
-
-FALL: Final = 1e-4
-"""Part of the pressure by which it must fall after a maximum."""
-
-
-class LimitPointSearch:
-    """Increases the cavity's volume from a state at which the pressure could not be raised.
-
-    Beyond a limit point equilibrium goes on at a falling pressure, and the search tests for that.
-    If a single bellow collapses among stiff ones, norms of the displacement hardly show it.
-
-    Args:
-        model: model with the pressure among its controls.
-        pressure: control of the pressure.
-        volume: UFL form of the meshed cavity's volume (mm³).
-        settings: of Newton's method.
-    """
-
-    def __init__(self, model: Model, pressure: Control, volume: ufl.Form, settings: Solver) -> None:
-        self._model = model
-        self._pressure = pressure
-        self._volume = volume
-        few = min(settings.max_iterations, ITERATIONS)
-        self._settings = settings.model_copy(update={"max_iterations": few})
-
-    def is_near(self, beyond_kPa: float) -> bool:
-        """Return whether the pressure rises to a maximum and falls; the model is left as it was.
-
-        Args:
-            beyond_kPa: pressure that was not reached; if it is reached, there is no maximum.
-        """
-        good = self._model.state()
-        model = volume_controlled(self._model, self._pressure, self._volume)
-        newton, control = Newton(model, self._settings), model.controls[CONTROL]
-        highest, start = self._pressure.value, control.value
-        smallest = FIRST_STEP * start
-        volume, step, last = start, smallest, model.state()
-        failed = 0
-        try:
-            for _ in range(MOST_STEPS):
-                control.set(volume + step)
-                if not newton.solve().converged:
-                    model.restore(last)
-                    step /= SHORTER
-                    failed += 1
-                    if step < smallest or failed == FAILURES:
-                        break
-                    continue
-                pressure = self._pressure.value
-                if pressure < (1 - FALL) * highest:
-                    return True
-                if pressure > beyond_kPa:
-                    return False
-                highest = max(highest, pressure)
-                volume, last = volume + step, model.state()
-                step = min(2 * step, LONGEST_STEP * start)
-            # a long step may have passed the maximum, where the next one fails as the volume turns
-            model.restore(last)
-            here = self._pressure.value
-            control.set(volume - smallest)
-            back = volume > start and newton.solve().converged
-            return back and self._pressure.value > here
-        finally:
-            self._model.restore(good)

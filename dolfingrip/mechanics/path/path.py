@@ -68,12 +68,17 @@ class LoadPath:
         accept: called after each converged step; returns a reason to reject it, or ""; default: the
             reasons of the model's terms.
         passable: called at the last good state with the controls that were not reached; returns
-            whether equilibrium goes on there at a falling load.
+            whether equilibrium goes on there at a falling load. It may leave the model at the state
+            of the greatest load, which is then the last good one.
+        foreseen: called with the controls of a step; returns whether the load is
+            forecast to turn before them. Then a step is tried in few iterations, and ``passable``
+            is called before it is solved again in another way.
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
             If not, only small jumps are taken, and ``passable`` is called where a step fails
-            first: if it says yes and the jump is large, the path ends there at once.
+            first: if it says yes and the jump is large, the path ends there at once. With damping
+            it is called once, where a step fails that is short.
         policy: numbers behind its decisions.
     """
 
@@ -83,6 +88,7 @@ class LoadPath:
         longest: Mapping[str, float],
         accept: Callable[[], str] | None = None,
         passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
+        foreseen: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
         observers: Sequence[Observer] = (),
         over: Callable[[], bool] = lambda: False,
         damped: bool = True,
@@ -93,7 +99,8 @@ class LoadPath:
         settings = newton.settings
         self._longest = longest
         self._accept = accept or self.model.rejects
-        self._passable = passable
+        self._passable, self._foreseen = passable, foreseen
+        self._turns: bool | None = None  # whether the load falls before the target, if known
         self.observers = observers
         self._over = over
         self._damped = damped
@@ -124,8 +131,7 @@ class LoadPath:
         noted = self._predictor.noted({**good.controls, **target})
         if noted is None:
             self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
-        self._lost = False
-        turns: bool | None = None  # whether the load falls before the target, if known
+        self._lost, self._turns = False, None
         before, damped = self.newton.counts.iterations, self.newton.counts.damped
         done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
@@ -175,11 +181,10 @@ class LoadPath:
                 return Arrival(iterations, steps, Failure(FailureKind.TIME_LIMIT, at(done)))
             away = solve.unstable and self._runs_away(taken, good)
             self.model.restore(good)
-            if not self._damped and turns is None:
-                turns = self._passable(at(reach))
-            if turns:
-                failure = Failure(FailureKind.LIMIT_POINT, at(done))
-                return Arrival(iterations, steps, failure)
+            if self._turns is None and self._may_turn(at(reach), taken):
+                self._turns = self._passable(at(reach))
+            if self._turns:
+                return Arrival(iterations, steps, self._failed(FailureKind.LIMIT_POINT, target))
             self._predictor.restart(self._place)
             self._length = taken / 2
             if self._length < self._shortest:
@@ -187,11 +192,21 @@ class LoadPath:
                 soft = (
                     away
                     or self._is_soft(at(done - back), back * whole, good)
-                    or (turns is None and self._passable(at(reach)))
+                    or ((self._turns is None or self._damped) and self._passable(at(reach)))
                 )
-                failure = Failure(_classify(solve, rejected, soft), at(done))
-                return Arrival(iterations, steps, failure)
+                kind = _classify(solve, rejected, soft)
+                return Arrival(iterations, steps, self._failed(kind, target))
         return Arrival(iterations, steps)
+
+    def _failed(self, kind: FailureKind, target: Mapping[str, float]) -> Failure:
+        """The failure on the way to a target, in the present state."""
+        here = self.model.state().controls
+        return Failure(kind, {name: here[name] for name in target})
+
+    def _may_turn(self, controls: Mapping[str, float], length: float) -> bool:
+        """Return whether it is worth asking if the load turns where a step has failed."""
+        creeps = self._lost and length < self._policy.creeping
+        return not self._damped or creeps or self._foreseen(controls)
 
     def _next(self, done: float, whole: float) -> float:
         """The part of a way of ``whole`` longest steps at which the next step ends."""
@@ -247,10 +262,14 @@ class LoadPath:
         before = None
         if self._policy.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
-        again = last or not self._policy.halves_first
-        solve = self.newton.solve(guess, before=before, again=again, end_s=self._end_s)
+        asks = self._turns is None and self._foreseen(controls)
+        again = not asks and (last or not self._policy.halves_first)
+        few = self._policy.foreseen if asks else None
+        solve = self.newton.solve(
+            guess, before=before, again=again, iterations=few, end_s=self._end_s
+        )
         gives_up = (self._lost or self._policy.halves_first) and not (last and self._damped)
-        if solve.converged or gives_up:
+        if solve.converged or gives_up or asks:
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)

@@ -61,6 +61,9 @@ class PathPolicy:
     Attributes:
         soft: part of the largest stiffness on the path below which a failure is a limit point.
         away: part of the largest stiffness below which a motion past unstable states runs away.
+        creeping: length of a step, in longest steps, below which a failure asks whether the load
+            turns, where a damped solve has not helped. Halving on would take minutes.
+        foreseen: Newton iterations of a step beyond which the load is forecast to turn.
         comfortable: Newton iterations up to which the next step may be longer.
         sliver: part of a step that is too small for a last step of its own.
         small_jump: iterations of a damped solve over a small jump, at most. Jumps of folds of the
@@ -73,6 +76,8 @@ class PathPolicy:
 
     soft: float = 0.2
     away: float = 0.1
+    creeping: float = 0.12
+    foreseen: int = 10
     comfortable: int = 8
     sliver: float = 0.01
     small_jump: int = 45

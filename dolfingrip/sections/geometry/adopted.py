@@ -13,12 +13,15 @@ class AdoptedGeometry(Geometry):
     """A part that `dolfingrip adopt` has turned into a mesh file; its outer size and its walls."""
 
     of_file: ClassVar = True
-    effort: ClassVar = ("back", "bends_to_back", "doubts")  # what adopt told of it
+    effort: ClassVar = ("chamber_mm", "back", "bends_to_back", "doubts")  # what adopt told of it
 
     length_mm: float = Field(100.0, gt=0, le=10_000, description="clamp to tip, along z")
     width_mm: float = Field(20.0, gt=0, le=10_000, description="along y")
     depth_mm: float = Field(20.0, gt=0, le=10_000, description="back to front, along x")
     wall_mm: float = Field(2.0, gt=0, le=10_000, description="thinnest wall")
+    chamber_mm: float = Field(
+        0.0, ge=0, le=10_000, description="width of the widest chamber, 0: not known"
+    )
     back: str = Field("", description="what told which side limits strain, for the report")
     bends_to_back: bool = Field(False, description="by one step of pressure as it was adopted")
     doubts: Annotated[tuple[str, ...], Field(strict=False)] = Field(

@@ -1,0 +1,79 @@
+"""The greatest pressure ahead, by a load path of the volume.
+
+Beyond a limit point equilibrium goes on at a falling pressure, and the path tests for that. If a
+single bellow collapses among stiff ones, norms of the displacement hardly show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import itemgetter
+from typing import Final
+
+import ufl
+
+from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled
+from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.policy import PathPolicy
+from dolfingrip.sections.numerics import Solver
+
+LONGEST: Final = 0.2
+"""Longest step of the volume, relative to that at the start."""
+
+LARGEST: Final = 10.0
+"""Volume to which the maximum is sought, relative to that at the start."""
+
+ITERATIONS: Final = 10
+"""Largest number of Newton iterations of a step."""
+
+SHORTEST: Final = 0.1
+"""Shortest step of the volume, by the longest; where one fails that is shorter, the path ends."""
+
+
+def greatest(
+    model: Model,
+    pressure: Control,
+    volume: ufl.Form,
+    settings: Solver,
+    beyond_kPa: float,
+    fall: float,
+) -> tuple[float, State] | None:
+    """Inflate a model by its volume until the pressure falls; the model is left as it was.
+
+    Args:
+        model: model with the pressure among its controls.
+        pressure: control of the pressure.
+        volume: UFL form of the meshed cavity's volume (mm³).
+        settings: of Newton's method.
+        beyond_kPa: pressure that was not reached; if it is reached, there is no maximum.
+        fall: part of the pressure by which it must fall after a maximum.
+
+    Returns:
+        The greatest pressure (kPa), and the state of the model there; None if it does not fall.
+    """
+    good = model.state()
+    few = {
+        "max_iterations": min(settings.max_iterations, ITERATIONS),
+        "min_step_kPa": SHORTEST * settings.max_step_kPa,
+    }
+    newton = Newton(volume_controlled(model, pressure, volume), settings.model_copy(update=few))
+    start = newton.model.controls[CONTROL].value
+    found = [(pressure.value, good)]
+
+    def over() -> bool:
+        found.append((pressure.value, model.state()))
+        return _falls(found, fall) or pressure.value > beyond_kPa
+
+    halves = PathPolicy(halves_first=True)
+    path = LoadPath(newton, {CONTROL: LONGEST * start}, over=over, damped=False, policy=halves)
+    path.advance({CONTROL: LARGEST * start})
+    model.restore(good)
+    return max(found, key=itemgetter(0)) if _falls(found, fall) else None
+
+
+def _falls(found: Sequence[tuple[float, State]], fall: float) -> bool:
+    """Return whether the last pressure is below the greatest by more than a part of it."""
+    return found[-1][0] < (1 - fall) * max(pressure_kPa for pressure_kPa, _ in found)
