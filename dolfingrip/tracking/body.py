@@ -13,7 +13,7 @@ import numpy as np
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE, curvature, marker
 from dolfingrip.tracking.plane import Calibration
-from dolfingrip.tracking.points import TrackedPoints
+from dolfingrip.tracking.points import CORNER, TrackedPoints
 
 Floats = np.ndarray
 
@@ -127,7 +127,8 @@ def read(
         corners = points.corners_px
         if corners is not None:
             corners = (
-                corners + 2 * generator.standard_normal(corners.shape) * noise_px[:, :, None, None]
+                corners
+                + CORNER * generator.standard_normal(corners.shape) * noise_px[:, :, None, None]
             )
         noisy.append(values(points.px + jitter, corners, None))
     tip = (

@@ -46,12 +46,12 @@ class CameraPolicy:
     """
 
     focal: float = 0.9
-    focal_log: float = 0.25
-    centre: float = 0.01
+    focal_log: float = 0.15
+    centre: float = 0.006
     k1: float = 0.1
     k2: float = 0.1
     tilt_deg: float = 6.0
-    plane_deg: float = 0.7
+    plane_deg: float = 0.5
     corner_px: float = 0.06
     least_corners: int = 8
     doubt_deg: float = 15.0

@@ -9,8 +9,10 @@ import numpy as np
 
 ORDINARY_PX: Final = 0.3
 """Standard deviation of a place where its jumps do not tell it."""
-LEAST_PX: Final = 0.1
+LEAST_PX: Final = {"dots": 0.1, "tags": 0.03}
 """The least one: what a codec keeps from frame to frame shows in no jump."""
+CORNER: Final = 3.0
+"""Standard deviation of a tag's corner by that of its centre."""
 HIDDEN: Final = 0.6
 """Shift of a dot's middle by its radius and the share that is hidden."""
 
@@ -57,7 +59,8 @@ class TrackedPoints:
         ordinary one is taken. A dot that is partly hidden has more, by the part that is.
         """
         hidden = HIDDEN * self.radius_px * (1 - self.seen)
-        return np.asarray(np.hypot(np.maximum(self._jumps_px(), LEAST_PX), hidden))
+        least = LEAST_PX["dots" if self.corners_px is None else "tags"]
+        return np.asarray(np.hypot(np.maximum(self._jumps_px(), least), hidden))
 
     def _jumps_px(self) -> np.ndarray:
         """(points,) standard deviations by how much places jump from frame to frame."""
