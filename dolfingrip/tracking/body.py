@@ -57,6 +57,9 @@ class Body:
         from_clamp: whether places count from the clamp.
         bends: the side of the picture to which it bends.
         askew_deg: angle between the finger at rest and the sheet's edge; NaN without a sheet.
+        compared: columns that a simulation has by the same definition. With dots these are their
+            places, as the line between two of them turns less than the tip's face where the finger
+            bends between them; its angle is compared where no place counts from the clamp.
         defined: what each angle is, by column.
     """
 
@@ -67,6 +70,7 @@ class Body:
     from_clamp: bool
     bends: str
     askew_deg: float
+    compared: list[str]
     defined: dict[str, str]
 
 
@@ -138,9 +142,13 @@ def read(
         ANGLE.name: f"rotation of {tip}",
         CHORD_ANGLE.name: "rotation of the line from the first point to the last one",
     }
+    from_clamp = bool(np.isfinite(frame.origin_mm).all())
+    compared = [name for name in readings if name.startswith("marker_")]
+    if points.corners_px is not None or not from_clamp:
+        compared.insert(0, ANGLE.name)
     return Body(
         readings, _spread(readings, noisy), common, np.nanmedian(frame.of(plane[rest]), axis=0),
-        bool(np.isfinite(frame.origin_mm).all()), bends, askew, defined,
+        from_clamp, bends, askew, compared, defined,
     )  # fmt: skip
 
 

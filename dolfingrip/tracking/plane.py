@@ -26,6 +26,9 @@ UNKNOWNS: Final = (
 the sheet's origin in the picture (by the distance), distance (log of mm); the dots' plane: its
 distance in front of the sheet (mm), its turn about v and u (rad)."""
 
+DRAWS: Final = 200
+"""Cameras that are drawn for the error of the scale."""
+
 F, K1, TURN, FRONT = 0, 3, slice(5, 8), 11
 
 
@@ -138,9 +141,8 @@ class Calibration:
             left, right, above, below = _to_plane(unknowns, self.size_px, box)
             return float(np.linalg.norm(right - left) + np.linalg.norm(below - above)) / 200
 
-        slopes = derivative(value, self.mean, np.sqrt(np.diag(self.covariance)))
-        here = value(self.mean)
-        return here, float(np.sqrt(slopes @ self.covariance @ slopes)) / here
+        here, others = value(self.mean), self.draws(DRAWS, np.random.default_rng(0))
+        return here, float(np.std([value(each) for each in others])) / here
 
     def determined(self, unknown: int) -> bool:
         """Return whether what was seen tells an unknown far better than its prior.
@@ -149,22 +151,6 @@ class Calibration:
             unknown: its place in :data:`UNKNOWNS`.
         """
         return bool(self.covariance[unknown, unknown] < 0.25 * self.prior_std[unknown] ** 2)
-
-
-def derivative(function: Any, at: Floats, steps: Floats) -> Floats:
-    """Central differences of a number by each entry of a vector.
-
-    Args:
-        function: of the vector (n,).
-        at: (n,).
-        steps: (n,) standard deviations; a hundredth of each is the step.
-    """
-    found = np.zeros(len(at))
-    for i, step in enumerate(np.maximum(steps, 1e-9) / 100):
-        moved = np.zeros(len(at))
-        moved[i] = step
-        found[i] = (function(at + moved) - function(at - moved)) / (2 * step)
-    return found
 
 
 def _matrix(unknowns: Floats, size_px: tuple[int, int]) -> Floats:

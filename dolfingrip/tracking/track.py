@@ -153,6 +153,11 @@ def _sentences(
         )
         if lost.mean() > 0.2:
             doubts.append(f"finger {i}: {100 * lost.mean():.0f} % of its entries are lost")
+        if ANGLE.name in each.compared and points.corners_px is None:
+            doubts.append(
+                f"finger {i}: nothing tells where the clamp is (--clamp), so its angle alone is "
+                "compared, as that of the tip's face; it is that of a line, which turns less"
+            )
         if abs(each.askew_deg) > 3:
             doubts.append(f"finger {i}: at rest it is {each.askew_deg:.1f}° askew to the sheet")
     if clock is not None:
@@ -178,11 +183,7 @@ def write(tracked: Tracked, out: Path, config: Config, name: str) -> list[Path]:
         The CSV files.
     """
     several = len(tracked.bodies) > 1
-    side = -float(getattr(config.geometry, "width_mm", 20.0)) / 2
-    specimens = [
-        table.Specimen(f"{name}_{i}" if several else name, each, side)
-        for i, each in enumerate(tracked.bodies, 1)
-    ]
+    fingers = {f"{name}_{i}" if several else name: each for i, each in enumerate(tracked.bodies, 1)}
     points = tracked.watched.points
     frames, control = points.names, tracked.control
-    return table.write(specimens, frames, points.time_s, control, tracked.told, out, config)
+    return table.write(fingers, frames, points.time_s, control, tracked.told, out, config)
