@@ -239,6 +239,14 @@ def learn(
         at = np.round(places).astype(int)
         away = np.median(lab[at[:, 1], at[:, 0]] - ordinary, axis=0)
         colour = replace(colour, direction=away * [0, 1, 1])
+    # the contrast by which they were found makes them smaller than they are
+    mask = (colour.share(lab) > POLICY.least_share).astype(np.uint8)
+    sizes = [
+        cv2.contourArea(outline) + 0.5 * len(outline) + 1
+        for outline in _outlines(mask, POLICY.least_px, POLICY.most_part * mask.size)
+        if any(cv2.pointPolygonTest(outline, at.tolist(), False) >= 0 for at in places)
+    ]
+    colour = replace(colour, area_px=float(np.median(sizes or [colour.area_px])))
     dots = find(image, colour)
     areas = []
     for i, at in enumerate(places):

@@ -179,3 +179,17 @@ def test_a_tags_corners_tell_its_rotation() -> None:
     edge = corners[1, 1] - corners[1, 0]
     assert np.degrees(np.arctan2(-edge[1], edge[0])) == pytest.approx(30, abs=0.5)
     assert np.isnan(found.step(np.full_like(image, 230))[0]).all()
+
+
+def test_dots_that_a_jpeg_taught_are_found_in_a_coloured_light() -> None:
+    """Their size is that of what is found, and not of the contrast by which they were told."""
+    camera, places = Filmed(size_px=(1280, 960), distance_mm=380.0), arc(0.0, count=8)
+    cast = np.array([0.45, 0.5, 1.0])
+    image = camera.frame(places, colour=(60, 170, 40), noise=4.0)
+    lit = np.clip(image * cast, 0, 255).astype(np.uint8)
+    packed = cv2.imencode(".jpg", lit, [cv2.IMWRITE_JPEG_QUALITY, 85])[1]
+    colour, _ = dots.learn(cv2.imdecode(packed, cv2.IMREAD_COLOR), None, None, 1, None)
+    found = np.array([dot.centre_px for dot in dots.find(lit, colour)])
+    assert len(found) == 8
+    off = found[np.argsort(found[:, 1])] - camera.pixels(places)
+    assert np.linalg.norm(off, axis=1).max() < 0.3
