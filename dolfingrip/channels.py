@@ -15,10 +15,10 @@ True
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 Part = Literal["finger", "plate", "bar", "gripper"]
 """The objects that are read: a finger, the plate that it presses on, a coupon, a gripper."""
@@ -373,15 +373,16 @@ OBSTACLE: Final = tuple(
 """Readings of what stands beside a finger, in a configuration with ``[obstacle]``."""
 
 
-def of_line(markers: int, *, curve: bool) -> tuple[Channel, ...]:
+def of_line(markers: int | Sequence[Any], *, curve: bool) -> tuple[Channel, ...]:
     """Return the channels of the back's middle line that a configuration asks for.
 
     Args:
-        markers: number of markers.
+        markers: number of markers, or their places.
         curve: whether the distance from a curve is read.
     """
-    places = (marker(i, axis) for i in range(1, markers + 1) for axis in "xz")
-    turns = (curvature(i) for i in range(2, markers))
+    count = markers if isinstance(markers, int) else len(markers)
+    places = (marker(i, axis) for i in range(1, count + 1) for axis in "xz")
+    turns = (curvature(i) for i in range(2, count))
     return (*places, *turns, *((CURVE,) if curve else ()))
 
 

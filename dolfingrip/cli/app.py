@@ -40,6 +40,7 @@ COMMANDS = (
         "synthetic", settings.SyntheticSettings, "experiment_commands:synthetic_measurement"
     ),
     Subcommand("import", settings.ImportSettings, "import_command:import_table"),
+    Subcommand("track", settings.TrackSettings, "track_command:track_video"),
     Subcommand("diagnose", settings.DiagnoseSettings, "diagnosis_commands:diagnose"),
     Subcommand(
         "plan-experiment", settings.PlanExperimentSettings, "diagnosis_commands:plan_experiment"

@@ -478,6 +478,56 @@ class ImportSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TrackSettings(ConfiguredSettings):
+    """Read angles and places from a video or pictures, with errors, for ``diagnose``.
+
+    Dots of one colour or tags along the finger are followed; a printed sheet behind it tells scale,
+    lens and tilt of the camera. Without files, ``--sheet`` writes that sheet. The last line is the
+    command that takes the tables.
+    """
+
+    files: tuple[Path, ...] = argument((), "A video, or pictures.", "VIDEO|PICTURES")
+    out: Path = _out(Path("out/track"))
+    log: Path | None = option(None, "Pressures over time; a table as of `import`.", metavar="LOG")
+    sheet: Literal["a4", "letter"] | None = option(None, "Write the sheet to print, to --out.")
+    states: str | None = option(
+        None, "Of pictures: '{pressure_kPa}.jpg', or a CSV with a column file.", metavar="NAME|CSV"
+    )
+    scale: tuple[str, ...] = option(
+        (), "'X,Y X,Y = LENGTH mm': two points (px) and their distance; repeatable."
+    )
+    in_front: float | None = option(
+        None,
+        "Of the points, from the sheet or scale; default: the finger's width.",
+        measured_in="mm",
+    )
+    colour: str | None = option(None, "Of the dots: red, green, …, #rrggbb; default: found.")
+    dots: int | None = option(None, "Number of dots.", least=2, most=200)
+    points: str | None = option(None, "Of the first frame: 'X,Y X,Y …' (px).")
+    tags: Literal["4x4", "5x5", "6x6", "36h11", "25h9", "16h5"] | None = option(
+        None, "Follow ArUco or AprilTag tags."
+    )
+    tag_side: float | None = option(None, "Side of a tag.", measured_in="mm", above=0)
+    fingers: int = option(1, "Fingers side by side.", least=1, most=20)
+    clamp: str | None = option(None, "Where the clamp holds the back: 'X,Y' (px).")
+    first: float | None = option(
+        None, "From the clamp to the first point, as a scale.", measured_in="mm", above=0
+    )
+    side: Literal["left", "right"] | None = option(
+        None, "To which it bends in the picture, clamp above; default: by its motion."
+    )
+    light: str | None = option(None, "A light that goes on: 'X,Y' (px); see --event.")
+    knock: bool = option(False, "A knock shows in the video and in --event.")
+    event: str | None = option(None, "Column of the log that shows the light or knock.")
+    shift: float | None = option(None, "Time of the log at the first frame.", measured_in="s")
+    until: float | None = option(None, "Read the video up to there.", measured_in="s", above=0)
+    column: tuple[str, ...] = option(
+        (), "Of the log, as of `import`; repeatable.", metavar="HEADER=COLUMN"
+    )
+    overlay: bool = option(True, "Write overlay and doubtful frames.", "--overlay/--no-overlay")
+
+
+@dataclass(frozen=True, kw_only=True)
 class DiagnoseSettings(ConfiguredSettings):
     """Find out what the simulation gets wrong about measured data, and why."""
 

@@ -168,7 +168,50 @@ def understand(file: Path, told: Told) -> ImportedTable:
     return _understood(file, likely[0], told)
 
 
-def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
+def read_log(file: Path, told: Told, event: str | None = None) -> pd.DataFrame:
+    """Read times and pressures of a log, where another instrument has the readings.
+
+    Args:
+        file: CSV, TSV, text or XLSX.
+        told: what a person tells.
+        event: header of a further column of numbers.
+
+    Returns:
+        ``time_s`` and ``pressure_kPa``, and ``event``, in rows that have all of them.
+
+    Raises:
+        ConfigError: one line, where the file lacks one of them, or its time runs backwards.
+        Question: a column has two readings.
+    """
+    found = _named(file, next(iter(reading.readings(file, told))), told)
+    if not found.questions:
+        _convert(found)
+        names = [TIME.name, *(name for name in BLOWN if name in found.table)]
+        if len(names) < 2 or TIME.name not in found.table:
+            has = ", ".join(found.table) or "no column that is known"
+            line_ = column_line(found.cells.header[0], TIME.name)
+            raise ConfigError(f"{file}: {has}; allowed: time and pressure; name one by {line_}")
+        _finger(found, told, SEVERAL)
+    if found.questions:
+        raise found.questions[0]
+    table = found.table[[TIME.name, "pressure_kPa"]]
+    if event is not None:
+        if event not in found.cells.header:
+            there = ", ".join(found.cells.header)
+            raise ConfigError(f"--event {event}: not in {file}; allowed: {there}")
+        texts = found.cells.column(found.cells.header.index(event))
+        table = table.assign(event=_numbers(found, event, texts))
+    table = table.dropna()
+    if len(table) < 2 or (np.diff(table[TIME.name]) < 0).any():
+        raise ConfigError(
+            f"{file}: {len(table)} rows with time and pressure; allowed: at least 2, in the order "
+            "of time"
+        )
+    return table
+
+
+def _named(file: Path, cells: Cells, told: Told) -> ImportedTable:
+    """Find what each column of a table is, or the questions where it has two readings."""
     found = ImportedTable(file, cells, setup=_setup(file))
     found.fixed = fixed = told_columns(told.column, cells.header)
     names = [_with_clock(recognise(name), cells, i) for i, name in enumerate(cells.header)]
@@ -185,6 +228,11 @@ def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
         and (each.why not in (UNNAMED, DOUBTFUL) or {name for _, name in each.offered} - there)
     ]  # fmt: skip
     _one_each(found)
+    return found
+
+
+def _understood(file: Path, cells: Cells, told: Told) -> ImportedTable:
+    found = _named(file, cells, told)
     if found.questions:
         return found
     _convert(found)

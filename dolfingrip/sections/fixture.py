@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
+from annotated_types import Ge, Le
 from pydantic import Field
 
 from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section, Vector
+
+Place = Annotated[tuple[float, float], Field(strict=False)]
+"""x and z (mm) of a point of the finger at rest."""
 
 
 class PlateSettings(Section):
@@ -66,12 +70,14 @@ class Camera(Section):
     )
     from_mm: Vector | None = Field(None, description="points: where the line begins, as meshed")
     to_mm: Vector | None = Field(None, description="points: where it ends, as meshed")
-    markers: int = Field(
+    markers: (
+        Annotated[int, Ge(0), Le(100)]
+        | Annotated[tuple[Place, ...], Field(strict=False, min_length=1, max_length=100)]
+    ) = Field(
         0,
-        ge=0,
-        le=100,
         description="number of markers along the middle of the back, at equal distances, the last "
-        "one at the tip; each has columns marker_1_x_mm, marker_1_z_mm, …",
+        "one at the tip; or x and z (mm) of each at rest on the finger's side, as [[1.5, 20], …]; "
+        "each has columns marker_1_x_mm, marker_1_z_mm, …",
     )
 
     def refusals(self) -> Iterator[Refusal]:

@@ -409,14 +409,15 @@ SMALL = {
 }
 
 
-def test_readings_along_the_line_have_derivatives() -> None:
+@pytest.mark.parametrize("markers", [4, [[1.2, 9.0], [1.0, 22.5], [1.5, 33.0], [1.1, 44.0]]])
+def test_readings_along_the_line_have_derivatives(markers: object) -> None:
     """Three bellows at 20 kPa, against differences on the moving mesh."""
     names = ("curve_mean_square_mm2", "curve_part_3_mm", "marker_3_x_mm", "curvature_2_per_m")
     start = changed(
         Config(),
         {
             **SMALL,
-            "camera.markers": 4,
+            "camera.markers": markers,
             "curve.x_mm": QUARTER[:, 0].tolist(),
             "curve.z_mm": QUARTER[:, 1].tolist(),
         },
@@ -437,9 +438,28 @@ def test_readings_along_the_line_have_derivatives() -> None:
             assert slopes[name, each.key][0] == pytest.approx(expected, rel=1e-5)
 
 
-def test_markers_are_columns_on_request() -> None:
+def test_points_of_the_side_stay_near_the_back() -> None:
+    """At rest they are where they are told; under pressure the middle of the back bows out, too."""
+    there = [[0.0, 15.0], [0.0, 30.0], [0.0, 45.0]]
+    seen = {}
+    for name, markers in (("back", 3), ("side", there)):
+        asked = changed(Config(), {**SMALL, "camera.markers": markers})
+        names = [f"marker_{i}_{axis}_mm" for i in (1, 2, 3) for axis in "xz"]
+        places = (Place("pressure_kPa", 0.0), Place("pressure_kPa", 40.0))
+        found = compute(Request.of("bending", asked, None, columns=names, places=places))
+        seen[name] = np.array([found.columns[each] for each in names])
+    np.testing.assert_allclose(seen["side"][:, 0], np.ravel(there), atol=1e-9)
+    moved = np.abs(seen["back"] - seen["back"][:, :1]).max()
+    assert moved > 3
+    assert np.abs(seen["side"] - seen["back"]).max() < 0.2 * moved
+    with pytest.raises(ConfigError, match=r"camera.markers: \[9, 50\] is not on the finger's side"):
+        compute(Request.of("bending", changed(Config(), {**SMALL, "camera.markers": [[9, 50]]})))
+
+
+@pytest.mark.parametrize("markers", [3, [[1, 5], [1, 9], [1, 20]]])
+def test_markers_are_columns_on_request(markers: object) -> None:
     plain = columns(Bending(), (), Config())
-    asked = columns(Bending(), (), changed(Config(), {"camera.markers": 3}))
+    asked = columns(Bending(), (), changed(Config(), {"camera.markers": markers}))
     added = [name for name in asked if name not in plain]
     places = [f"marker_{i}_{axis}_mm" for i in (1, 2, 3) for axis in "xz"]
     assert added == [*places, "curvature_2_per_m"]

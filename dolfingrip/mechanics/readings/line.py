@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.spatial import Delaunay
 
 from dolfingrip.channels import CURVE, CURVE_PARTS, PRESSURE, curvature, marker
 from dolfingrip.mechanics.model.model import Model, Prescribed
@@ -23,6 +24,8 @@ LEVEL = 1e-6
 PLANE: Final = np.array([0, 2])
 """Coordinates of the plane of bending: x and z."""
 
+SHEAR: Final = np.array([[1.0, 0.05], [0.0, 1.0]])
+
 Floats = np.ndarray
 
 Function = Callable[[Floats], tuple[float, Floats]]
@@ -35,7 +38,8 @@ class _Places:
 
     Attributes:
         points: (n, 2), x and z (mm).
-        along: (n, 2), their change with the place at rest.
+        along: (n, 2), their change with the place at rest; on the side, where a point moves in two
+            directions, (n, 2, 2).
         weights: (n, nodes), shares of the line's nodes.
     """
 
@@ -120,6 +124,61 @@ class BackLine:
         return self._own
 
 
+class SideLine(BackLine):
+    """Points of the finger's side, between whose nodes places are linear.
+
+    Args:
+        model: of a finger.
+        places_mm: (n, 2) x and z of the points at rest.
+
+    Raises:
+        ConfigError: one line, where a point is not on the side.
+    """
+
+    def __init__(self, model: Model, places_mm: Floats) -> None:
+        self._model, self._comm, self._places = model, model.comm, places_mm
+        nodes, box = model.nodes_mm, model.box_mm
+        self._own = np.flatnonzero(nodes[:, 1] > box[1, 1] - LEVEL * np.ptp(box[:, 2]))
+        counts = self._comm.allgather(len(self._own))
+        self._order = np.arange(sum(counts))
+        first = sum(counts[: self._comm.rank])
+        self._rank = slice(first, first + len(self._own))
+        side = self._gathered(nodes[self._own][:, PLANE])
+        _, inside = self._triangles(side)
+        if (inside < 0).any():
+            x, z = places_mm[int(np.argmin(inside))]
+            low, high = side.min(axis=0), side.max(axis=0)
+            raise ConfigError(
+                f"camera.markers: [{x:g}, {z:g}] is not on the finger's side; allowed: x from "
+                f"{low[0]:g} to {high[0]:g} mm and z from {low[1]:g} to {high[1]:g} mm"
+            )
+
+    def _triangles(self, side: Floats) -> tuple[Delaunay, Floats]:
+        """Triangles between nodes (n, 2) of the side at rest, and the one that each point is in."""
+        # a rectangle of nodes has one shorter diagonal then, also where it is changed a little
+        triangles = Delaunay(side @ SHEAR)
+        return triangles, triangles.find_simplex(self._places @ SHEAR, tol=LEVEL)
+
+    def at(self, shares: Floats) -> _Places:
+        """Places of the points with these numbers, (n,)."""
+        u = self._model.u
+        rest = u.function_space.tabulate_dof_coordinates()[self._own][:, PLANE]
+        positions = self._gathered(rest + u.x.array.reshape(-1, 3)[self._own][:, PLANE])
+        triangles, every = self._triangles(self._gathered(rest))
+        numbers = shares.astype(int)
+        inside = every[numbers]
+        turned, corners = triangles.transform[inside], triangles.simplices[inside]
+        away = self._places[numbers] @ SHEAR - turned[:, 2]
+        parts = np.einsum("nij,nj->ni", turned[:, :2], away)
+        weights = np.zeros((len(numbers), len(positions)))
+        rows = np.arange(len(numbers))[:, None]
+        weights[rows, corners] = np.column_stack([parts, 1 - parts.sum(axis=1)])
+        rates = turned[:, :2] @ SHEAR.T
+        rates = np.append(rates, -rates.sum(axis=1, keepdims=True), axis=1)
+        along = np.einsum("nki,nkj->nij", positions[corners], rates)
+        return _Places(weights @ positions, along, weights)
+
+
 class OfLine(Reading):
     """A number of the places at some parts of the line's length.
 
@@ -155,6 +214,17 @@ class OfLine(Reading):
         by_nodes = here.weights.T @ slopes
         by_nodes[:, 1] -= here.weights.T @ passed
         by_nodes[[0, -1], 1] += (1 - self._shares) @ passed, self._shares @ passed
+        found.at_nodes[np.ix_(self._line.rows, PLANE)] += self._line.own(by_nodes)
+
+
+class OfSide(OfLine):
+    """A number of the places of some points of the side, which are told by their places at rest."""
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        """Add derivatives by nodes' places at rest, in which the points do not move."""
+        here = self._line.at(self._shares)
+        slopes = self._function(here.points)[1]
+        by_nodes = here.weights.T @ (slopes - np.einsum("ni,nij->nj", slopes, here.along))
         found.at_nodes[np.ix_(self._line.rows, PLANE)] += self._line.own(by_nodes)
 
 
@@ -251,13 +321,15 @@ def part_of_distance(model: Model, curve: CurveTarget, column: str) -> OfLine:
     return OfLine(BackLine(model), model, column, distances.shares, function)
 
 
-def of_line(model: Model, markers: int, curve: CurveTarget | None) -> Sequence[Reading]:
+def of_line(
+    model: Model, markers: int | Sequence[tuple[float, float]], curve: CurveTarget | None
+) -> Sequence[Reading]:
     """Make the readings of the back's middle line that a configuration asks for.
 
     Args:
         model: of a finger.
         markers: number of markers at equal distances from the clamp to the tip, where the last one
-            is.
+            is; or places (mm) of markers on the side at rest, x and z.
         curve: whose distance is read; None: none.
 
     Returns:
@@ -268,16 +340,23 @@ def of_line(model: Model, markers: int, curve: CurveTarget | None) -> Sequence[R
     """
     if not markers and curve is None:
         return []
-    line, shares = BackLine(model), np.arange(1, markers + 1) / max(markers, 1)
-    found = []
+    found: list[Reading] = []
+    kind: type[OfLine] = OfLine
+    if isinstance(markers, int):
+        count, line = markers, BackLine(model)
+        shares = np.arange(1, count + 1) / max(count, 1)
+    else:
+        kind, count, line = OfSide, len(markers), SideLine(model, np.asarray(markers))
+        shares = np.arange(count, dtype=float)
     for i, share in enumerate(shares, 1):
         for axis, letter in enumerate("xz"):
             name = marker(i, letter).name
-            found.append(OfLine(line, model, name, np.array([share]), _coordinate(axis)))
-    for i in range(2, markers):
+            found.append(kind(line, model, name, np.array([share]), _coordinate(axis)))
+    for i in range(2, count):
         name = curvature(i).name
-        found.append(OfLine(line, model, name, shares[i - 2 : i + 1], _curvature))
+        found.append(kind(line, model, name, shares[i - 2 : i + 1], _curvature))
     if curve is not None:
         distances = _Distances(curve, model.controls[PRESSURE.name])
-        found.append(OfLine(line, model, CURVE.name, distances.shares, distances.mean_square))
+        back = BackLine(model)
+        found.append(OfLine(back, model, CURVE.name, distances.shares, distances.mean_square))
     return found

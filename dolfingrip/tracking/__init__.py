@@ -1,0 +1,1 @@
+"""Videos and pictures to measured data: frames, points, plane, body coordinates, clock, table."""

@@ -1,0 +1,242 @@
+"""Body coordinates: places from the clamp, angles by their definitions, and their errors.
+
+z goes along the finger at rest from the clamp to the tip, −x is the side to which it bends. The
+angles count from rest and are positive towards −x, as those of the format of measured data.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.channels import ANGLE, CHORD_ANGLE, curvature, marker
+from dolfingrip.tracking.plane import Calibration
+from dolfingrip.tracking.points import CORNER, TrackedPoints
+
+Floats = np.ndarray
+
+DRAWS: Final = 60
+STRAIGHT: Final = 0.04
+"""Points at rest lie on a line along z where none is farther from it, by their distance."""
+SEED: Final = 73
+
+
+@dataclass(frozen=True)
+class Frameless:
+    """Where a finger is in the plane of bending.
+
+    Attributes:
+        axes: (2, 2) unit vectors of x and z in the plane.
+        origin_mm: (2,) where the clamp holds the back; NaN where nothing tells it.
+    """
+
+    axes: Floats
+    origin_mm: Floats
+
+    def of(self, plane_mm: Floats) -> Floats:
+        """x and z (…, 2) of places in the plane (…, 2).
+
+        Args:
+            plane_mm: u and v.
+        """
+        origin = np.nan_to_num(self.origin_mm)
+        return np.asarray((plane_mm - origin) @ self.axes.T)
+
+
+@dataclass(frozen=True)
+class Body:
+    """Readings of one finger.
+
+    Attributes:
+        readings: (frames,) by column.
+        noise: (frames,) standard deviations of what changes from frame to frame, by column.
+        common: (frames,) standard deviations of what all frames have in common, by column.
+        rest_mm: (points, 2) x and z at rest.
+        from_clamp: whether places count from the clamp.
+        bends: the side of the picture to which it bends.
+        askew_deg: angle between the finger at rest and the sheet's edge; NaN without a sheet.
+        compared: columns that a simulation has by the same definition. With dots these are their
+            places, as the line between two of them turns less than the tip's face where the finger
+            bends between them; its angle is compared where no place counts from the clamp.
+        defined: what each angle is, by column.
+    """
+
+    readings: dict[str, Floats]
+    noise: dict[str, Floats]
+    common: dict[str, Floats]
+    rest_mm: Floats
+    from_clamp: bool
+    bends: str
+    askew_deg: float
+    compared: list[str]
+    defined: dict[str, str]
+
+
+def resting(px: Floats, noise_px: Floats) -> Floats:
+    """Numbers of the first frames, in which no point has moved.
+
+    Args:
+        px: (frames, points, 2).
+        noise_px: (frames, points).
+    """
+    moved = np.abs(px - px[0]).max(axis=2) > 4 * noise_px
+    moves = np.flatnonzero(moved.any(axis=1))
+    return np.arange(max(int(moves[0]) if len(moves) else len(px), 1))[:60]
+
+
+def clamp_end_first(px: Floats) -> bool:
+    """Say whether the first point of a chain moves less than the last one.
+
+    Args:
+        px: (frames, points, 2) along the body.
+    """
+    spans = [float(np.nanmax(np.linalg.norm(px[:, i] - px[0, i], axis=1))) for i in (0, -1)]
+    return spans[0] <= spans[1]
+
+
+def read(
+    points: TrackedPoints, camera: Calibration, origin_px: Floats | None, side: str | None
+) -> Body:
+    """Read a finger.
+
+    Args:
+        points: from the clamp to the tip.
+        camera: from pixels to the plane.
+        origin_px: where the clamp holds the back; None: the sheet's mark, if there is a sheet.
+        side: to which it bends in the picture, ``left`` or ``right`` of the way from clamp to
+            tip as seen; None: by its motion.
+    """
+    noise_px = points.noise_px()
+    rest = resting(points.px, noise_px)
+    generator = np.random.default_rng(SEED)
+    plane = camera.plane_mm(points.px)
+    frame, bends, askew = _placed(plane, rest, camera, origin_px, side)
+
+    def values(px: Floats, corners: Floats | None, unknowns: Floats | None) -> dict[str, Floats]:
+        own = camera.plane_mm(px, unknowns)
+        turned, _, _ = _placed(own, rest, camera, origin_px, bends, unknowns)
+        tags = None if corners is None else turned.of(camera.plane_mm(corners, unknowns))
+        return _readings(turned.of(own), tags, rest, np.isfinite(turned.origin_mm).all())
+
+    readings = values(points.px, points.corners_px, None)
+    common = _spread(
+        readings,
+        [values(points.px, points.corners_px, each) for each in camera.draws(DRAWS, generator)],
+    )
+    noisy = []
+    for _ in range(DRAWS):
+        jitter = generator.standard_normal(points.px.shape) * noise_px[:, :, None]
+        corners = points.corners_px
+        if corners is not None:
+            corners = (
+                corners
+                + CORNER * generator.standard_normal(corners.shape) * noise_px[:, :, None, None]
+            )
+        noisy.append(values(points.px + jitter, corners, None))
+    tip = (
+        "the last tag" if points.corners_px is not None else "the line between the last two points"
+    )
+    defined = {
+        ANGLE.name: f"rotation of {tip}",
+        CHORD_ANGLE.name: "rotation of the line from the first point to the last one",
+    }
+    from_clamp = bool(np.isfinite(frame.origin_mm).all())
+    compared = [name for name in readings if name.startswith("marker_")]
+    if points.corners_px is not None or not from_clamp:
+        compared.insert(0, ANGLE.name)
+    return Body(
+        readings, _spread(readings, noisy), common, np.nanmedian(frame.of(plane[rest]), axis=0),
+        from_clamp, bends, askew, compared, defined,
+    )  # fmt: skip
+
+
+def _placed(
+    plane: Floats, rest: Floats, camera: Calibration, origin_px: Floats | None, side: str | None,
+    unknowns: Floats | None = None,
+) -> tuple[Frameless, str, float]:  # fmt: skip
+    """Axes and origin of a finger, the side to which it bends, and its angle to the sheet."""
+    places = np.nanmedian(plane[rest], axis=0)
+    middle = places.mean(axis=0)
+    along = np.linalg.svd(places - middle)[2][0]
+    along *= np.sign(along @ (places[-1] - places[0])) or 1.0
+    off = (places - middle) @ np.array([-along[1], along[0]])
+    straight = np.abs(off).max() < STRAIGHT * np.linalg.norm(places[-1] - places[0])
+    askew = float("nan")
+    if camera.has_sheet:
+        askew = float(np.degrees(np.arctan2(along[0], along[1])))
+        if not straight:
+            along = np.array([0.0, 1.0])
+    elif not straight:
+        along = (places[-1] - places[0]) / np.linalg.norm(places[-1] - places[0])
+    across = np.array([-along[1], along[0]])
+    if side is None:
+        moves = (plane[:, -1] - places[-1]) @ across
+        # across is to the left of the way from clamp to tip as it is seen, downwards: to the left
+        side = "left" if moves[np.nanargmax(np.abs(moves))] > 0 else "right"
+    x = across if side == "right" else -across
+    origin = np.full(2, np.nan)
+    if origin_px is not None:
+        origin = camera.plane_mm(np.asarray(origin_px, dtype=float)[None], unknowns)[0]
+    elif camera.has_sheet:
+        origin = np.zeros(2)
+    return Frameless(np.array([x, along]), origin), side, askew
+
+
+def _readings(
+    places: Floats, tags: Floats | None, rest: Floats, from_clamp: bool
+) -> dict[str, Floats]:
+    """Columns from places (frames, points, 2) and corners (frames, points, 4, 2)."""
+    found: dict[str, Floats] = {}
+    if tags is not None:
+        found[ANGLE.name] = _turn(tags[:, -1], np.nanmedian(tags[rest, -1], axis=0))
+    else:
+        found[ANGLE.name] = _line(places[:, -2], places[:, -1], rest)
+    found[CHORD_ANGLE.name] = _line(places[:, 0], places[:, -1], rest)
+    count = places.shape[1]
+    if from_clamp:
+        for i in range(count):
+            found[marker(i + 1, "x").name] = places[:, i, 0]
+            found[marker(i + 1, "z").name] = places[:, i, 1]
+    for i in range(1, count - 1):
+        before, after = places[:, i] - places[:, i - 1], places[:, i + 1] - places[:, i]
+        turn = np.arctan2(_cross(before, after), (before * after).sum(axis=1))
+        lengths = np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)
+        found[curvature(i + 1).name] = 2e3 * turn / lengths
+    return found
+
+
+def _cross(first: Floats, second: Floats) -> Floats:
+    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+
+
+def _line(start: Floats, end: Floats, rest: Floats) -> Floats:
+    """Rotation of a line from rest (deg), positive towards −x; NaN where an end is lost."""
+    arm = end - start
+    return _from_rest(np.arctan2(-arm[:, 0], arm[:, 1]), rest)
+
+
+def _turn(corners: Floats, at_rest: Floats) -> Floats:
+    """Rotation of a tag (deg) from its corners at rest, positive towards −x."""
+    now = corners - corners.mean(axis=1, keepdims=True)
+    before = at_rest - at_rest.mean(axis=0)
+    along = (now * before).sum(axis=(1, 2))
+    across = (before[:, 0] * now[..., 1] - before[:, 1] * now[..., 0]).sum(axis=1)
+    return _from_rest(np.arctan2(across, along), None)
+
+
+def _from_rest(angle: Floats, rest: Floats | None) -> Floats:
+    there = np.isfinite(angle)
+    found = np.full(len(angle), np.nan)
+    found[there] = np.unwrap(angle[there])
+    zero = 0.0 if rest is None else np.nanmedian(found[rest])
+    return np.asarray(np.degrees(found - zero))
+
+
+def _spread(mean: dict[str, Floats], draws: list[dict[str, Floats]]) -> dict[str, Floats]:
+    """Root mean square of the differences from the mean, by column."""
+    return {
+        name: np.sqrt(np.mean([(draw[name] - value) ** 2 for draw in draws], axis=0))
+        for name, value in mean.items()
+    }

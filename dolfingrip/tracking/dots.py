@@ -1,0 +1,351 @@
+"""Dots of one colour in a frame: learnt in the first one, found in each.
+
+A colour is a direction away from the picture's ordinary colour, without brightness, so that neither
+shadows nor a coloured light count. Glare inside of a dot is filled. A circle of the dots' size is
+fitted to the edge of one that is partly hidden.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.sparse.csgraph import minimum_spanning_tree
+from scipy.spatial.distance import cdist
+
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.tracking.frames import Image
+
+NAMES: Final = {
+    "red": (255, 0, 0), "orange": (255, 140, 0), "yellow": (255, 230, 0), "green": (0, 170, 0),
+    "cyan": (0, 200, 220), "blue": (0, 60, 255), "magenta": (230, 0, 180), "black": (0, 0, 0),
+    "white": (255, 255, 255),
+}  # fmt: skip
+"""Colours that can be asked for by name, in red, green and blue."""
+
+Box = tuple[int, int, int, int]
+"""Left, top, right and bottom of a part of a frame (px)."""
+
+
+@dataclass(frozen=True, slots=True)
+class DotPolicy:
+    """Sizes, forms and contrasts of what looks like a dot.
+
+    Attributes:
+        sectors: hues that are tried.
+        contrasts: distances from the ordinary colour that are tried, in units of chroma.
+        least_px: smallest area.
+        most_part: largest area, as a part of the frame.
+        round: smallest area by that of the convex hull, and by that of a circle of the perimeter.
+        alike: largest factor between the areas of dots.
+        least_share: of a dot's colour that a pixel within it has.
+        part_seen: share of a dot's area above which its centre of area is taken.
+        least_seen: share below which it is lost.
+    """
+
+    sectors: int = 12
+    contrasts: tuple[float, ...] = (9.0, 15.0, 25.0, 42.0)
+    least_px: float = 9.0
+    most_part: float = 0.003
+    round: float = 0.7
+    alike: float = 2.2
+    part_seen: float = 0.85
+    least_share: float = 0.35
+    least_seen: float = 0.4
+
+
+POLICY: Final = DotPolicy()
+
+
+@dataclass(frozen=True, slots=True)
+class Colour:
+    """The colour of dots.
+
+    Attributes:
+        light: (3,) factors of blue, green and red that make the picture's ordinary colour grey.
+        ordinary: (3,) that of the picture, in brightness and chroma.
+        direction: (3,) to that of the dots; its length is their distance.
+        area_px: of a dot.
+    """
+
+    light: np.ndarray
+    ordinary: np.ndarray
+    direction: np.ndarray
+    area_px: float
+
+    def share(self, lab: np.ndarray) -> np.ndarray:
+        """How far pixels are of this colour, 0 to 1: (h, w) from (h, w, 3)."""
+        size = float(np.linalg.norm(self.direction))
+        along, aside = _parts(lab, self.ordinary, self.direction / size)
+        return np.asarray(np.clip((along - np.maximum(aside - 0.5 * size, 0)) / size, 0, 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Dot:
+    """A dot in a frame.
+
+    Attributes:
+        centre_px: (2,).
+        area_px: that is seen.
+        seen: share of its area that is seen, at most 1.
+    """
+
+    centre_px: np.ndarray
+    area_px: float
+    seen: float
+
+
+def in_chroma(image: Image, light: np.ndarray) -> np.ndarray:
+    """Brightness and chroma of a picture, (h, w, 3) of 8 bits, as in a light without colour.
+
+    Args:
+        image: in blue, green and red.
+        light: (3,) factors of these.
+    """
+    import cv2
+
+    table = np.round(np.arange(256)[:, None] * light).astype(np.uint8)[:, None]
+    return np.asarray(cv2.cvtColor(cv2.LUT(image, table), cv2.COLOR_BGR2YCrCb))
+
+
+def _parts(
+    lab: np.ndarray, ordinary: np.ndarray, unit: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """How far pixels are from the ordinary colour along a direction, and beside it in hue."""
+    import cv2
+
+    # of black and white brightness counts alone
+    rows = np.array([unit, [0.0, unit[2], -unit[1]]])
+    matrix = np.column_stack([rows, -rows @ ordinary]).astype(np.float32)
+    along, aside = cv2.split(cv2.transform(lab.astype(np.float32), matrix))
+    return along, np.abs(aside)
+
+
+def find(image: Image, colour: Colour, box: Box | None = None) -> list[Dot]:
+    """Find all dots of a colour in a frame, or in a part of it.
+
+    Args:
+        image: in blue, green and red.
+        colour: of the dots.
+        box: the part.
+    """
+    import cv2
+
+    left, top, right, bottom = box or (0, 0, image.shape[1], image.shape[0])
+    share = colour.share(in_chroma(image[top:bottom, left:right], colour.light))
+    mask = (share > POLICY.least_share).astype(np.uint8)
+    found = []
+    for outline in _outlines(mask, 0.3 * colour.area_px, 4 * colour.area_px):
+        hull = cv2.convexHull(outline)
+        x, y, width, height = cv2.boundingRect(hull)
+        margin = 3
+        x0, y0 = max(x - margin, 0), max(y - margin, 0)
+        part = share[y0 : y + height + margin, x0 : x + width + margin]
+        inside = np.zeros(part.shape, np.uint8)
+        cv2.fillConvexPoly(inside, hull - [x0, y0], 1)
+        near = cv2.dilate(inside, np.ones((5, 5), np.uint8))
+        # a codec takes colour from a dot that moves, and blur does
+        full = float(np.percentile(part[inside > 0], 80))
+        weight = np.clip((part / full - 0.1) / 0.8, 0, 1) * near
+        weight[cv2.erode(inside, np.ones((3, 3), np.uint8)) > 0] = 1.0  # glare
+        area = float(weight.sum())
+        rows, columns = np.indices(part.shape)
+        centre = np.array([(weight * columns).sum(), (weight * rows).sum()]) / area + [x0, y0]
+        seen = min(area / colour.area_px, 1.0)
+        if seen < POLICY.part_seen:
+            circle = _circle(outline.reshape(-1, 2).astype(float), centre, colour.area_px)
+            if circle is None or seen < POLICY.least_seen:
+                continue
+            centre = circle
+        elif area > POLICY.alike * colour.area_px or max(width, height) > 4 * min(width, height):
+            continue
+        found.append(Dot(centre + np.array([left, top]), area, seen))
+    return found
+
+
+def _outlines(mask: np.ndarray, least: float, most: float) -> Iterator[np.ndarray]:
+    """Outer contours of connected parts of a mask, of some areas (px)."""
+    import cv2
+
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    for outline in outlines:  # through the outermost pixels' middles
+        if least <= cv2.contourArea(outline) + 0.5 * len(outline) + 1 <= most:
+            yield outline
+
+
+def _circle(outline: np.ndarray, centre: np.ndarray, area_px: float) -> np.ndarray | None:
+    """Centre of a circle of a known area, most of whose seen edge lies on an outline."""
+    radius = np.sqrt(area_px / np.pi) - 0.5  # an outline goes through the outermost pixels' middles
+
+    def away(middle: np.ndarray) -> np.ndarray:
+        return np.asarray(np.linalg.norm(outline - middle, axis=1) - radius)
+
+    found = least_squares(away, centre, loss="soft_l1", f_scale=0.05 * radius + 0.1)
+    good = np.sort(np.abs(away(found.x)))[: int(0.55 * len(outline))]
+    return found.x if len(good) and good[-1] < 0.08 * radius + 0.35 else None
+
+
+def learn(
+    image: Image, asked: str | None, count: int | None, groups: int, points: np.ndarray | None
+) -> tuple[Colour, np.ndarray]:
+    """Find which dots a frame has, and their colour.
+
+    Args:
+        image: the first frame.
+        asked: name of the colour or ``#rrggbb``; None: any.
+        count: number of dots; None: any from three on.
+        groups: number of fingers.
+        points: (n, 2) places of the dots, where they are given; None: they are sought.
+
+    Returns:
+        The colour, and the dots' places (n, 2) in px.
+
+    Raises:
+        ConfigError: one line with what was seen.
+    """
+    import cv2
+
+    usual = np.maximum(np.median(image.reshape(-1, 3), axis=0), 1.0)
+    light = usual.min() / usual  # in a coloured light black would look like a colour
+    lab = cv2.GaussianBlur(in_chroma(image, light), (3, 3), 0)
+    ordinary = np.median(lab.reshape(-1, 3), axis=0)
+    best: tuple[float, Colour, list[np.ndarray]] | None = None
+    most = 0
+    for direction in _directions(asked, ordinary, lab, points):
+        along, aside = _parts(lab, ordinary, direction)
+        for contrast in POLICY.contrasts:
+            mask = (along - np.maximum(aside - contrast, 0) > contrast).astype(np.uint8)
+            own = [each for each in _round(mask, along) if points is None or _is_at(each, points)]
+            for group in _alike(own, count, groups):
+                most = max(most, len(group))
+                score = _score(group, count, groups) * (1 if points is not None else contrast**0.5)
+                if best is None or score > best[0]:
+                    amount = float(np.median([each[3] for each in group]))
+                    area = float(np.median([each[2] for each in group]))
+                    best = score, Colour(light, ordinary, direction * amount, area), group
+    if best is None or (count is not None and len(best[2]) != count):
+        what = f"{most} dots of one colour are seen" if most else "no dot is seen"
+        wanted = "at least 3" if count is None else str(count)
+        raise ConfigError(
+            f"{what} in the first frame, of {wanted}; allowed: round dots of one size and of a "
+            f"colour that nothing beside them has; --colour {'|'.join(NAMES)}, --dots NUMBER or "
+            '--points "X,Y X,Y …" (px) tells which'
+        )
+    colour, places = best[1], np.array([each[:2] for each in best[2]])
+    if not colour.direction[0]:  # as seen, and not as tried
+        at = np.round(places).astype(int)
+        away = np.median(lab[at[:, 1], at[:, 0]] - ordinary, axis=0)
+        colour = replace(colour, direction=away * [0, 1, 1])
+    # the contrast by which they were found makes them smaller than they are
+    mask = (colour.share(lab) > POLICY.least_share).astype(np.uint8)
+    sizes = [
+        cv2.contourArea(outline) + 0.5 * len(outline) + 1
+        for outline in _outlines(mask, POLICY.least_px, POLICY.most_part * mask.size)
+        if any(cv2.pointPolygonTest(outline, at.tolist(), False) >= 0 for at in places)
+    ]
+    colour = replace(colour, area_px=float(np.median(sizes or [colour.area_px])))
+    dots = find(image, colour)
+    areas = []
+    for i, at in enumerate(places):
+        away = [float(np.linalg.norm(dot.centre_px - at)) for dot in dots]
+        if away and min(away) < 0.5 * np.sqrt(colour.area_px):
+            nearest = dots[int(np.argmin(away))]
+            places[i] = nearest.centre_px
+            areas.append(nearest.area_px)
+    return replace(colour, area_px=float(np.median(areas or [colour.area_px]))), places
+
+
+def _directions(
+    asked: str | None, ordinary: np.ndarray, lab: np.ndarray, points: np.ndarray | None
+) -> Iterator[np.ndarray]:
+    """Unit vectors of brightness and chroma along which dots may differ from the picture."""
+    import cv2
+
+    if points is not None and asked is None:
+        u, v = np.round(np.median(points[:1], axis=0)).astype(int)
+        away = (
+            np.median(lab[max(v - 1, 0) : v + 2, max(u - 1, 0) : u + 2].reshape(-1, 3), axis=0)
+            - ordinary
+        )
+        if np.linalg.norm(away[1:]) < POLICY.contrasts[0]:
+            yield np.array([np.sign(away[0]) or 1.0, 0.0, 0.0])
+            return
+        yield np.array([0.0, *away[1:]]) / np.linalg.norm(away[1:])
+        return
+    if asked in ("black", "white"):
+        yield np.array([-1.0 if asked == "black" else 1.0, 0.0, 0.0])
+        return
+    hues = np.linspace(0, 2 * np.pi, POLICY.sectors, endpoint=False)
+    if asked is not None:
+        try:
+            rgb = NAMES[asked] if asked in NAMES else tuple(bytes.fromhex(asked.removeprefix("#")))
+            pure = cv2.cvtColor(np.array([[rgb[::-1]]], np.uint8), cv2.COLOR_BGR2YCrCb)[0, 0]
+        except (ValueError, cv2.error):
+            raise ConfigError(f"--colour {asked}: allowed: {', '.join(NAMES)} or #rrggbb") from None
+        hue = np.arctan2(float(pure[2]) - 128, float(pure[1]) - 128)
+        hues = hue + np.radians([-20, -10, 0, 10, 20])
+    for hue in hues:
+        yield np.array([0.0, np.cos(hue), np.sin(hue)])
+
+
+def _is_at(blob: np.ndarray, points: np.ndarray) -> bool:
+    return bool(np.linalg.norm(points - blob[:2], axis=1).min() < 0.8 * np.sqrt(blob[2]))
+
+
+def _round(mask: np.ndarray, along: np.ndarray) -> list[np.ndarray]:
+    """Round parts of a mask: u, v, area and distance from the ordinary colour."""
+    import cv2
+
+    found = []
+    for outline in _outlines(mask, POLICY.least_px, POLICY.most_part * mask.size):
+        area, hull = cv2.contourArea(outline), cv2.contourArea(cv2.convexHull(outline))
+        round_ = 4 * np.pi * area / max(cv2.arcLength(outline, True), 1) ** 2
+        (u, v), sides, _ = cv2.minAreaRect(outline)
+        if area < POLICY.round * hull or round_ < POLICY.round or max(sides) > 2 * min(sides):
+            continue
+        away = along[int(v) - 1 : int(v) + 2, int(u) - 1 : int(u) + 2]
+        moments = cv2.moments(outline)
+        centre = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
+        found.append(np.array([*centre, area + 0.5 * len(outline), np.median(away)]))
+    return found
+
+
+def _alike(
+    blobs: Sequence[np.ndarray], count: int | None, groups: int
+) -> Iterator[list[np.ndarray]]:
+    """Groups of blobs of about one size and contrast."""
+    for first in blobs:
+        group = [
+            each for each in blobs
+            if first[2] <= each[2] <= POLICY.alike * first[2]
+            and 0.5 < each[3] / max(first[3], 1) < 2
+        ]  # fmt: skip
+        group = _without_strays(group, groups, count)
+        if len(group) >= min(count or 3 * groups, 3 * groups):
+            yield group
+
+
+def _without_strays(group: list[np.ndarray], groups: int, count: int | None) -> list[np.ndarray]:
+    """Without those that are far from all others, or of which there are too many."""
+    while len(group) > (count or 3 * groups):
+        away = cdist([each[:2] for each in group], [each[:2] for each in group])
+        np.fill_diagonal(away, np.inf)
+        nearest = away.min(axis=1)
+        if count is None and nearest.max() < 2.5 * np.median(nearest):
+            break
+        group = [each for i, each in enumerate(group) if i != int(nearest.argmax())]
+    return group
+
+
+def _score(group: Sequence[np.ndarray], count: int | None, groups: int) -> float:
+    """How much a group looks like dots along a finger: many, of one size, evenly spaced."""
+    table = np.array(group)
+    tree = minimum_spanning_tree(cdist(table[:, :2], table[:, :2]))
+    steps = np.sort(tree.data)[: len(group) - groups]
+    uneven = float(np.std(steps) / np.mean(steps)) if len(steps) else 1.0
+    sizes = float(np.std(table[:, 2]) / np.mean(table[:, 2]))
+    number = min(len(group), 15) if count is None else (10.0 if len(group) == count else 0.01)
+    return float(number * np.exp(-((sizes / 0.25) ** 2) - (uneven / 0.5) ** 2))

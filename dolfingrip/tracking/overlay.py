@@ -1,0 +1,128 @@
+"""Pictures and a video of what was found: points with their numbers, the line along each finger."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from dolfingrip.files import whole
+from dolfingrip.tracking.frames import Frame, Image
+
+COLOURS: Final = ((255, 120, 0), (0, 140, 255), (40, 180, 40), (200, 60, 200))
+"""Of fingers, in blue, green and red."""
+HEIGHT_PX: Final = 540
+"""Of the video, at most."""
+HALO: Final = (255, 255, 255)
+
+
+def drawn(image: Image, fingers: Sequence[np.ndarray], text: str, scale: float = 1.0) -> Image:
+    """Draw points over a picture.
+
+    Args:
+        image: in blue, green and red; it is not changed.
+        fingers: (n, 2) places of each finger's points in order, px of the frame; NaN: lost.
+        text: one line in the corner.
+        scale: size of the picture drawn by that of the frame.
+    """
+    import cv2
+
+    height, width = (max(2 * round(n * scale / 2), 2) for n in image.shape[:2])
+    found = (
+        cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+        if scale != 1
+        else image.copy()
+    )
+    thick = max(1, round(height / 500))
+    for i, points in enumerate(fingers):
+        places = (points + 0.5) * scale - 0.5
+        there = [
+            tuple(np.round(each).astype(int).tolist()) for each in places if np.isfinite(each[0])
+        ]
+        colour = COLOURS[i % len(COLOURS)]
+        for a, b in pairwise(there):
+            cv2.line(found, a, b, colour, thick, cv2.LINE_AA)
+        for number, each in enumerate(places, 1):
+            if np.isfinite(each[0]):
+                at = tuple(np.round(each).astype(int).tolist())
+                cv2.circle(found, at, 5 * thick, HALO, thick + 1, cv2.LINE_AA)
+                cv2.circle(found, at, 5 * thick, colour, thick, cv2.LINE_AA)
+                _write(found, str(number), (at[0] + 9 * thick, at[1] - 2 * thick), thick)
+    _write(found, text, (8 * thick, 20 * thick), thick)
+    return np.asarray(found)
+
+
+def _write(image: Any, text: str, at: tuple[int, int], thick: int) -> None:
+    import cv2
+
+    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.45 * thick
+    (width, height), below = cv2.getTextSize(text, font, size, thick)
+    cv2.rectangle(image, (at[0], at[1] - height), (at[0] + width, at[1] + below), HALO, -1)
+    cv2.putText(image, text, at, font, size, (30, 30, 30), thick, cv2.LINE_AA)
+
+
+def picture(file: Path, image: Image) -> None:
+    """Write a picture as PNG.
+
+    Args:
+        file: target.
+        image: in blue, green and red.
+    """
+    import cv2
+
+    whole.write(file, cv2.imencode(".png", image)[1].tobytes())
+
+
+class Overlay:
+    """A video that grows by frames, of at most :data:`HEIGHT_PX` and 15 frames a second.
+
+    Args:
+        file: target, an MP4; it is whole when the block ends.
+        rate_hz: frames per second of the source.
+    """
+
+    def __init__(self, file: Path, rate_hz: float) -> None:
+        self._every = max(1, round(rate_hz / 15))
+        self._rate = Fraction(rate_hz / self._every).limit_denominator(1000)
+        self._writing = whole.replacing(file)
+        self._stream: Any = None
+
+    def __enter__(self) -> Overlay:
+        import av
+
+        (partial,) = self._writing.__enter__()
+        self._container = av.open(str(partial), "w", format="mp4")
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        if self._stream is not None:
+            self._container.mux(self._stream.encode())
+        self._container.close()
+        self._writing.__exit__(*error)
+
+    def add(self, frame: Frame, fingers: Sequence[np.ndarray], text: str) -> None:
+        """Add a frame with what was found in it.
+
+        Args:
+            frame: of the source; frames between those that are shown are passed over.
+            fingers: as of :func:`drawn`.
+            text: one line.
+        """
+        if frame.number % self._every:
+            return
+        import av
+
+        image = drawn(frame.image, fingers, text, min(1.0, HEIGHT_PX / frame.image.shape[0]))
+        if self._stream is None:
+            self._stream = self._container.add_stream("libx264", rate=self._rate)
+            self._stream.height, self._stream.width = (n // 2 * 2 for n in image.shape[:2])
+            self._stream.pix_fmt, self._stream.options = (
+                "yuv420p",
+                {"preset": "veryfast", "crf": "26"},
+            )
+        cut = np.ascontiguousarray(image[: self._stream.height, : self._stream.width])
+        self._container.mux(self._stream.encode(av.VideoFrame.from_ndarray(cut, format="bgr24")))

@@ -1,0 +1,75 @@
+"""Points over frames: where they are in the picture, and which of them were lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+ORDINARY_PX: Final = 0.3
+"""Standard deviation of a place where its jumps do not tell it."""
+LEAST_PX: Final = {"dots": 0.1, "tags": 0.03}
+"""The least one: what a codec keeps from frame to frame shows in no jump."""
+CORNER: Final = 3.0
+"""Standard deviation of a tag's corner by that of its centre."""
+HIDDEN: Final = 0.6
+"""Shift of a dot's middle by its radius and the share that is hidden."""
+
+
+@dataclass(frozen=True)
+class TrackedPoints:
+    """Points that keep their identity.
+
+    Attributes:
+        names: of the frames.
+        time_s: (frames,) since the first frame; NaN for pictures.
+        px: (frames, points, 2); NaN where a point was lost.
+        seen: (frames, points) share of each that is seen.
+        corners_px: (frames, points, 4, 2) of tags; None of dots.
+        labels: of the points.
+        radius_px: of dots, whose middle is uncertain where a part is hidden; 0: of tags.
+        unit_mm: whether ``px`` is in mm already, as another program wrote it.
+    """
+
+    names: list[str]
+    time_s: np.ndarray
+    px: np.ndarray
+    seen: np.ndarray
+    labels: list[str]
+    corners_px: np.ndarray | None = None
+    radius_px: float = 0.0
+    unit_mm: bool = False
+
+    def part(self, points: np.ndarray) -> TrackedPoints:
+        """Some of the points, in an order of their own.
+
+        Args:
+            points: (n,) their numbers.
+        """
+        corners = None if self.corners_px is None else self.corners_px[:, points]
+        labels = [self.labels[i] for i in points]
+        px, seen = self.px[:, points], self.seen[:, points]
+        return replace(self, px=px, seen=seen, labels=labels, corners_px=corners)
+
+    def noise_px(self) -> np.ndarray:
+        """(frames, points) standard deviations of the places.
+
+        Third differences leave out what moves smoothly. Of pictures, whose states are far apart, an
+        ordinary one is taken. A dot that is partly hidden has more, by the part that is.
+        """
+        hidden = HIDDEN * self.radius_px * (1 - self.seen)
+        least = LEAST_PX["dots" if self.corners_px is None else "tags"]
+        return np.asarray(np.hypot(np.maximum(self._jumps_px(), least), hidden))
+
+    def _jumps_px(self) -> np.ndarray:
+        """(points,) standard deviations by how much places jump from frame to frame."""
+        found = np.full(self.px.shape[1], ORDINARY_PX)
+        if len(self.time_s) < 8 or not np.isfinite(self.time_s).all():
+            return found
+        jumps = np.diff(self.px, 3, axis=0) / np.sqrt(20)
+        for i in range(len(found)):
+            own = jumps[:, i][np.isfinite(jumps[:, i])]
+            if len(own) > 10:
+                found[i] = 1.4826 * float(np.median(np.abs(own - np.median(own))))
+        return found

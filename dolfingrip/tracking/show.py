@@ -1,0 +1,68 @@
+"""The overlay of a video or of pictures, and pictures of doubtful frames."""
+
+from __future__ import annotations
+
+import re
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.channels import ANGLE
+from dolfingrip.tracking import overlay
+from dolfingrip.tracking.frames import Frame, FrameSource
+from dolfingrip.tracking.track import Tracked
+from dolfingrip.tracking.watch import Show, doubtful
+
+DOUBTFUL: Final = 12
+"""Pictures of doubtful frames at most."""
+
+
+def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> list[Path]:
+    """Write the overlay, and pictures of doubtful frames.
+
+    Args:
+        source: the frames, once more.
+        tracked: what was found in them.
+        out: folder.
+        progress: gets the number of frames done, and of all.
+    """
+    watched = tracked.watched
+    points, time_s = watched.points, watched.points.time_s
+    doubts = dict(list(doubtful(watched).items())[:DOUBTFUL])
+    moving = len(time_s) > 1 and np.isfinite(time_s).all()
+    rate = 1 / float(np.median(np.diff(time_s))) if moving else 1.0
+    written = []
+    with ExitStack() as stack:
+        video = None
+        if moving:
+            written.append(out / "overlay.mp4")
+            video = stack.enter_context(overlay.Overlay(written[0], rate))
+        for frame in source:
+            if frame.number >= len(points.names):
+                break
+            fingers = [points.px[frame.number, own] for own in watched.fingers]
+            text = _caption(tracked, frame)
+            if video is not None:
+                video.add(frame, fingers, text)
+            if frame.number == 0 or not moving:
+                stem = "first" if moving else re.sub(r"\W+", "_", Path(frame.name).stem)
+                written.append(out / f"overlay_{stem}.png")
+                overlay.picture(written[-1], overlay.drawn(frame.image, fingers, text))
+            if frame.number in doubts:
+                words = f"{frame.name}: {doubts[frame.number]}"
+                file = out / "doubtful" / f"{frame.number:06d}.png"
+                overlay.picture(file, overlay.drawn(frame.image, fingers, words))
+            progress(frame.number + 1, len(points.names))
+    return written
+
+
+def _caption(tracked: Tracked, frame: Frame) -> str:
+    i = frame.number
+    words = [frame.name if np.isnan(frame.time_s) else f"{frame.time_s:.2f} s"]
+    words += [
+        f"{name} {each[i]:.4g}" for name, each in tracked.control.items() if np.isfinite(each[i])
+    ]
+    words += [f"{each.readings[ANGLE.name][i]:.1f} deg" for each in tracked.bodies]
+    return ", ".join(words)

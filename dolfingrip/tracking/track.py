@@ -1,0 +1,189 @@
+"""From frames to readings: one pass over the frames, then plane, body coordinates and clock.
+
+frames → points → plane → body coordinates → clock → table
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from dolfingrip.channels import ANGLE, PRESSURE, TIME
+from dolfingrip.config import Config
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.tracking import body as bodies
+from dolfingrip.tracking import clock as clocks
+from dolfingrip.tracking import plane, table
+from dolfingrip.tracking.asked import TrackAsked
+from dolfingrip.tracking.body import Body
+from dolfingrip.tracking.clock import Clock
+from dolfingrip.tracking.plane import Calibration
+from dolfingrip.tracking.scale import calibrate
+from dolfingrip.tracking.watch import Watched
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """All that was found.
+
+    Attributes:
+        watched: in the frames.
+        camera: and what is not known of it.
+        bodies: the fingers.
+        clock: None without a log.
+        control: (frames,) by column.
+        told: sentences for people.
+        doubts: sentences on what may be wrong.
+    """
+
+    watched: Watched
+    camera: Calibration
+    bodies: list[Body]
+    clock: Clock | None
+    control: Mapping[str, np.ndarray]
+    told: list[str]
+    doubts: list[str]
+
+
+def synchronise(
+    watched: Watched, found: Sequence[Body], log: Mapping[str, np.ndarray], asked: TrackAsked
+) -> Clock:
+    """Bring the log and the video together.
+
+    Args:
+        watched: what was seen.
+        found: the fingers, whose motion may tell the shift.
+        log: ``time_s``, ``pressure_kPa`` and, where something is told to show in both, ``event``.
+        asked: what is told.
+
+    Raises:
+        ConfigError: one line, where nothing common is seen.
+    """
+    time_s, log_s = watched.points.time_s, log[TIME.name]
+    step, log_step = float(np.median(np.diff(time_s))), float(np.median(np.diff(log_s)))
+    if asked.shift_s is not None:
+        return Clock(asked.shift_s, 1.0, step / np.sqrt(12), "what was told")
+    if asked.light_px is not None:
+        seen = clocks.steps_up(time_s, watched.light)
+        told = clocks.steps_up(log_s, log["event"])
+        return clocks.by_events(told, seen, log_step, step, "a light")
+    if asked.knock:
+        seen = clocks.knock(time_s, watched.points.px.reshape(len(time_s), -1))
+        told = clocks.knock(log_s, log["event"][:, None])
+        return clocks.by_events(told, seen, log_step, step, "a knock")
+    motion = found[0].readings[ANGLE.name]
+    return clocks.by_motion(log_s, log[PRESSURE.name], time_s, motion)
+
+
+def understand(
+    watched: Watched, asked: TrackAsked, log: Mapping[str, np.ndarray] | None, config: Config
+) -> Tracked:
+    """Turn what was seen into readings.
+
+    Args:
+        watched: what was seen.
+        asked: what is told.
+        log: of the pressure; None: states of pictures are told, or nothing.
+        config: of the finger, which has its width.
+
+    Raises:
+        ConfigError: one line, where scale, clock or states are missing.
+    """
+    width = float(getattr(config.geometry, "width_mm", 20.0))
+    camera = calibrate(watched, asked, width)
+    found = []
+    for own in watched.fingers:
+        points = watched.points.part(own)
+        found.append(bodies.read(points, camera, asked.clamp_px, asked.side))
+    clock = None
+    control: dict[str, np.ndarray] = {}
+    if log is not None:
+        clock = synchronise(watched, found, log, asked)
+        at = clock.of(watched.points.time_s)
+        inside = (at >= log[TIME.name][0]) & (at <= log[TIME.name][-1])
+        pressure = np.interp(at, log[TIME.name], log[PRESSURE.name])
+        control[PRESSURE.name] = np.where(inside, pressure, np.nan)
+    elif asked.states:
+        for name in next(iter(asked.states.values())):
+            values = [
+                asked.states.get(frame, {}).get(name, np.nan) for frame in watched.points.names
+            ]
+            control[name] = np.array(values)
+    else:
+        raise ConfigError(
+            "nothing tells the pressure of the frames; allowed: --log LOG.csv for a video, "
+            '--states "{pressure_kPa}.jpg" or a table for pictures'
+        )
+    told, doubts = _sentences(watched, camera, found, clock)
+    return Tracked(watched, camera, found, clock, control, told, doubts)
+
+
+def _sentences(
+    watched: Watched, camera: Calibration, found: Sequence[Body], clock: Clock | None
+) -> tuple[list[str], list[str]]:
+    points = watched.points
+    middle = np.nanmean(points.px.reshape(-1, 2), axis=0)
+    scale, spread = camera.scale(middle)
+    front = float(np.sqrt(camera.covariance[plane.FRONT, plane.FRONT]))
+    told = [
+        f"scale by {camera.by}: {scale:.4f} mm/px ± {100 * spread:.2f} % at the points, "
+        f"{camera.mean[plane.FRONT]:.1f} ± {front:.1f} mm in front of it"
+    ]
+    doubts = [*camera.doubts]
+    if camera.has_sheet:
+        k1 = f"{camera.mean[plane.K1]:.3f}" if camera.determined(plane.K1) else "not determined"
+        focal = (
+            f"{np.exp(camera.mean[plane.F]):.0f} px"
+            if camera.determined(plane.F)
+            else "not determined"
+        )
+        told.append(
+            f"camera: {camera.tilt_deg:.1f}° from the sheet's normal, focal length {focal}, "
+            f"distortion k1 {k1}, corners to {camera.residual_px:.2f} px"
+        )
+    for i, (own, each) in enumerate(zip(watched.fingers, found, strict=True), 1):
+        lost = np.isnan(points.px[:, own, 0])
+        noise = np.mean(points.part(own).noise_px())
+        told.append(
+            f"finger {i}: {len(own)} points, bends to the {each.bends}; noise "
+            f"{noise:.2f} px; {lost.sum()} of {lost.size} entries lost"
+        )
+        if lost.mean() > 0.2:
+            doubts.append(f"finger {i}: {100 * lost.mean():.0f} % of its entries are lost")
+        if ANGLE.name in each.compared and points.corners_px is None:
+            doubts.append(
+                f"finger {i}: nothing tells where the clamp is (--clamp), so its angle alone is "
+                "compared, as that of the tip's face; it is that of a line, which turns less"
+            )
+        if abs(each.askew_deg) > 3:
+            doubts.append(f"finger {i}: at rest it is {each.askew_deg:.1f}° askew to the sheet")
+    if clock is not None:
+        drift = f", {1e6 * (clock.rate - 1):.0f} ppm of drift" if clock.rate != 1 else ""
+        told.append(
+            f"clock by {clock.by}: first frame at {clock.shift_s:.3f} ± {clock.std_s:.3f} s of the "
+            f"log{drift}"
+        )
+        doubts += [f"clock: {clock.doubt}"] if clock.doubt else []
+    return told, doubts
+
+
+def write(tracked: Tracked, out: Path, config: Config, name: str) -> list[Path]:
+    """Write the tables of all fingers and the summary.
+
+    Args:
+        tracked: what was found.
+        out: folder.
+        config: that set-ups differ from.
+        name: of the table of a single finger.
+
+    Returns:
+        The CSV files.
+    """
+    several = len(tracked.bodies) > 1
+    fingers = {f"{name}_{i}" if several else name: each for i, each in enumerate(tracked.bodies, 1)}
+    points = tracked.watched.points
+    frames, control = points.names, tracked.control
+    return table.write(fingers, frames, points.time_s, control, tracked.told, out, config)

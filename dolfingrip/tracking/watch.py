@@ -1,0 +1,147 @@
+"""One pass over the frames: points that are followed, corners of the sheet, a light."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.tracking import body, dots, order, overlay
+from dolfingrip.tracking.asked import TrackAsked
+from dolfingrip.tracking.follow import Follower
+from dolfingrip.tracking.frames import Frame, FrameSource, Image
+from dolfingrip.tracking.points import TrackedPoints
+from dolfingrip.tracking.sheet import SHEETS, PrintedSheet
+from dolfingrip.tracking.tags import Tags
+
+SHEET_EVERY_S: Final = 0.5
+"""Time between frames in which the sheet is looked for."""
+LIGHT_PX: Final = 3
+"""Half the side of the part of a picture whose brightness is that of a light."""
+
+Show = Callable[[int, int], None]
+"""Gets the number of frames done, and of all."""
+
+
+@dataclass(frozen=True)
+class Watched:
+    """Points, corners and light that one pass over the frames has found.
+
+    Attributes:
+        points: of all fingers.
+        fingers: numbers of the points along each finger, from the clamp.
+        corners: places on the sheet and in the picture (px) in frames that show the sheet.
+        light: (frames,) brightness.
+        first: the first frame.
+        size_px: width and height.
+    """
+
+    points: TrackedPoints
+    fingers: list[np.ndarray]
+    corners: list[tuple[np.ndarray, np.ndarray]]
+    light: np.ndarray
+    first: Image
+    size_px: tuple[int, int]
+
+
+def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watched:
+    """Go through the frames once and follow the points.
+
+    Args:
+        source: of the frames.
+        asked: what is told.
+        out: folder of the picture that is written where nothing is found.
+        show: gets the number of frames done, and of all.
+
+    Raises:
+        ConfigError: one line with what was seen, and the path of a picture of it.
+    """
+    follower: Any = None
+    names, times, places, shares, tags, light = [], [], [], [], [], []
+    corners: list[tuple[np.ndarray, np.ndarray]] = []
+    sheet: PrintedSheet | None = None
+    first: Frame | None = None
+    fingers: list[np.ndarray] = []
+    sought = -np.inf
+    for frame in source:
+        if first is None:
+            first = frame
+            sheet = max(SHEETS.values(), key=lambda each: len(each.find(frame.image)[0]))
+            try:
+                follower, fingers = _begin(frame.image, asked)
+            except ConfigError as error:
+                overlay.picture(out / "seen.png", frame.image)
+                raise ConfigError(
+                    f"{source.name}: {error}; {out / 'seen.png'} shows the frame"
+                ) from None
+        assert sheet is not None
+        if not frame.time_s < sought + SHEET_EVERY_S:
+            found = sheet.find(frame.image)
+            corners += [found] if len(found[0]) else []
+            sought = frame.time_s
+        jumps = np.isnan(frame.time_s) and isinstance(follower, Follower)
+        step = follower.anew if jumps else follower.step
+        px, seen, *tag_corners = step(frame.image)
+        names.append(frame.name)
+        times.append(frame.time_s)
+        places.append(px)
+        shares.append(seen)
+        tags += tag_corners
+        light.append(_brightness(frame.image, asked.light_px))
+        show(len(names), max(source.expected, len(names)))
+    assert first is not None
+    points = TrackedPoints(
+        names, np.array(times), np.array(places), np.array(shares),
+        [str(i + 1) for i in range(len(places[0]))], np.array(tags) if tags else None,
+        follower.radius_px,
+    )  # fmt: skip
+    fingers = [own if body.clamp_end_first(points.px[:, own]) else own[::-1] for own in fingers]
+    return Watched(
+        points,
+        fingers,
+        corners,
+        np.array(light),
+        first.image,
+        (first.image.shape[1], first.image.shape[0]),
+    )
+
+
+def _begin(image: Image, asked: TrackAsked) -> tuple[Any, list[np.ndarray]]:
+    """Begin to follow points; returns what does so, and the order along each finger."""
+    if asked.tags is not None:
+        tags = Tags(asked.tags, image)
+        return tags, order.fingers(tags.places, asked.fingers)
+    colour, places = dots.learn(image, asked.colour, asked.count, asked.fingers, asked.points_px)
+    fingers = order.fingers(places, asked.fingers)
+    return Follower(colour, places, fingers), fingers
+
+
+def _brightness(image: Image, at_px: np.ndarray | None) -> float:
+    if at_px is None:
+        return float("nan")
+    u, v = np.round(at_px).astype(int)
+    part = image[max(v - LIGHT_PX, 0) : v + LIGHT_PX + 1, max(u - LIGHT_PX, 0) : u + LIGHT_PX + 1]
+    return float(part.mean()) if part.size else float("nan")
+
+
+def doubtful(watched: Watched) -> dict[int, str]:
+    """Frames in which something may be wrong, with the reason; those with the most lost first.
+
+    Args:
+        watched: what was seen.
+    """
+    points = watched.points
+    lost = np.isnan(points.px[..., 0])
+    partly = (points.seen > 0) & (points.seen < dots.POLICY.part_seen)
+    found = {}
+    for i in np.argsort(-(10 * lost.sum(axis=1) + partly.sum(axis=1)), kind="stable"):
+        if not (lost[i].any() or partly[i].any()):
+            break
+        words = [f"{lost[i].sum()} points lost"] if lost[i].any() else []
+        words += [f"{partly[i].sum()} partly hidden"] if partly[i].any() else []
+        found[int(i)] = ", ".join(words)
+    return found

@@ -1,0 +1,149 @@
+"""``dolfingrip track`` from a video or pictures to the files that ``diagnose`` reads."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+from support.command import run_command
+from support.filmed import Filmed, arc, write
+from typer.testing import CliRunner
+
+from dolfingrip.cli.app import app
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.data import measurement
+
+RATE_HZ = 20.0
+SHIFT_S = 3.2
+WITHIN_90 = 1.645
+
+
+def bend_deg(pressure_kPa: np.ndarray) -> np.ndarray:
+    return 0.5 * pressure_kPa
+
+
+def pressure_kPa(time_s: np.ndarray) -> np.ndarray:
+    return np.interp(time_s, [0.4, 1.6, 1.9, 2.8], [0, 100, 100, 0])
+
+
+def turn_deg(bend: float) -> float:
+    """Turn of the line between the last two of the points, from that of a straight finger."""
+    before, last = arc(bend)[-2:]
+    return float(np.degrees(np.arctan2(*(last - before))))
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A video of three seconds and its log in bar, whose clock was set earlier."""
+    folder, camera = tmp_path_factory.mktemp("film"), Filmed()
+    time_s = np.arange(0.0, 3.0, 1 / RATE_HZ)
+    bends = bend_deg(pressure_kPa(time_s))
+    images = [camera.frame(arc(bend), seed=i) for i, bend in enumerate(bends)]
+    write(folder / "film.mp4", images, RATE_HZ)
+    log_s = np.arange(-1.0, 4.0, 0.05)
+    lines = [
+        f"{t + SHIFT_S:.3f};{p / 100:.5f}" for t, p in zip(log_s, pressure_kPa(log_s), strict=True)
+    ]
+    (folder / "log.csv").write_text("\n".join(["Zeit [s];Druck [bar]", *lines]))
+    return folder
+
+
+def test_a_video_becomes_what_diagnose_reads(
+    film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = (film / "film.mp4", "--log", film / "log.csv")
+    assert (
+        run_command(
+            "track", *files, "--in-front", "10", "--set", "finger.length_mm=62", "-o", tmp_path
+        )
+        == 0
+    )
+    said = capsys.readouterr().out.strip().splitlines()
+    assert said[-1] == f"dolfingrip diagnose {tmp_path / 'film.csv'}"
+    config = Config.model_validate({"finger": {"length_mm": 62}})
+    found = measurement.read([tmp_path / "film.csv"], config)
+    assert not found.warnings
+    table, frames = (pd.read_csv(tmp_path / f"film{end}.csv") for end in ("", "_frames"))
+    # a line of two dots is no tip's face: its angle is told, and not compared
+    assert "angle_deg" not in table
+    bends = bend_deg(pressure_kPa(table["time_s"].to_numpy()))
+    off = frames["angle_deg"] - [turn_deg(bend) for bend in bends]
+    assert np.sqrt((off**2).mean()) < 0.25
+    # the shift by the motion is far better here than what a lag could make of it
+    assert np.abs(table["pressure_kPa"] - pressure_kPa(table["time_s"].to_numpy())).max() < 3
+    for i, (axis, sign) in enumerate((("x", -1), ("z", 1))):
+        true = [sign * arc(bend)[-1, i] for bend in bends]
+        spread = np.hypot(frames[f"noise_marker_6_{axis}_mm"], frames[f"common_marker_6_{axis}_mm"])
+        inside = np.abs(table[f"marker_6_{axis}_mm"] - true) < 2 * spread
+        assert inside.mean() > 0.9
+    setup = tomllib.loads((tmp_path / "film.toml").read_text())
+    np.testing.assert_allclose(np.array(setup["camera"]["markers"])[:, 1], arc(0.0)[:, 1], atol=0.2)
+    assert 0.01 < setup["noise"]["marker_6_x_mm"] < 0.2
+    assert 0.01 < setup["noise"]["correlated"]["marker_6_x_mm"] < 1.5
+    assert (tmp_path / "overlay.mp4").stat().st_size > 1000
+    assert "not determined" in (tmp_path / "summary.md").read_text() or "k1" in "".join(said)
+
+
+def test_pictures_have_their_states_in_their_names(tmp_path: Path) -> None:
+    camera, names = Filmed(sheet=False, front_mm=0.0), []
+    for p in (0, 40, 80, 120):
+        names.append(tmp_path / f"{p}.jpg")
+        cv2.imwrite(str(names[-1]), camera.frame(arc(float(bend_deg(np.array(p))))))
+    ends = camera.pixels(np.array([[-20.0, 5.0], [-20.0, 65.0]]))
+    scale = " ".join(f"{u:.0f},{v:.0f}" for u, v in ends) + " = 60 mm"
+    clamp = ",".join(f"{each:.1f}" for each in camera.pixels(np.zeros((1, 2)))[0])
+    told = ("--scale", scale, "--in-front", "0", "--clamp", clamp, "--states", "{pressure_kPa}.jpg")
+    out = tmp_path / "out"
+    assert run_command("track", *names, *told, "--set", "finger.length_mm=62", "-o", out) == 0
+    table, errors = (pd.read_csv(out / f"pictures{end}.csv") for end in ("", "_frames"))
+    assert table["pressure_kPa"].tolist() == [0, 40, 80, 120]
+    off = np.abs(errors["angle_deg"] - [turn_deg(0.5 * p) for p in (0, 40, 80, 120)])
+    assert (
+        off < 2.5 * np.hypot(errors["noise_angle_deg"], errors["common_angle_deg"]) + 1e-9
+    ).all()
+    assert (out / "overlay_120.png").exists()
+
+
+def test_the_sheet_is_written_without_a_video(tmp_path: Path) -> None:
+    assert run_command("track", "--sheet", "letter", "-o", tmp_path / "sheet.pdf") == 0
+    assert (tmp_path / "sheet.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("told", "message"),
+    [
+        ((), "nothing tells the pressure of the frames; allowed: --log"),
+        (("--log", "log.csv", "--light", "10,10"), "--light: allowed: with --log and --event"),
+        (("--scale", "3,4 = 5"), '--scale "3,4 = 5": allowed: as "312,400 900,402 = 100 mm"'),
+        (("--points", "3;4"), '--points "3;4": allowed'),
+        (("--dots", "9"), "6 dots of one colour are seen in the first frame, of 9"),
+        (("--colour", "reddish"), "--colour reddish: allowed: red"),
+        (("--log", "log.csv", "--event", "lamp", "--knock"), "--event lamp: not in"),
+        (("--tags", "36h11"), "0 tags of 36h11 are seen in the first frame"),
+    ],
+)  # fmt: skip
+def test_what_is_missing_is_said_in_a_line(
+    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, told: tuple[str, ...], message: str
+) -> None:
+    monkeypatch.chdir(film)
+    found = CliRunner().invoke(
+        app, ["track", "film.mp4", *told, "-o", str(tmp_path), "--no-overlay"]
+    )
+    assert isinstance(found.exception, ConfigError)
+    assert message in str(found.exception)
+    assert "\n" not in str(found.exception)
+
+
+def test_a_video_without_scale_is_refused(tmp_path: Path) -> None:
+    camera = Filmed(sheet=False)
+    write(tmp_path / "film.mp4", [camera.frame(arc(bend)) for bend in (0.0, 10.0, 20.0)])
+    (tmp_path / "log.csv").write_text("time_s,pressure_kPa\n0,0\n1,10\n")
+    told = ["track", str(tmp_path / "film.mp4"), "--log", str(tmp_path / "log.csv")]
+    found = CliRunner().invoke(app, [*told, "-o", str(tmp_path / "out")])
+    assert "no printed sheet is seen, and no scale is told; allowed: a sheet" in str(
+        found.exception
+    )
