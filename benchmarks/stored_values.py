@@ -1,12 +1,11 @@
 """Every reading of some small simulations, held to stored figures.
 
-    scripts/run python -m benchmarks.stored_values [--only CASE …] [--write | --restamp]
+    scripts/run python -m benchmarks.stored_values [--only CASE …] [--write]
 
 A change of the code that should not change results is checked by it: each figure is compared with
 ``benchmarks/stored_values.csv``, relative to the largest of the case that has its unit. The figures
 are this code's own: they show a change, not correctness. ``--write`` replaces them. The cases
-have every effect of the catalogue, so where all figures are as stored, ``--restamp`` tells the
-simulations that come with the package that today's code computes them.
+have every effect of the catalogue.
 It takes about three minutes of processor time.
 """
 
@@ -19,9 +18,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks import shipped_file
 from dolfingrip import config, experiments
-from dolfingrip.diagnosis.simulation import runner
 from dolfingrip.experiments import Result
 from dolfingrip.sections.tables import assignments
 
@@ -162,10 +159,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--only", nargs="+", choices=CASES, default=list(CASES))
     parser.add_argument("--write", action="store_true")
-    parser.add_argument("--restamp", action="store_true")
     asked = parser.parse_args()
-    if asked.restamp and asked.only != list(CASES):
-        parser.error("--restamp: allowed: with all cases, so without --only")
     found = []
     for name in asked.only:
         found += list(figures(name))
@@ -180,8 +174,6 @@ def main() -> None:
     print("\n".join(lines) if lines else f"{len(found)} figures, all as stored")
     if lines:
         sys.exit(1)
-    if asked.restamp:
-        shipped_file.restamp(runner.FILE)
 
 
 if __name__ == "__main__":

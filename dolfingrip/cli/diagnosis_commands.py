@@ -42,7 +42,7 @@ def diagnose(asked: DiagnoseSettings) -> None:
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         chosen = diagnosing.DiagnosisSettings(
             asked.workers, kept, asked.quick, list(asked.effects) or None, asked.campaign,
-            asked.anew, screen.say, show,
+            screen.say, show,
         )  # fmt: skip
         found = diagnosing.diagnose(data, resolved, asked.out, chosen)
     result = write(found, data, asked.out)

@@ -540,7 +540,6 @@ class DiagnoseSettings(ConfiguredSettings):
         None, "Of designs: the best by the extended model, too.", metavar="FOLDER"
     )
     quick: bool = option(False, "Stop after the screen.")
-    anew: bool = option(False, "Simulate what comes with the package, too.")
 
 
 @dataclass(frozen=True, kw_only=True)

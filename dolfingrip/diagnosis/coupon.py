@@ -1,13 +1,14 @@
-"""An analysis of coupons: their readings in closed form, emulators of all causes, and errors.
+"""Coupons: their readings in closed form, derivatives by differences, and what could explain them.
 
-Readings are computed for many sets of an effect's numbers at once.
+Grips that slide let a coupon stretch evenly. A simulation is then a closed form:
+:mod:`dolfingrip.experiments.rigs.uniaxial`. Moduli scale it exactly.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -15,24 +16,16 @@ import numpy as np
 
 from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError, changed
-from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.answer.analysis import Analysis, told_error
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.discrepancy import kernel
-from dolfingrip.diagnosis.answer.errors import Errors, errors_of
-from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.emulator import Emulator, Scaled, linear, places, trained
-from dolfingrip.diagnosis.core.evidence import InferenceProblem, MapFit, Subset
-from dolfingrip.diagnosis.core.search import ModelPosterior, search
-from dolfingrip.diagnosis.core.unknown import (
-    MODULUS,
-    Cause,
-    Nuisance,
-    Unknown,
-    factor_of_moduli,
-)
+from dolfingrip.diagnosis.answer.errors import errors_of
+from dolfingrip.diagnosis.core.blend import Tangents, places
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Subset
+from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup, groups
+from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.effect import Energetic
@@ -74,6 +67,7 @@ class CouponSimulation:
     """
 
     closed_form: ClassVar = True
+    at_once: int = 1000
 
     def __init__(self, measurement: Measurement, config: Config) -> None:
         self.measurement = measurement
@@ -107,39 +101,76 @@ class CouponSimulation:
                 found.append(Nuisance(number, moved - self.base.readings))
         return found
 
+    def free(self, point: Point) -> Point | None:
+        """Return nothing: any other numbers are another simulation."""
+        return None
+
     def of(self, measurement: Measurement, *, known_mesh: bool = True) -> CouponSimulation:
         """Return the simulator of other coupons; these have no mesh."""
         return CouponSimulation(measurement, self.config)
 
-    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]] = ()) -> ModelReadings:
-        """Simulate other values, and differences by steps of some; NaN without equilibrium."""
-        moved = {}
-        for place, (number, step) in enumerate(steps, 1):
-            here = np.array(values[number.key], dtype=float)
-            moved[number.key] = np.stack([here] * (1 + len(steps)))
-            moved[number.key][place] += step
-        first, *others = self._many({**values, **moved}, 1 + len(steps))
-        slopes = {
-            number.gradient: (other - first) / step
-            for (number, step), other in zip(steps, others, strict=True)
-        }
-        by_log = np.where(in_proportion(self.measurement), first, 0.0)
-        return ModelReadings(first, np.zeros_like(first), {**slopes, MODULUS: by_log})
+    def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
+        """Return nothing: another coupon is clamped once more."""
+        return ()
 
-    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
-        """(places, n) changes by a cause; NaN without equilibrium.
+    def at(self, points: Sequence[Point]) -> list[Tangents | None]:
+        """Simulate other numbers, those of the same causes together; None without equilibrium."""
+        together = defaultdict[Subset, list[int]](list)
+        for place, point in enumerate(points):
+            together[tuple(cause.name for cause, _ in point.causes)].append(place)
+        found: list[Tangents | None] = [None] * len(points)
+        for own in together.values():
+            causes = [cause for cause, _ in points[own[0]].causes]
+            zeta = np.array([[z for _, z in points[place].numbers] for place in own])
+            told = self.tangents(causes, zeta, [points[place] for place in own])
+            for place, each in zip(own, told, strict=True):
+                if np.isfinite(each.told).all():
+                    found[place] = each
+        return found
+
+    def tangents(
+        self, causes: Sequence[Cause], zeta: np.ndarray, points: Sequence[Point]
+    ) -> list[Tangents]:
+        """Simulate several numbers of the same causes, all at once; NaN without equilibrium.
 
         Args:
-            cause: an effect that is not on.
-            zeta: its numbers, shape (places, d).
+            causes: that act.
+            zeta: of their numbers, shape (places, d).
+            points: these with the moduli, places of them.
         """
-        every = {
-            number.key: number.at(zeta[:, [i]] if number.listed else zeta[:, i])
-            for i, number in enumerate(cause.numbers)
-        }
-        held = [number.change(value) for number, value in cause.held]
-        fixed = {key: value for each in held for key, value in each.items()}
-        return self._many({**fixed, **every}, len(zeta)) - self.base.readings
+        count, d = zeta.shape
+        box = np.vstack([np.zeros((0, 2)), *(cause.box() for cause in causes)])
+        step = np.where(zeta + POLICY.step > box[:, 1], -POLICY.step, POLICY.step)
+        moved = np.concatenate([np.zeros((count, 1, d)), step[:, :, None] * np.eye(d)], axis=1)
+        every = (zeta[:, None] + moved).reshape(count * (1 + d), d)
+        told = self._readings(causes, every).reshape(count, 1 + d, -1)
+        by = (told[:, 1:] - told[:, :1]) / step[:, :, None]
+        scaled, found = in_proportion(self.measurement), []
+        for point, (value, *_), slopes in zip(points, told, by, strict=True):
+            c = np.where(scaled, point.moduli, 1.0)
+            numbers = [n.coordinate(np.array(z))[1] for n, z in point.numbers]
+            by_u = slopes / np.array(numbers).reshape(-1, 1)
+            by_c = point.factor.coordinate_of(point.moduli)[1] * np.where(scaled, value, 0.0)
+            own = np.column_stack([c * value, by_c, *(c * each for each in by_u)])
+            found.append(Tangents(point.u, own[None]))
+        return found
+
+    def _readings(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
+        """(places, n) readings with some effects; NaN without equilibrium.
+
+        Args:
+            causes: effects that are not on.
+            zeta: their numbers, shape (places, d).
+        """
+        values: Change = {}
+        numbers = [number for cause in causes for number in cause.numbers]
+        for cause in causes:
+            for number, value in cause.held:
+                values = {**values, **number.change(value)}
+        for i, number in enumerate(numbers):
+            at = number.at(zeta[:, [i]] if number.listed else zeta[:, i])
+            values = {**values, number.key: at}
+        return self._many(values, len(zeta))
 
     def _many(self, values: Change, count: int) -> np.ndarray:
         """(places, n) readings at values by key; arrays hold one for each place, (places, …)."""
@@ -213,86 +244,10 @@ def _row(values: np.ndarray, place: int) -> np.ndarray:
     return values[place : place + 1] if len(values) > 1 else values
 
 
-@dataclass(frozen=True, eq=False)
-class CouponAnalysis(Analysis[CouponSimulation]):
-    """Coupons, and what could explain them."""
-
-    def exact(self, fit: MapFit) -> np.ndarray:
-        return self.simulated(fit, derived=False)[0]
-
-    def covariances(
-        self, addition: Proposal, readings: np.ndarray
-    ) -> tuple[np.ndarray, float | np.ndarray]:
-        """Return those by the stiffness of a new coupon, which is another specimen."""
-        scatter = self.errors.scatter
-        stiff = max(scatter.scale, scatter.prior_scale) * readings
-        return np.outer(stiff, stiff), 0.0
-
-    def verified(
-        self, posterior: ModelPosterior, say: Say
-    ) -> tuple[CouponAnalysis, ModelPosterior, float]:
-        """Simulate likely causes at their fits; emulators learn what they miss there.
-
-        A pair may look unlikely because its emulators do not know how one cause acts on the other.
-        So every pair that may stand in the place of the leading fit is simulated, too.
-        """
-        coupons, known = self, defaultdict[Subset, list[tuple[MapFit, float]]](list)
-        posterior = search(self.problem, np.random.default_rng(0), before=posterior)
-        for _ in range(POLICY.rounds):
-            told = []
-            for fit in coupons._doubtful(posterior, known):
-                exact = np.column_stack(coupons.simulated(fit))
-                missed = coupons.emulator_error(fit, exact[:, 0])
-                known[coupons.problem.effects(fit.subset)].append((fit, missed))
-                if missed > POLICY.exact and np.isfinite(exact).all():
-                    told.append((fit.subset, fit.zeta, exact))
-            if not told:
-                break
-            say(f"comparing all causes anew, by simulations at {len(told)} fits")
-            coupons = replace(coupons, problem=coupons.problem.corrected(told))
-            changed = [coupons.problem.causes(subset) for subset, _, _ in told]
-            posterior = search(
-                coupons.problem, np.random.default_rng(0), before=posterior, changed=changed
-            )
-        # of effects at whose numbers some reading has no equilibrium no emulator tells
-        impossible: dict[Subset, float] = {}
-        while True:
-            best = sensitivity(posterior)[0].best
-            left = coupons.emulator_error(best, coupons.exact(best))
-            if np.isfinite(left):
-                return coupons, posterior, left
-            impossible[coupons.problem.effects(best.subset)] = np.inf
-            posterior = posterior.weakened(impossible, coupons.problem.effects)
-
-    def _doubtful(
-        self, posterior: ModelPosterior, known: Mapping[Subset, Sequence[tuple[MapFit, float]]]
-    ) -> Iterator[MapFit]:
-        """Fits that simulations may change: of likely effects, and of pairs with a leading one.
-
-        Args:
-            posterior: of all hypotheses.
-            known: fits that were simulated, and what emulators missed there, by their effects.
-        """
-        effects = self.problem.effects
-        leading = {*effects(sensitivity(posterior)[0].best.subset)}
-        probability = posterior.by(lambda fit: effects(fit.subset))
-        likely = posterior.leaders(lambda fit: effects(fit.subset))
-        exactly = posterior.leaders(lambda fit: (effects(fit.subset), fit.level))
-        for own, fit in likely.items():
-            if own and probability[own] > POLICY.joint:
-                if not any(np.array_equal(each.zeta, fit.zeta) for each, _ in known[own]):
-                    yield fit
-            elif len(own) > 1 and leading & {*own}:
-                fit = exactly[own, 0.0]
-                left = told_error(known[own], fit)
-                if left > POLICY.surer * POLICY.exact and {*own} <= {*fit.visible}:
-                    yield fit
-
-
 def analyse_coupons(
     simulation: CouponSimulation, causes: Sequence[Cause], say: Say = silent
-) -> CouponAnalysis:
-    """Simulate what every cause changes about the coupons, and make emulators of it.
+) -> Analysis[CouponSimulation]:
+    """Simulate what every cause changes about the coupons, all over its prior.
 
     Args:
         simulation: of coupons that are
@@ -311,44 +266,47 @@ def analyse_coupons(
             "smaller coupon.max_strain, or another material"
         )
     off = errors_of(simulation)
-    emulators: dict[str, Emulator] = {}
-    every = {cause.name: cause for cause in causes}
-    for name, cause in every.items():
-        feels = effect(name).felt_on(EXPERIMENTS["coupon"].parts)
-        if feels and (found := _emulated(simulation, cause, off)):
-            emulators[name] = found
-    unseen = tuple(name for name in every if name not in emulators)
-    rig = {  # where it is implausible it is a cause
-        each.name: each.unknown.implausible() for each in off.shared
+    seen = [
+        each for each in off.shared
         if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible
-    }  # fmt: skip
-    shared = {each.name: each.change for each in off.shared}
-    emulators |= {name: linear(POLICY.implausible_width * shared[name]) for name in rig}
-    felt = {name: {**every, **rig}[name] for name in emulators}
+    ]  # fmt: skip
     setups = [test.setup.nuisances for test in measurement.tests]
     std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
     reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
     factor = factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area"))
-    scaled = in_proportion(measurement)
+    rest = off.without([each.name for each in seen])
+    felt = {
+        each.name: each for each in causes if effect(each.name).felt_on(EXPERIMENTS["coupon"].parts)
+    }
+    runs = {name: first for name, cause in felt.items()
+            if (first := _first(simulation, cause, factor, off.noise)) is not None}  # fmt: skip
+    (plain,) = simulation.at([Point(factor, 0.0)])
+    assert plain is not None
     problem = InferenceProblem(
-        measurement.listed["value"].to_numpy(), base,
-        (factor,),
-        {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
-        off.covariance, kernel(off.along), {name: each.box() for name, each in felt.items()},
-        Scaled.alone(base, scaled, factor), rig=frozenset(rig),
-        tails={name: each.tails for name, each in felt.items()},
-    )  # fmt: skip
-    return CouponAnalysis(problem, felt, off, simulation, unseen)
+        measurement.listed["value"].to_numpy(), base, off.noise,
+        (factor, *(replace(each.unknown, role="always", names=(each.name,)) for each in seen)),
+        np.column_stack([np.zeros((len(base), 0)), *(each.change for each in seen)]),
+        {name: felt[name].numbers for name in runs}, rest.covariance, kernel(off.along),
+    ).beside([(NONE, plain), *(((name,), own) for name, own in runs.items())])  # fmt: skip
+    unseen = tuple(each.name for each in causes if each.name not in runs)
+    return Analysis(problem, {name: felt[name] for name in runs}, rest, simulation, unseen)
 
 
-def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
-    """The emulator of a cause; None where no reading feels it."""
+def _first(
+    simulation: CouponSimulation, cause: Cause, factor: Unknown, noise: np.ndarray
+) -> Tangents | None:
+    """Simulations of a cause all over its prior; None where no reading feels it."""
     box = cause.box()
     zeta = places(box, POLICY.training[min(len(box), len(POLICY.training)) - 1])
-    changes = simulation.changed(cause, zeta)
-    solved = np.isfinite(changes).all(axis=1)
-    zeta, changes = zeta[solved], changes[solved]
-    sizes = np.sqrt(((changes / off.noise) ** 2).mean(axis=1))
-    if len(zeta) < 2 * len(box) + 2 or sizes.max() < POLICY.invisible:
+    points = [Point(factor, 0.0, (), ((cause, each),)) for each in zeta]
+    every = simulation.tangents([cause], zeta, points)
+    known = Tangents(np.vstack([e.u for e in every]), np.concatenate([e.told for e in every]))
+    solved = np.isfinite(known.told).all(axis=(1, 2))
+    found = Tangents(known.u[solved], known.told[solved])
+    sizes = (found.told[..., 0] - simulation.base.readings) / noise
+    if (
+        len(found.u) < 2 * len(box) + 2
+        or np.sqrt(np.square(sizes).mean(axis=1)).max() < POLICY.invisible
+    ):
         return None
-    return trained(zeta, changes, off.noise, box)
+    return found

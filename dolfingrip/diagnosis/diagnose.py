@@ -25,7 +25,7 @@ from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import reversed_signs, sentences, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
-from dolfingrip.diagnosis.finger.analysis import analyse_fingers
+from dolfingrip.diagnosis.screening import analyse_fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.jobs.run import Progress, silent
@@ -34,7 +34,6 @@ LEFT_OUT: Final = (
     "--quick left out: the gain on readings that are left out, and tests that would have to be "
     "simulated to tell what they settle"
 )
-UNVERIFIED: Final = "; the answer was not checked by simulations at its fitted numbers"
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,6 @@ class DiagnosisSettings:
         quick: stop after the screen.
         effects: names of those that are tried; the whole catalogue where None.
         campaign: folder of a campaign whose best designs are computed with the extended model.
-        anew: compute the simulations that come with the package, too.
         say: told what is being done.
         progress: called with each simulation that is done.
         specimens: whether those that stand apart from the others are looked for.
@@ -58,7 +56,6 @@ class DiagnosisSettings:
     quick: bool = False
     effects: Sequence[str] | None = None
     campaign: Path | None = None
-    anew: bool = False
     say: Callable[[str], None] = silent
     progress: Progress = silent
     specimens: bool = True
@@ -85,7 +82,7 @@ def diagnose(
         read_campaign(settings.campaign)
     measurement, notes = measured.selected(measured.read(files, config), config)
     store = settings.store or out / "simulations"
-    with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
+    with staying(store, settings.workers, settings.progress) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)
         found.simulated_s = sum(workers.spent_s.values())
         named = found.decision.answer == "cause"
@@ -115,7 +112,7 @@ def diagnose_measurement(
     doubts = sentences(reversed_signs(measurement, config))
     for each in doubts:
         say(f"check the data first: {each}")
-    analysis = analyse(measurement, config, workers, settings.effects, say)
+    analysis = analyse(measurement, config, workers, settings.effects, say, quick=quick)
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, analysis.problem.base)
     for each in sentences(suspicions(analysis.measurement, shown)):
@@ -133,7 +130,9 @@ def diagnose_measurement(
         found.suspicions.append(f"{outside.sentence}; without: {answer_sentence(rest)}")
     found.warnings = [*measurement.warnings, *found.cautions()]
     if quick:
-        found.warnings.append(LEFT_OUT if analysis.closed_form else f"{LEFT_OUT}{UNVERIFIED}")
+        found.warnings.append(LEFT_OUT)
+        if analysis.not_tried:
+            found.warnings.append(f"--quick did not look at {', '.join(analysis.not_tried)}")
     whole = not quick and found.decision.answer == "cause"
     if whole:
         say("measuring the gain on readings that are left out")
@@ -151,7 +150,7 @@ def analyse(
     names: Sequence[str] | None = None,
     say: Callable[[str], None] = silent,
     *,
-    fully: bool = False,
+    quick: bool = False,
 ) -> Analysis[Any]:
     """Simulate the model and what causes change: coupons in closed form, others by requests.
 
@@ -161,7 +160,7 @@ def analyse(
         workers: where simulations are computed and kept.
         names: of the causes that are tried; the whole catalogue where None.
         say: told what is being done.
-        fully: simulate every cause as far as one that the readings may have.
+        quick: leave out causes of a finger that need simulations of their own.
 
     Raises:
         ConfigError: one line, where the model cannot be simulated, or a name is of a number that
@@ -171,7 +170,7 @@ def analyse(
     fingers = any(test.of_finger for test in measurement.tests)
     if not fingers and in_closed_form(measurement, config):
         return analyse_coupons(CouponSimulation(measurement, config), causes, say)
-    return analyse_fingers(measurement, config, workers, causes, say, fully=fully)
+    return analyse_fingers(measurement, config, workers, causes, names, say, quick=quick)
 
 
 def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:

@@ -9,7 +9,7 @@ effect alone is the probability that it is named.
 from __future__ import annotations
 
 import zlib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -23,6 +23,7 @@ from scipy.special import ndtri
 from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.refining import doubtful
 from dolfingrip.diagnosis.core.decision import decide, held
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
@@ -35,10 +36,9 @@ from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, analyse
+from dolfingrip.diagnosis.finger import FingerSimulation, coarser
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import base_variant
-from dolfingrip.diagnosis.simulation.runner import NotAtHand, Workers, staying
-from dolfingrip.diagnosis.simulation.simulated import simulate
+from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
 
@@ -99,7 +99,7 @@ class Hidden:
         decision = decide(posterior)
         within = decision.answer == "cause" and name in decision.first
         subsets = posterior.subsets
-        mass = {each: held(subsets, (each,)) for each in self.planned.effects}
+        mass = {each: held(subsets, (each,)) for each in self.planned.causes}
         return RecoveryOutcome(within and decision.first == (name,), within, mass)
 
     @cached_property
@@ -124,8 +124,7 @@ class Hidden:
             strength: by the ordinary one.
             rng: draws the shape; None for the middles.
         """
-        box = self.planned.problem.boxes[self.cause.name]
-        return self.cause.at_strength(box, strength, rng)
+        return self.cause.at_strength(self.cause.box(), strength, rng)
 
     def drawn(self, place: int) -> list[RecoveryOutcome]:
         """The draws at one of the strengths."""
@@ -178,7 +177,7 @@ def namings(planned: Analysis[Any], before: Sequence[EffectOutlook] = ()) -> lis
     """
     known = {each.effect: each for each in before}
     found = [
-        _naming(Hidden(planned, cause), known.get(name)) for name, cause in planned.effects.items()
+        _naming(Hidden(planned, cause), known.get(name)) for name, cause in planned.causes.items()
     ]
     found += [EffectOutlook(effect=name) for name in planned.unseen]
     return sorted(found, key=lambda each: -each.strength_sigma)
@@ -252,18 +251,37 @@ def analyse_plan(
 
     Raises:
         ConfigError: one line, where the base simulation does not reach all readings.
-        NotAtHand: simulations are missing, and the workers do not compute.
     """
     if in_closed_form(measurement, config):
         readings = CouponSimulation(measurement, config).configured
     else:
-        wanted = base_variant(measurement, config)
-        (base,) = simulate(measurement, config, [wanted], workers)
-        if np.isnan(base.readings).any():
-            why = "; ".join(dict.fromkeys(each.why for each in base.failures))
+        simulation = FingerSimulation(measurement, config, workers, coarser(config)[0])
+        if np.isnan(readings := simulation.configured).any():
+            failures = (*simulation.first.failures, *simulation.fine.failures)
+            why = "; ".join(dict.fromkeys(each.why for each in failures))
             raise ConfigError(f"the simulation does not reach all readings: {why}")
-        readings = base.readings
-    return analyse(measurement.reading(readings), config, workers, names, fully=True)
+    found = analyse(measurement.reading(readings), config, workers, names)
+    for name in [*found.causes] if found.closed_form else ():
+        found = _with_rivals(found, name)
+    return found
+
+
+def _with_rivals(planned: Analysis[Any], name: str) -> Analysis[Any]:
+    """Simulate what follows a cause of ordinary strength where it follows it best."""
+    for _ in range(ADDITIONS.rivals):
+        hidden = Hidden(planned, planned.causes[name])
+        value = planned.problem.base + hidden.visibility.change(name, hidden.at(1.0))
+        levels = {k: each.read(value) for k, each in planned.problem.levels.items()}
+        posterior = one_at_a_time(levels, {})
+        asked = replace(planned, problem=replace(planned.problem, value=value))
+        _, fits = doubtful(asked, posterior, Counter())
+        told = zip(fits, planned.simulated(fits), strict=True)
+        runs = [(fit.subset[:1], own) for fit, own in told if own is not None]
+        runs = [(causes, own) for causes, own in runs if causes and causes[0] in planned.causes]
+        if not runs:
+            break
+        planned = replace(planned, problem=planned.problem.beside(runs))
+    return planned
 
 
 def joined(first: Measurement, second: Measurement) -> Measurement:
@@ -308,7 +326,7 @@ def plan(
     measurement, can_vary = rig.read(file, config, changes, noise)
     names = settings.effects
     store = settings.store or out / "simulations"
-    with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
+    with staying(store, settings.workers, settings.progress) as workers:
         settings.say("simulating the rig's protocol, and with each effect")
         own = analyse_plan(measurement, config, workers, names)
         found = namings(own)
@@ -319,12 +337,14 @@ def plan(
             failed.append(ALONE)
         possible = [each for each in proposals(measurement, config) if each.kind in can_vary]
         for proposal in possible:
+            if settings.quick:
+                failed.append(f"--quick left out: {proposal.name}")
+                continue
             settings.say(f"addition: {proposal.name}")
-            hands = workers.at_hand() if settings.quick else workers
             try:
                 both = joined(measurement, read_alike(proposal, measurement))
-                more = namings(analyse_plan(both, config, hands, names), found)
-            except (NotAtHand, ConfigError) as failure:
+                more = namings(analyse_plan(both, config, workers, names), found)
+            except ConfigError as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
             lifts = [each.effect for each in more if each.at_ordinary and each.effect not in named]

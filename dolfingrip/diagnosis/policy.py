@@ -60,10 +60,6 @@ class RoutePolicy:
         most, fewest: stops of a ramp; the fewer where rows are closer to one another than the
             gauge's noise allows to tell.
         most_of_wait: stops of a wait.
-        headroom: an elastic curve goes on to so many times the highest pressure, so that it can be
-            scaled to a modulus that is so much smaller. Two of the usual standard deviations are a
-            factor of 1.5, beside which the regulator reads low. A curve to 1.3 made a finger that
-            is two softer look like one with a cause of 5 standard deviations; 2 are left now.
         closest: least distance of two stops of a ramp, by the range of the control.
         jump: smallest change of a control that is a motion of the finger, by its largest value.
         gauge: standard deviation of a gauge of pressures that nobody told, by the largest value:
@@ -86,14 +82,11 @@ class RoutePolicy:
         turns: part of the force at a stop that a straight line from there is below zero at the stop
             before, from which on the force begins between the two.
         outside: how far beyond the stops that were reached rows are read, by their range.
-        beyond: the same of a path that ended early.
-        anywhere: the same where such readings are not judged.
     """
 
     most: int = 25
     fewest: int = 4
     most_of_wait: int = 8
-    headroom: float = 1.6
     closest: float = 2e-3
     jump: float = 0.02
     gauge: float = 0.002
@@ -109,8 +102,6 @@ class RoutePolicy:
     straight: float = 0.1
     turns: float = 0.1
     outside: float = 0.05
-    beyond: float = 10.0
-    anywhere: float = 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,27 +113,10 @@ class ModelPolicy:
             by. Without it the mesh alone is taken for an effect: 5.6 standard deviations on the
             reference finger (angle 0.3°, force 0.02 N).
         edges: elements at edges of the meshes in between, by the graded mesh's.
-        reached: part of the pressure that the coarse model comes to, up to which others are
-            simulated.
-        walls_by: relative change of the walls' thickness that is simulated: two usual standard
-            deviations.
-        walls_known: standard deviation of the walls from which on they are simulated; smaller ones
-            are linear.
-        weighing: factors of all moduli at which a model is simulated that does not scale.
-        closer: how much nearer to one another moduli are read that are as told than those that are
-            far off.
-        beside: how far to either side the moduli are spread that causes are simulated at which do
-            not scale.
     """
 
     mesh_share: float = 0.3
     edges: tuple[float, ...] = (4.0, 2.0)
-    reached: float = 0.97
-    walls_by: float = 0.1
-    walls_known: float = 0.01
-    weighing: tuple[float, ...] = (0.75, 1.0, 1.4)
-    closer: float = 0.9
-    beside: float = 1.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +172,7 @@ class AdditionPolicy:
         strengths: of a cause that are hidden in a planned measurement: the middles of so many parts
             of its prior, which are equally probable.
         noises: draws of everything else at each strength.
+        rivals: how often what rivals a hidden cause is simulated at its best numbers.
         faint: length of a change, standard deviations, below which a draw of noise hardly makes a
             cause of it: that takes more than three.
     """
@@ -218,6 +193,7 @@ class AdditionPolicy:
     law_error: float = 0.005
     strengths: int = 8
     noises: int = 2
+    rivals: int = 3
     faint: float = 1.5
 
 
@@ -274,43 +250,22 @@ class InferencePolicy:
             lines.
         telling: part of what the model misses from which on a number that changes so much is, too.
         reach: largest |ζ| of an emulator.
-        degrees: degree of its polynomials by the number of its arguments.
         training: simulations by the number of arguments, where they cost nothing.
-        components: most columns of an emulator.
-        curved_degree: degree of a finger's polynomials, at most.
-        curved_share: most monomials by the number of values and derivatives.
-        poles: largest |q · u| of an emulator's simulations that are tried, with either sign of q.
-        pole_steps: linear fits that find the direction of q, each with the pole before.
-        nearest_pole: least 1 + q · u.
-        slope_weight: weight of a derivative by ζ beside a value.
+        tries: simulations of a set of causes at its best numbers, at most.
+        matters: probability from which on a set of causes is simulated there.
+        exactly: ln of evidence that extrapolation may miss where it is not.
+        most_missed: standard deviations that extrapolation may miss, at most.
         shortest_step: shortest step of a simulation, by the longest; how far a path goes on beyond
             its last stop is not read.
         first_error: part of what a cause explains that its derivatives, or its first simulation,
             may miss.
-        indifferent: a change of the ln of a likelihood that changes no answer: odds of 1.5.
-        finger_places: simulations of a finger by the number of a cause's arguments.
-        implausible_places: simulations of a nuisance that is implausible by its prior.
-        finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
-            many times √(2/n).
-        finer: times that places are added between those of a cause whose emulator misses more than
-            the noise, at most.
-        at_once: such places at a time.
-        helps: part of the error before that is left, at most, where they go on.
         farther: simulations of causes whose best numbers lie beyond that, at most.
-        farthest: largest |ζ| of these, by the standard deviation of the wide part of the prior.
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
         scaled_by: the same of coupons, which moduli scale exactly.
         least_std: of the moduli's logarithm, by which its range is counted.
-        nodes: moduli at which a simulation that scales is read.
-        recentred: steps of the moduli that all is simulated at, as a factor; where the model alone
-            does not follow the readings, simulations serve so far to the side of a softer finger.
-        near_enough: ratio of the fitted moduli and those that all is simulated at, at most.
-        stiffer: the same to the side of a stiffer finger where moduli scale it: its rows are read
-            from the reference finger's curve to 0.001° and 0.004 N of 3 N.
         passes: simulations of the model at other moduli, at most, until these follow the readings.
         coarse: part of a channel that the mesh of the causes may be off by.
         component_error: error of a reading that columns may leave, by its noise.
-        error_columns: columns of an emulator's error.
         pairs: pairs of effects that are fitted; the others are bounded from above.
         pairs_level: levels of the discrepancy up to this one choose the pairs.
         hopeless: ln of how much less than the best evidence the likelihood of a pair may be.
@@ -342,26 +297,17 @@ class InferencePolicy:
         smooth: degree of the smooth curve through the readings, at most.
         common: numbers of the curve that specimens share in a branch, at most.
         single_shape: the first of these where there is one specimen.
-        surer: error of an emulator by that before, where a simulation has corrected it.
         correction_length: of what an exact simulation tells of an emulator's error, in ζ.
         walls_reach: standard deviations that walls may be off by.
-        rounds: how often likely fits of coupons are simulated and all is compared anew, at most.
-        simulated_fits: how many leading fits of fingers are simulated, at most.
+        simulated_fits: how many fits are simulated, at most.
+        quick_fits: the same of a quick diagnosis.
         interval: probability that intervals hold.
-        exact: largest difference between an emulator and an exact simulation at a likely fit of
-            coupons, by the noise; beyond it the emulator is corrected there.
         joint: probability from which on a page tells a cause as possible, too.
         verified: probability of causes from which on they are held against exact simulations.
         invisible: root mean square change, by the noise, below which no reading feels a cause.
         closed_form_places: places along each number of a closed form.
-        tabulated: places at which a law is tabulated that is nearly right.
-        parabola: ζ of the model's own numbers between which the model is taken to be a parabola.
-        signed_ends, positive_ends: first and last place along a finger's amplitude of either sign,
-            of which both ends count, and of a positive one, of which the strong end does.
         read_beyond: |ζ| that an emulator of a finger is read beyond what it was simulated at.
         step: of ζ, by which simulations of coupons are differentiated.
-        coordinate_step: of ζ, by which the coordinates of a polynomial are differentiated.
-        left_out: one simulation in so many is left out of an emulator's fit, and tells its error.
         freedom: degrees of freedom of the multivariate t that is drawn from: its tails are wider
             than those of most densities.
         wider: factors of the covariance that draws share: the wider ones find the ends of a ridge.
@@ -390,38 +336,21 @@ class InferencePolicy:
     implausible_sigma: float = 3.0
     telling: float = 0.25
     reach: float = 3.3
-    degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
-    training: tuple[int, ...] = (64, 400, 512, 512, 600, 900)
-    components: int = 10
-    curved_degree: int = 4
-    curved_share: float = 0.7
-    poles: tuple[float, ...] = (0.15, 0.3, 0.45, 0.6, 0.75, 1.5, 3.0, 6.0, 12.0)
-    pole_steps: int = 4
-    nearest_pole: float = 0.1
-    slope_weight: float = 0.5
+    training: tuple[int, ...] = (16, 40, 40, 50, 60, 80)
+    tries: int = 6
+    matters: float = 0.03
+    exactly: float = 0.1
+    most_missed: float = 6.0
     shortest_step: float = 1 / 8
     first_error: float = 0.15
-    indifferent: float = 0.4
-    finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
-    implausible_places: int = 6
-    finger_reach: float = 2.5
-    finer: int = 4
-    at_once: int = 2
-    helps: float = 0.8
     farther: int = 6
-    farthest: float = 4.0
     stiffest: float = 4.0
     scaled_by: float = 1000.0
     least_std: float = 0.01
-    nodes: int = 33
-    recentred: float = 1.6
-    near_enough: float = 1.3
-    stiffer: float = 2.5
     passes: int = 5
     coarse: float = 0.25
     component_error: float = 0.03
-    error_columns: int = 3
-    pairs: int = 40
+    pairs: int = 24
     pairs_level: float = 0.01
     hopeless: float = 15.0
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
@@ -447,25 +376,17 @@ class InferencePolicy:
     smooth: int = 6
     common: int = 24
     single_shape: float = 0.003
-    surer: float = 0.2
     correction_length: float = 1.0
     walls_reach: float = 5.0
-    rounds: int = 6
-    simulated_fits: int = 12
+    simulated_fits: int = 24
+    quick_fits: int = 2
     interval: float = 0.9
-    exact: float = 0.5
     joint: float = 0.01
     verified: float = 0.03
     invisible: float = 0.05
     closed_form_places: int = 9
-    tabulated: int = 300
-    parabola: float = 0.5
-    signed_ends: tuple[float, float] = (0.08, 0.92)
-    positive_ends: tuple[float, float] = (0.1, 0.95)
     read_beyond: float = 0.2
     step: float = 0.01
-    coordinate_step: float = 1e-4
-    left_out: int = 5
     freedom: int = 5
     wider: tuple[float, ...] = (1.0, 9.0)
     compared: int = 5

@@ -62,8 +62,8 @@ def calibrate(watched: Watched, asked: TrackAsked, width_mm: float) -> Calibrati
         )
         raise ConfigError(
             f"{what}, and no scale is told; allowed: a sheet of `dolfingrip track --sheet a4 -o "
-            'sheet.pdf` behind the finger, --scale "X,Y X,Y = LENGTH mm", tags with --tag-mm, or '
-            "--clamp with --first-mm"
+            'sheet.pdf` behind the finger, --scale "X,Y X,Y = LENGTH mm", tags with --tag-side, or '
+            "--clamp with --first"
         )
     found = plane.of_lengths(size, lengths, (front, spread), by)
     found.doubts.append(

@@ -132,9 +132,9 @@ def test_no_page_contradicts_itself(pulled: Analysis[Any]) -> None:
     problem = pulled.problem
     seen = Visibility(problem, np.zeros(problem.nuisance_count))
     changes = {"none": np.zeros(len(problem.value))}
-    for name in (each for each in EFFECTS if each in pulled.effects):
+    for name in (each for each in EFFECTS if each in pulled.causes):
         for strength in STRENGTHS:
-            zeta = pulled.causes[name].at_strength(problem.boxes[name], strength)
+            zeta = pulled.causes[name].at_strength(pulled.causes[name].box(), strength)
             changes[f"{name} {strength}"] = seen.change(name, zeta)
     load = TRAVELS_mm[-len(problem.value) :]
     changes |= {f"jump {by}": by * (load > 10.0) for by in (0.1, 2.0)}
@@ -170,9 +170,10 @@ def test_memory_from_one_rate_has_an_elastic_rival(pulled: Analysis[Any]) -> Non
     pulled up and down names it alone (``plan/test_naming.py``)."""
     problem = pulled.problem
     seen = Visibility(problem, np.zeros(problem.nuisance_count))
-    zeta = pulled.causes["prony"].at_strength(problem.boxes["prony"])
+    zeta = pulled.causes["prony"].at_strength(pulled.causes["prony"].box())
     alone = replace(pulled, problem=replace(
-        problem, emulators={"prony": problem.emulators["prony"]}, rig=frozenset(),
+        problem, numbers={"prony": problem.numbers["prony"]},
+        always=(problem.factor, *(replace(each, names=()) for each in problem.always[1:])),
     ))  # fmt: skip
     found = answered(alone, 2 * seen.change("prony", zeta), np.random.default_rng(SEED))
     assert found.decision.first == ("prony",)
@@ -210,7 +211,7 @@ def test_a_loop_of_friction_is_not_claimed_as_one_of_the_material(tmp_path: Path
         behind = np.sign(step) + (behind - np.sign(step)) * np.exp(-abs(step) / 0.8)
         rubs.append(0.6 * behind)
     seen = Visibility(problem, np.zeros(problem.nuisance_count))
-    zeta = own.causes["permanent_set"].at_strength(problem.boxes["permanent_set"])
+    zeta = own.causes["permanent_set"].at_strength(own.causes["permanent_set"].box())
     noise = own.errors.noise * np.random.default_rng(SEED).standard_normal(len(rubs))
 
     def decided(change: np.ndarray, curves: np.ndarray | None) -> Decision:

@@ -12,7 +12,7 @@ from support.here import Here
 
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger.model import coarser
+from dolfingrip.diagnosis.finger import coarser
 
 PRESSURES_kPa = (0, 25, 50, 75, 100)
 HIDDEN_MPa = 1.8

@@ -47,7 +47,7 @@ def diagnosed(folder: Path, store: Path, *experiments: str) -> Diagnosis:
             entry = f"{value:.6f}," if column == "angle_deg" else f",{value:.6f}"
             lines.append(f"{name},{branch},{time_s},{pressure},{entry}")
     file = written(folder, "\n".join(lines) + "\n", TOLD)
-    settings = DiagnosisSettings(quick=True, effects=("angle_lag", "line_lag", "angle_gain"))
+    settings = DiagnosisSettings(effects=("angle_lag", "line_lag", "angle_gain"))
     config = small.short()
     return diagnose_measurement(read([file], config), config, Here(store), settings)
 

@@ -15,13 +15,15 @@ from dolfingrip.diagnosis.answer.analysis import Analysis, _taken, alternatives,
 from dolfingrip.diagnosis.answer.diagnosis import in_words
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
+from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.decision import sensitivity
-from dolfingrip.diagnosis.core.emulator import Scaled, linear
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Visibility
 from dolfingrip.diagnosis.core.search import search
-from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown, cause, factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import Unknown, cause, factor_of_moduli
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
+from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
+from dolfingrip.parameter.nuisances import GAIN
 
 SEED = 3
 X = np.linspace(0.1, 1.0, 12)
@@ -31,7 +33,6 @@ GAUGE = 0.1 * X**2
 """Change by the regulator's gain, told to one standard deviation."""
 CHANGES = {
     "base_layer_offset": 0.1 * X + 0.003 * X**3,  # as the modulus does, nearly
-    "pressure_gain": 4 * GAUGE,
     "mooney_rivlin": 0.6 * np.sin(6 * X),
     "plate_tilt": 0.001 * X,
 }
@@ -41,20 +42,30 @@ def diagnosed(value: np.ndarray) -> Any:
     """The part of a diagnosis that is asked, without measurement and simulations."""
     config = Config()
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    every, factor = np.ones(len(X), dtype=bool), factor_of_moduli(0.05, -8.0, 8.0)
+    factor = factor_of_moduli(0.05, -8.0, 8.0)
     causes = {name: cause(effect(name), config) for name in CHANGES}
-    shared = (Nuisance(Unknown.marginal("pressure_gain", 0.015, ""), GAUGE),)
-    covariance = NOISE**2 * np.eye(len(X)) + np.outer(GAUGE, GAUGE)
+    gain = Unknown(GAIN, Prior(1.0, 0.015, "as reported"), -13.0, 13.0, role="always",
+                   names=("pressure_gain",))  # fmt: skip
     problem = InferenceProblem(
-        value, BASE, (factor,),
-        {name: Scaled.of(linear(each), every, factor) for name, each in CHANGES.items()},
-        covariance, kernel(along), {name: np.array([[-2.7, 2.7]]) for name in CHANGES},
-        Scaled.alone(BASE, every, factor), rig=frozenset({"pressure_gain"}),
+        value, BASE, np.full(len(X), NOISE), (factor, gain), GAUGE[:, None],
+        {name: each.numbers for name, each in causes.items()}, NOISE**2 * np.eye(len(X)),
+        kernel(along),
     )  # fmt: skip
-    errors = SimpleNamespace(noise=np.full(len(X), NOISE), shared=shared)
+    u, rate = factor.coordinate_of(1.0)
+    plain = np.column_stack([BASE, rate * BASE])
+    runs = [((), Tangents(np.array([[u]]), plain[None]))]
+    for name, change in CHANGES.items():
+        # by its own first number alone, from where that does nothing
+        own = np.array([causes[name].resting_coordinate(each) for each in causes[name].numbers])
+        slopes = np.zeros((len(X), len(own)))
+        (first, *_) = causes[name].numbers
+        slopes[:, 0] = change / (first.coordinate_of(float(first.at(1.0)))[0] - own[0])
+        told = np.column_stack([plain, slopes])
+        runs.append(((name,), Tangents(np.r_[u, own][None], told[None])))
+    problem = problem.beside(runs)
+    errors = SimpleNamespace(noise=np.full(len(X), NOISE), shared=())
     analysis = SimpleNamespace(
         problem=problem, causes=causes, errors=errors, unseen=("mullins",), closed_form=False,
-        effects={name: each for name, each in causes.items() if name != "pressure_gain"},
         applied=config, measurement=None,
         configured_number=lambda each: (each.name, each.std),
     )  # fmt: skip
@@ -115,7 +126,7 @@ def test_what_cannot_be_seen_is_told_by_what_hides_it() -> None:
     expected = np.linalg.norm(CHANGES["base_layer_offset"]) / NOISE
     problem, name = found.analysis.problem, "base_layer_offset"
     seen = Visibility(problem, found.none.zeta[: problem.nuisance_count])
-    zeta = found.analysis.causes[name].at_strength(problem.boxes[name])
+    zeta = found.analysis.causes[name].at_strength(found.analysis.causes[name].box())
     alone, _ = _taken(found.analysis, seen, seen.change(name, zeta))
     assert alone == pytest.approx(expected, rel=0.05)
     assert hidden["plate_tilt"] == ()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
 from support import stiff_layer
 from support.delivered import Delivered, delivered
 from support.here import Here
@@ -16,19 +17,19 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation import runner
 
 INSTRUMENTS = ("angle_gain", "angle_definition", "force_gain")
 
 
 def diagnosed(folder: Path, store: Path, *effects: str) -> Delivered:
     file, config = stiff_layer.measured(folder), Config()
-    workers = Here(store, known=runner.shipped())
+    workers = Here(store)
     settings = DiagnosisSettings(quick=True, effects=effects)
     found = diagnose_measurement(read([file], config), config, workers, settings)
     return delivered(found, folder / "out", [file])
 
 
+@pytest.mark.slow
 def test_without_a_rival_of_the_body_an_instrument_is_claimed(tmp_path: Path, store: Path) -> None:
     """What the next test is about: nothing is left that could warn."""
     verdict = diagnosed(tmp_path, store, *INSTRUMENTS).verdict
@@ -39,6 +40,7 @@ def test_without_a_rival_of_the_body_an_instrument_is_claimed(tmp_path: Path, st
     assert verdict.unexplained < 0.001
 
 
+@pytest.mark.slow
 def test_the_body_is_told_beside_the_instrument(tmp_path: Path, store: Path) -> None:
     """Where it is stiffer: the layer lies between 40 and 72 mm, at the base."""
     found = diagnosed(tmp_path, store, *INSTRUMENTS, "uneven_stiffness")

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.emulator import places, trained
+from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
 from dolfingrip.diagnosis.core.evidence import mixture
 from dolfingrip.diagnosis.core.unknown import Cause, causes
 from dolfingrip.extensions.index import effect
@@ -32,15 +32,14 @@ def test_a_cause_may_be_far_off() -> None:
             assert number.slope(place) == pytest.approx(step, rel=1e-5)
 
 
-def test_a_far_instrument_is_emulated_as_a_near_one() -> None:
+def test_a_far_instrument_is_blended_as_a_near_one() -> None:
     """It is straight in its own number, six standard deviations out and more."""
     cause = next(each for each in CAUSES if each.name == "force_offset")
     (offset,) = cause.numbers
     assert offset.high > 6
-    zeta = places(cause.box(), 64)
-    changes, noise = offset.at(zeta) * np.ones(5), np.full(5, 0.02)
-    found = trained(zeta, changes, noise, cause.box())
-    assert found.left < 1e-6
+    u, rate = offset.coordinate_of(float(offset.at(0.3)))
+    told = np.array([[float(offset.at(0.3)), rate]]) * np.ones((5, 2))
+    found = TangentBlend.of([offset], Tangents(np.array([[u]]), told[None]), np.full(5, 0.02))
     anywhere = np.linspace(offset.low, offset.high, 41)[:, None]
     told, true = found.at(anywhere) @ found.columns.T, offset.at(anywhere) * np.ones(5)
     np.testing.assert_allclose(told, true, atol=1e-8)

@@ -318,6 +318,11 @@ def test_import(disk: Disk, tmp_path: Path, refuse: Refuse) -> None:
     refuse(*asked, names="raw.csv")
 
 
+def test_track(disk: Disk, refuse: Refuse) -> None:
+    """The sheet that is printed; a video's table is written as that of `import` is."""
+    refuse("track", "--sheet", "a4", "--out", disk.folder / "sheet.pdf", names="sheet.pdf")
+
+
 def test_every_command_that_writes_is_here() -> None:
     every = [each for command in COMMANDS for each in (command, *command.below)]
     writes = [

@@ -34,7 +34,6 @@ ALLOWED = {
     ("dolfingrip/jobs/spool.py", "rename"): "a damaged answer is set aside",
     ("dolfingrip/cli/edge.py", "open"): "the null device",
     ("dolfingrip/charts/theme.py", "savefig"): "into a stream",
-    ("dolfingrip/report/gripper.py", "save"): "into a stream",
     ("dolfingrip/report/video.py", "save"): "into a stream",
     ("dolfingrip/report/video.py", "open"): "into a stream",
     ("dolfingrip/tracking/overlay.py", "open"): "into the writer's partial file",

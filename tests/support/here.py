@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.model import FingerSimulation, coarser
+from dolfingrip.diagnosis.finger import FingerSimulation, coarser
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import SHARED, job
@@ -23,8 +23,6 @@ class Here(Workers):
     """
 
     def results(self, requests: Sequence[Request]) -> list[Answer]:
-        if self.known is not None:
-            self._enter(self.known, self._missing(requests))
         jobs = list({each.key: job(each) for each in requests}.values())
         with Store(self.store, write=True) as store:
             store.add(jobs, SHARED)
@@ -36,4 +34,4 @@ class Here(Workers):
 
 def simulated(measurement: Measurement, config: Config, workers: Workers) -> FingerSimulation:
     """On the graded mesh and on that of the causes."""
-    return FingerSimulation(measurement, config, workers, coarser(config)[0]).refined()
+    return FingerSimulation(measurement, config, workers, coarser(config)[0])

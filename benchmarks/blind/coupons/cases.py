@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -28,11 +28,14 @@ from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
 from benchmarks.blind.frozen import FrozenCase
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.unknown import Cause
-from dolfingrip.diagnosis.coupon import CouponAnalysis, CouponSimulation, analyse_coupons
+from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
@@ -50,7 +53,7 @@ NUISANCES: Final = ("coupon_slack_mm", "coupon.gauge_length_mm", "modulus")
 SLACK_STD_mm: Final = coupon.SLACK_mm * 0.5**0.5
 
 
-Kept = dict[str, tuple[np.ndarray, np.ndarray]]
+Kept = dict[str, tuple[np.ndarray, list[Tangents]]]
 """Places and changes of the readings there, by cause, of the first places that were asked for."""
 
 
@@ -109,11 +112,15 @@ class Remembering(CouponSimulation):
         super().__init__(read, config)
         self._kept = kept
 
-    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
-        name = cause.name
+    def tangents(
+        self, causes: Sequence[Cause], zeta: np.ndarray, points: Sequence[Point]
+    ) -> list[Tangents]:
+        name = " ".join(cause.name for cause in causes)
+        if any(point.moduli != 1.0 for point in points):
+            return super().tangents(causes, zeta, points)
         if name in self._kept and np.array_equal(self._kept[name][0], zeta):
             return self._kept[name][1]
-        found = super().changed(cause, zeta)
+        found = super().tangents(causes, zeta, points)
         self._kept.setdefault(name, (zeta, found))
         return found
 
@@ -134,7 +141,7 @@ class Bench:
         self.level = CovarianceModel(self.plain.problem, 0.0)
         self._lower = scipy.linalg.cholesky(self.plain.problem.covariance, lower=True)
 
-    def analysed(self, file: Path) -> CouponAnalysis:
+    def analysed(self, file: Path) -> Analysis[CouponSimulation]:
         """Analyse a measurement by the whole catalogue, with what is known of others.
 
         Args:
@@ -157,7 +164,8 @@ class Bench:
         cause, problem, found = self.plain.causes[name], self.plain.problem, []
         for reach in (-POLICY.reach, POLICY.reach):
             ends = np.clip(reach, *cause.box().T)
-            change = problem.predicted((name,), np.r_[0.0, ends]) - problem.base
+            plain = np.zeros(problem.nuisance_count)
+            change = problem.predicted((name,), np.r_[plain, ends]) - problem.base
             found.append(np.sqrt(np.square(change / self.plain.errors.noise).mean()))
         return max(found) >= POLICY.invisible
 
@@ -167,10 +175,10 @@ class Bench:
         seen = np.concatenate(coupon.measured(self.protocol, quiet, np.random.default_rng(0)))
         case = replace(self.plain.problem, value=seen)
         level = CovarianceModel(case, 0.0)
-        zero = level.of(()).fit([np.zeros(1)])
+        zero = level.of(()).fit([np.zeros(case.nuisance_count)])
         left = [zero.misfit]
-        for name in case.emulators:
-            start = np.clip(np.zeros(len(case.boxes[name])), *case.boxes[name].T)
+        for name, cause in self.plain.causes.items():
+            start = np.clip(np.zeros(len(cause.numbers)), *cause.box().T)
             starts = [np.r_[zero.zeta, start + move] for move in (-1.0, 0.0, 1.0)]
             left.append(level.of((name,)).fit(starts).misfit)
         return float(np.sqrt(max(min(left), 0.0)))
@@ -217,7 +225,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     slack, gauge = (width[name] * float(rng.standard_normal()) for name in NUISANCES[:2])
     truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * slack,
                   gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * gauge)  # fmt: skip
-    effects = tuple(filter(bench.usually_felt, bench.plain.effects))
+    effects = tuple(filter(bench.usually_felt, bench.plain.causes))
     names: tuple[str, ...] = ()
     zeta: list[float] = []
     sigma: list[float] = []
@@ -240,7 +248,8 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
                 own = truncated(rng, cause.box(), width)
             else:
                 own = ordinary(rng, cause, wider)
-            there = bench.plain.problem.predicted((name,), np.r_[0.0, own])
+            plain = np.zeros(bench.plain.problem.nuisance_count)
+            there = bench.plain.problem.predicted((name,), np.r_[plain, own])
             sigma.append(bench.sigma(there - bench.plain.problem.base))
             overrides |= cause.overrides(own)
             zeta += own.tolist()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -29,16 +29,12 @@ from benchmarks.blind.fingers.finger import MODULUS, PROTOCOLS, Truth
 from benchmarks.blind.fingers.outsiders import OUTSIDERS
 from benchmarks.blind.frozen import FrozenCase
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.core.evidence import NONE
 from dolfingrip.diagnosis.core.unknown import causes
-from dolfingrip.diagnosis.data import measurement
-from dolfingrip.diagnosis.diagnose import DiagnosisSettings, analyse, diagnose
-from dolfingrip.diagnosis.simulation.runner import Workers, staying
+from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
+from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
-from dolfingrip.jobs.run import silent
 
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
     "development": {"one": 3, "with_outsider": 3, "outsider": 3, "nuisance": 5, "two": 2,
@@ -58,9 +54,6 @@ REACH: Final = 2.5
 STRENGTHS: Final = (0.3, 3.0)
 """Of outsiders, by the ordinary ones."""
 TRIES: Final = 300
-HOPELESS: Final = 0.5
-"""Share of the least strength: a draw that has less by the analyser's emulators is not simulated.
-They miss 0.1 to 3 standard deviations of the noise, so that none is left out that would be kept."""
 
 
 class Bench:
@@ -71,7 +64,6 @@ class Bench:
         scratch: folder of measurements and simulations.
         workers: processes.
         effects: that are hidden and tried; the whole catalogue where None.
-        screened: whether the analyser's emulators tell a draw's strength before it is simulated.
     """
 
     def __init__(
@@ -80,14 +72,11 @@ class Bench:
         scratch: Path,
         workers: int = 2,
         effects: Sequence[str] | None = None,
-        *,
-        screened: bool = False,
     ) -> None:
         self.protocol = PROTOCOLS[protocol]
         self.coarse = replace(self.protocol, mesh=self.protocol.strength_mesh)
         self.scratch = scratch
         self.effects = effects
-        self.screened = screened
         where = Where(workers=workers)
         # a case is drawn up to TRIES times: its processes start once, and end with Python's
         self.workers = Workers(scratch / "generator", where, kept=Pool(where))
@@ -138,34 +127,9 @@ class Bench:
             zeta: its numbers, shape (d,).
 
         Returns:
-            Standard deviations, by the analyser's emulators where these suffice, else simulated.
+            Standard deviations, by a simulation of the hidden finger.
         """
-        emulated = self._emulated(name, zeta) if self.screened else None
-        if emulated is None:
-            return self.sigma(Truth(self.causes[name].overrides(zeta)))
-        return emulated
-
-    def _emulated(self, name: str, zeta: np.ndarray) -> float | None:
-        """The length by the emulators; None where a simulation has to tell it."""
-        problem = self.unhidden.problem
-        if name not in problem.emulators:
-            return 0.0 if name in self.unhidden.unseen else None
-        plain = np.zeros(problem.nuisance_count)
-        change = problem.predicted((name,), np.r_[plain, zeta]) - problem.predicted(NONE, plain)
-        shown = self.unhidden.simulation.measurement.reading(change).readings
-        tables = [shown[shown["experiment"] == each] for each in self.protocol.tests]
-        # what the analyser's simulation does not come to does not count
-        found = self.strength(np.nan_to_num(finger.flat(self.protocol, tables)))
-        return found if self.protocol.emulated or found < HOPELESS * SEEN else None
-
-    @cached_property
-    def unhidden(self) -> Analysis[Any]:
-        """The analyser's emulators about the finger in which nothing is hidden."""
-        tables = finger.measured(self.coarse, Truth(), self.workers)
-        file, config = finger.write(self.protocol, tables, self.scratch), self.protocol.analysed()
-        read, _ = measurement.selected(measurement.read([file], config), config)
-        with staying(self.scratch / "analyser", self.workers.where.workers, silent) as workers:
-            return analyse(read, config, workers, self.effects)
+        return self.sigma(Truth(self.causes[name].overrides(zeta)))
 
 
 def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
@@ -281,6 +245,6 @@ def bench(
     protocol: str, scratch: Path, workers: int = 2, effects: Sequence[str] | None = None
 ) -> said.Bench[Case[Truth]]:
     """A protocol's cases; measurements and simulations are kept in ``scratch``."""
-    own = Bench(protocol, scratch, workers, effects, screened=True)
+    own = Bench(protocol, scratch, workers, effects)
     return said.Bench(partial(drawn, own), partial(diagnosed, own),
                       measured=partial(measured, own), frozen=partial(frozen, own))  # fmt: skip

@@ -67,7 +67,6 @@ class Protocol:
         noise: by the ordinary one of each channel.
         once: whether a finger without memory is simulated up to the largest pressure once, and read
             there.
-        emulated: whether strengths of causes are counted by the analyser's emulators.
     """
 
     name: str
@@ -81,7 +80,6 @@ class Protocol:
     gap_std_mm: float = 0.3
     noise: float = 1.0
     once: bool = False
-    emulated: bool = False
 
     def analysed(self) -> Config:
         """The model that is diagnosed."""
@@ -165,7 +163,7 @@ PROTOCOLS: Final[Mapping[str, Protocol]] = {
         Protocol("reference", (), MESH, (), dict.fromkeys(FREE, _UP_AND_DOWN), FREE,
                  once=True),
         Protocol("rich", (), MESH, (), {**dict.fromkeys(FREE, _LONG), "coupon": _PULLED}, RICH,
-                 once=True, emulated=True),
+                 once=True),
     )
 }  # fmt: skip
 """``short``: two bellows, free and blocked, up and down. ``reference``: the same of the reference

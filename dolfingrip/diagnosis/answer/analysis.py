@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,6 +15,7 @@ from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.artefacts import Artefact, possible_artefacts
 from dolfingrip.diagnosis.answer.errors import Errors, without_memory
 from dolfingrip.diagnosis.answer.specimens import Apart, Individual, apart
+from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import (
     LEVELS,
     NONE,
@@ -26,28 +26,29 @@ from dolfingrip.diagnosis.core.evidence import (
     taken,
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
-from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown
+from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, shows_memory
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
-from dolfingrip.diagnosis.simulation.simulated import Simulator, scaled_moduli
+from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
+from dolfingrip.diagnosis.simulation.unknowns import told_as
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect
-from dolfingrip.jobs.run import Say
-from dolfingrip.parameter.nuisances import WALL, wall
+from dolfingrip.parameter.nuisances import GAP, WALL, wall
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis[S: Simulator](ABC):
+class Analysis[S: Simulator]:
     """Everything that the inference needs of coupons, or of fingers.
 
     Attributes:
-        problem: readings, emulators and covariance.
-        causes: by name; of coupons numbers of the rig, too, which are no effects.
+        problem: readings, simulations and covariance.
+        causes: by name.
         errors: what the covariance is made of.
         simulation: of the model.
         unseen: causes that no reading feels.
         failed: why others could not be simulated, by name.
         not_reached: tests with readings that the model does not reach, and why.
+        not_tried: causes that nothing is known of yet.
     """
 
     problem: InferenceProblem
@@ -57,6 +58,7 @@ class Analysis[S: Simulator](ABC):
     unseen: Sequence[str]
     failed: Mapping[str, str] = field(default_factory=dict)
     not_reached: Sequence[str] = ()
+    not_tried: Sequence[str] = ()
 
     @property
     def closed_form(self) -> bool:
@@ -77,11 +79,6 @@ class Analysis[S: Simulator](ABC):
     def scaled(self) -> np.ndarray:
         """(n,) whether a reading is proportional to the moduli."""
         return in_proportion(self.measurement)
-
-    @property
-    def effects(self) -> dict[str, Cause]:
-        """Causes that are no numbers of the rig."""
-        return {name: one for name, one in self.causes.items() if name not in self.problem.rig}
 
     @property
     def applied(self) -> Config:
@@ -156,20 +153,15 @@ class Analysis[S: Simulator](ABC):
             for number, place in zip(self.causes[name].numbers, places, strict=True):
                 yield self.causes[name], number, int(place)
 
-    def overrides(self, fit: MapFit, *, rig: bool = True) -> Change:
-        """Return the change of the configuration to the numbers that every simulation is of.
-
-        Args:
-            fit: the hypothesis.
-            rig: whether numbers of the rig that are far out are so there, too.
-        """
-        c = self.factor(fit)
-        found = dict(scaled_moduli(self.applied, c)) if c != 1.0 else {}
-        for number, zeta in zip(self.problem.always[1:], fit.zeta[1:], strict=False):
-            found[number.key] = float(number.at(zeta)) * (c if number.modulus else 1.0)
-        for name, places in self.problem.places(fit.subset).items():
-            if name in NAMES and (rig or name not in self.problem.rig):
-                found |= self.causes[name].overrides(fit.zeta[places], c)
+    def overrides(self, fit: MapFit) -> Change:
+        """Return the change of the configuration to the numbers of a fit."""
+        problem, found = self.problem, dict(self.point(fit).change(self.applied))
+        if "plate_gap" not in fit.subset:  # each time that the plate is set it is another one
+            found.pop(GAP, None)
+        linear = enumerate(problem.always[problem.simulated_count :], problem.simulated_count)
+        for place, number in linear:  # as told, but where they are far off
+            if {*number.names} & {*NAMES} & {*fit.subset}:
+                found |= number.change(float(number.at(fit.zeta[place])))
         return found
 
     # -- what is linear ---------------------------------------------------------------------------
@@ -188,17 +180,12 @@ class Analysis[S: Simulator](ABC):
     def nuisances(self, fit: MapFit) -> dict[str, float]:
         """The most probable linear nuisances at a fit, by their standard deviations."""
         weighed, _ = self.left(fit)
-        found = {each.name: float(each.change @ weighed) for each in self.errors.shared}
-        for name, places in self.problem.places(fit.subset).items():
-            if name in found:
-                found[name] += POLICY.implausible_width * float(fit.zeta[places[0]])
-        return found
+        return {each.name: float(each.change @ weighed) for each in self.errors.shared}
 
     @property
     def fitted_names(self) -> tuple[str, ...]:
         """The model's own numbers by what a laboratory tells them as."""
-        others = (WALL if each.names else each.key for each in self.problem.always[1:])
-        return MODULUS, *others
+        return tuple(map(told_as, self.problem.always))
 
     def configured_number(self, each: Nuisance) -> tuple[str, float]:
         """Key of a nuisance, of the configuration where it is one, and its deviation there."""
@@ -209,96 +196,92 @@ class Analysis[S: Simulator](ABC):
 
     # -- exact simulations ------------------------------------------------------------------------
 
-    def emulator_error(self, fit: MapFit, exact: np.ndarray) -> float:
-        """Largest difference of the emulators at a fit from exact readings, (n,), by the noise."""
-        missed = exact - self.problem.predicted(fit.subset, fit.zeta)
-        return float(np.abs(missed / self.errors.noise).max())
-
-    @abstractmethod
     def exact(self, fit: MapFit) -> np.ndarray:
-        """(n,) readings at a fit's numbers, linear nuisances left out."""
+        """(n,) readings at a fit's numbers; those that no simulation is of left out."""
+        return self.problem.predicted(fit.subset, fit.zeta)
 
     def simulated(
-        self, fit: MapFit, addition: Proposal | None = None, *, derived: bool = True
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Simulate a fit: readings, (m,), and derivatives by ζ, (m, d); no linear nuisances.
+        self, fits: Sequence[MapFit], addition: Proposal | None = None, *, free: bool = False
+    ) -> list[Tangents | None]:
+        """Simulate fits: readings, and derivatives by the coordinates of their numbers.
+
+        Args:
+            fits: the hypotheses.
+            addition: whose protocols are followed; the measurement's where None.
+            free: whether the model's own numbers are those at which a simulation costs nothing.
+
+        Returns:
+            None for each that does not reach all readings.
+        """
+        if addition is not None:
+            other = self.simulation.of(addition.measurement, known_mesh=addition.known_mesh)
+            return other.at([self.point(fit) for fit in fits])
+        points = [self.point(fit) for fit in fits]
+        if free:
+            points = [self.simulation.free(each) or each for each in points]
+        return self.simulation.at(points)
+
+    def point(self, fit: MapFit) -> Point:
+        """The numbers of a fit that a simulation is of."""
+        problem = self.problem
+        own = zip(
+            problem.always[1 : problem.simulated_count], map(float, fit.zeta[1:]), strict=False
+        )
+        places = problem.places(fit.subset).items()
+        causes = [(self.causes[name], fit.zeta[own_places]) for name, own_places in places]
+        return Point(problem.factor, float(fit.zeta[0]), tuple(own), tuple(causes))
+
+    def expected(self, fit: MapFit, addition: Proposal) -> tuple[np.ndarray, np.ndarray] | None:
+        """Simulate an addition at a fit: readings, (m,), and derivatives by ζ, (m, d).
 
         Args:
             fit: the hypothesis.
-            addition: whose protocols are followed, by a rig that is as reported; the measurement's
-                where None.
-            derived: whether derivatives are wanted; else most are 0.
+            addition: what may be measured, by a rig that is as reported.
 
         Returns:
-            NaN where a simulation in closed form has no equilibrium.
-
-        Raises:
-            ConfigError: one line, where the simulation does not reach all readings.
+            None where a simulation does not reach all readings.
         """
-        problem, simulator, rig = self.problem, self.simulation, addition is None
-        if addition is not None:
-            simulator = simulator.of(addition.measurement, known_mesh=addition.known_mesh)
-        own = [(number, place) for place, number in enumerate(problem.always[1:], 1)]
-        own += [
-            (number, place)
-            for cause, number, place in self.numbers(fit)
-            if cause.name in NAMES and (rig or cause.name not in problem.rig)
-        ]
-        c, box = self.factor(fit), np.vstack([problem.baseline_box, problem.box(fit.subset)])
-        step = np.where(fit.zeta + POLICY.step > box[:, 1], -POLICY.step, POLICY.step)
-        rates = [
-            float(number.slope(fit.zeta[place])) * (c if number.modulus else 1.0)
-            for number, place in own
-        ]
-        steps = [(n, rate * float(step[at])) for (n, at), rate in zip(own, rates, strict=True)]
-        found = simulator.at(self.overrides(fit, rig=rig), steps if derived else ())
-        value, slopes = found.readings, np.zeros((len(found.readings), len(fit.zeta)))
-        slopes[:, 0] = found.slopes[MODULUS] * problem.factor.log_std
-        for (number, place), rate in zip(own, rates, strict=True):
-            slopes[:, place] = found.slopes.get(number.gradient, 0.0) * rate
-        for name, places in problem.places(fit.subset).items():
-            if rig and name not in NAMES:  # no simulation has it
-                emulator, at = problem.emulators[name], np.r_[0, places]
-                (g,), (by_zeta,) = emulator.with_slopes(fit.zeta[None, at])
-                value = value + emulator.columns @ g
-                slopes[:, at] += emulator.columns @ by_zeta
-        return value, slopes
+        (told,) = self.simulated([fit], addition)
+        if told is None:
+            return None
+        problem, count = self.problem, self.problem.simulated_count
+        slopes = np.zeros((told.told.shape[1], len(fit.zeta)))
+        at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
+        for place, (number, zeta), slope in zip(
+            at, self._solid(fit), told.told[0, :, 1:].T, strict=True
+        ):
+            slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
+        anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
+        changes = {each.name: each.change for each in anew}
+        for place in range(count, problem.nuisance_count):
+            slopes[:, place] = changes.get(told_as(problem.always[place]), 0.0)
+        return told.told[0, :, 0], slopes
 
-    @abstractmethod
+    def _solid(self, fit: MapFit) -> list[tuple[Unknown, float]]:
+        """Numbers that simulations are functions of, and ζ at a fit."""
+        return [(self.problem.factor, float(fit.zeta[0])), *self.point(fit).numbers]
+
     def covariances(
         self, addition: Proposal, readings: np.ndarray
-    ) -> tuple[np.ndarray, float | np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return covariances by nuisances of an addition: (m, m), with the readings so far (n, m).
 
         Args:
             addition: what may be measured.
             readings: (m,) that are expected.
         """
-
-    @abstractmethod
-    def verified(self, posterior: ModelPosterior, say: Say) -> tuple[Self, ModelPosterior, float]:
-        """Hold likely hypotheses against exact simulations, and compare all anew.
-
-        Returns:
-            The problem with what these tell, its posterior, and the largest difference of the
-            leading fit's emulators from a simulation, by the noise; NaN where that did not end.
-        """
-
-
-def told_error(known: Iterable[tuple[MapFit, float]], fit: MapFit) -> float:
-    """Estimate what emulators miss at a fit that simulations near by have corrected.
-
-    With value and slopes known at a place, errors grow by the square from there.
-
-    Args:
-        known: simulated fits of the same causes, and what emulators missed there, by the noise.
-        fit: another one of these.
-
-    Returns:
-        The least of these estimates, by the noise; infinity where nothing is known.
-    """
-    grown = (0.5 * missed * float(np.square(e.zeta - fit.zeta).sum()) for e, missed in known)
-    return min(grown, default=np.inf)
+        m = len(readings)
+        shared, cross = np.zeros((m, m)), np.zeros((len(self.problem.value), m))
+        if self.closed_form:  # a new coupon is another specimen
+            scatter = self.errors.scatter
+            stiff = max(scatter.scale, scatter.prior_scale) * readings
+            shared += np.outer(stiff, stiff)
+        known = {each.name: each.change for each in self.errors.shared}
+        for each in self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh):
+            if each.name not in self.fitted_names:
+                shared += np.outer(each.change, each.change)
+                cross += np.outer(known.get(each.name, np.zeros(len(cross))), each.change)
+        return shared, cross
 
 
 def remembers_state(name: str) -> bool:
@@ -360,8 +343,8 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
     problem = analysis.problem
     seen = Visibility(problem, none.zeta[: problem.nuisance_count])
     found: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
-    for name, cause in analysis.effects.items():
-        zeta = cause.at_strength(problem.boxes[name])
+    for name, cause in analysis.causes.items():
+        zeta = cause.at_strength(cause.box())
         if seen.strength(name, zeta) < POLICY.visible_sigma:
             _, found[name] = _taken(analysis, seen, seen.change(name, zeta))
     return found
@@ -412,8 +395,7 @@ def alternatives(
         more_of_readings = problem.slopes(subset, fit.zeta)[:, own:] @ more[own:]
         alone, behind = _taken(analysis, seen, change + more_of_readings)
         if alone >= POLICY.implausible_sigma:
-            box = np.vstack([problem.baseline_box, problem.box(subset)])
-            stronger = replace(fit, zeta=np.clip(fit.zeta + more, *box.T))
+            stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
             found.append(Alternative(fit, factor, behind, stronger))
     return sorted(found, key=lambda each: -each.factor)
 

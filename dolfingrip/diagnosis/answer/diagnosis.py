@@ -20,6 +20,7 @@ from dolfingrip.diagnosis.answer.analysis import (
 )
 from dolfingrip.diagnosis.answer.artefacts import Artefact
 from dolfingrip.diagnosis.answer.gain import HeldOut
+from dolfingrip.diagnosis.answer.refining import refined
 from dolfingrip.diagnosis.core.decision import (
     Decision,
     Sensitivity,
@@ -28,10 +29,12 @@ from dolfingrip.diagnosis.core.decision import (
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.diagnosis.simulation.nuisances import UNITS
+from dolfingrip.diagnosis.simulation.unknowns import told_as
 from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import Downstream, FittedNumber, NextExperiment
 from dolfingrip.jobs.run import Say, silent
-from dolfingrip.parameter import find
+from dolfingrip.parameter import find, named
 from dolfingrip.parameter.nuisances import WALL, modulus_keys
 from dolfingrip.sections.section import Role
 
@@ -52,8 +55,6 @@ class Diagnosis:
         posterior: probabilities of all hypotheses.
         decision: the answer.
         sensitivity: answers under other priors.
-        left_by_emulator: largest difference of the emulator from the exact simulation at the
-            answer's numbers, by the noise.
         held_out: errors on readings that were left out; None where nothing was.
         next: additions, the best first.
         suspicions: doubts about the data, a sentence each.
@@ -68,7 +69,6 @@ class Diagnosis:
     posterior: ModelPosterior
     decision: Decision
     sensitivity: Sensitivity
-    left_by_emulator: float
     held_out: HeldOut | None = None
     next: list[NextExperiment] = field(default_factory=list)
     suspicions: list[str] = field(default_factory=list)
@@ -103,7 +103,8 @@ class Diagnosis:
         """
         model = self.analysis.applied
         found = {each.key: each.value(model) * c for each in find(model, modulus_keys(model))}
-        for place, number in enumerate(self.analysis.problem.always[1:], 1):
+        problem = self.analysis.problem
+        for place, number in enumerate(problem.always[1 : problem.simulated_count], 1):
             found[number.key] = number.at(zeta[:, place]) * (c if number.modulus else 1.0)
         return found
 
@@ -187,8 +188,9 @@ class Diagnosis:
             told += f" (prior ±{std:.2g} %: {sigma:.1f} standard deviations)"
         if WALL not in self.analysis.fitted_names:
             return f"{told} is fitted."
-        walls = self.analysis.problem.always[1].prior
-        thicker = 100 * (walls.at(float(fit.zeta[1])) / walls.at(0.0) - 1)
+        place = self.analysis.fitted_names.index(WALL)
+        walls = self.analysis.problem.always[place].prior
+        thicker = 100 * (walls.at(float(fit.zeta[place])) / walls.at(0.0) - 1)
         way = "thicker" if thicker > 0 else "thinner"
         return f"{told} and walls {abs(thicker):.2g} % {way} than configured are fitted."
 
@@ -210,18 +212,19 @@ class Diagnosis:
         ]
         here = problem.predicted(fit.subset, fit.zeta)
         for place, number in enumerate(problem.always):
-            if place and not number.names:
+            if place and told_as(number) != WALL:
                 as_told = np.where(np.arange(len(fit.zeta)) == place, 0.0, fit.zeta)
                 changes.append((number, here - problem.predicted(fit.subset, as_told)))
         found = []
         for number, change in changes:
+            name = told_as(number)
+            unit = number.unit or UNITS.get(name) or (named(name).unit if "." in name else "")
             # a number of the configuration is absolute, all others without a unit are relative
-            relative = not number.unit and "." not in number.key
-            size, unit = (100.0, "%") if relative else (1.0, number.unit)
+            size, unit = (1.0, unit) if unit or "." in name else (100.0, "%")
             std = size * number.prior.spread
             seen = np.linalg.norm(change / self.analysis.errors.noise) >= POLICY.visible_sigma
             share = self.share(change) if seen else 0.0
-            found.append(SetupEstimate(number.key, unit, std, deviations[number.key] * std, share))
+            found.append(SetupEstimate(name, unit, std, deviations[name] * std, share))
         return found
 
     @property
@@ -271,8 +274,8 @@ class Diagnosis:
 
     @property
     def claimed(self) -> bool:
-        """Tell whether the answer is sure enough to be told as one."""
-        return self.probability >= POLICY.claimed
+        """Tell whether the answer is sure enough to be told as one: all causes were looked at."""
+        return self.probability >= POLICY.claimed and not self.analysis.not_tried
 
     @property
     def open_names(self) -> list[str]:
@@ -333,13 +336,8 @@ class Diagnosis:
         if not (analysis.closed_form or analysis.mesh_errors):
             found.append(MESH_UNKNOWN.format(finer=self.finer))
         found += [f"{name} could not be tried: {why}" for name, why in analysis.failed.items()]
-        if np.isnan(off := self.left_by_emulator):
-            found.append("the leading fit could not be simulated")
-        elif off > 1.0:
-            found.append(
-                f"the fit's fast model is off by {off:.2g} standard deviations of the noise from a "
-                "simulation at its numbers"
-            )
+        if analysis.problem.extrapolated(self.decision.best) > POLICY.exactly:
+            found.append("the leading fit was not simulated: its readings are extrapolated")
         return found
 
     def overrides(self, fit: MapFit) -> Change:
@@ -377,25 +375,29 @@ def diagnosed(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say("comparing all causes, alone and in pairs")
-    analysis, left = analysis.judged_by_shape(), 0.0
-    posterior = _compared(analysis)
+    analysis = analysis.judged_by_shape()
+    analysis, posterior = refined(analysis, _compared(analysis), say, _most(quick))
     while found := analysis.artefacts(posterior):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in found)}")
         other = analysis.beside(found)
-        beside, log_prior = _compared(other), sum(each.log_prior for each in found)
+        log_prior = sum(each.log_prior for each in found)
+        other, beside = refined(other, _compared(other), say, _most(quick))
         likelier = beside.log_density + log_prior > posterior.log_density + ADDITIONS.tied
         # of a specimen that stands apart even so, more is off than an artefact
         if not likelier or other.specimens_apart():
             break
         analysis, posterior = other, beside
-    if not quick or analysis.closed_form:
-        analysis, posterior, left = analysis.verified(posterior, say)
-    return Diagnosis(config, analysis, posterior, *sensitivity(posterior), left, quick=quick)
+    if not analysis.closed_form:
+        posterior = search(analysis.problem, np.random.default_rng(0), before=posterior)
+    return Diagnosis(config, analysis, posterior, *sensitivity(posterior), quick=quick)
+
+
+def _most(quick: bool) -> int:
+    return POLICY.quick_fits if quick else POLICY.simulated_fits
 
 
 def _compared(analysis: Analysis[Any]) -> ModelPosterior:
-    rng = np.random.default_rng(0)
-    return search(analysis.problem, rng, sample=not analysis.closed_form)
+    return search(analysis.problem, np.random.default_rng(0), sample=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.simulated import Simulator
+from dolfingrip.diagnosis.simulation.simulator import Simulator
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ Noise (:mod:`.noise`), the rig, the mesh, specimens (:mod:`.specimens`), artefac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.answer.specimens import Scatter, between
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.simulated import Simulator
+from dolfingrip.diagnosis.simulation.simulator import Simulator
 
 SLACK: Final = "coupon_slack_mm"
 
@@ -52,6 +52,19 @@ class Errors:
     scatter: Scatter
     sentences: tuple[str, ...]
     artefacts: tuple[Artefact, ...] = ()
+
+    def without(self, names: Collection[str]) -> Errors:
+        """Return them without numbers of the rig, which hypotheses fit.
+
+        Args:
+            names: of the numbers.
+        """
+        changes = [each.change for each in self.shared if each.name in names]
+        own = sum((np.outer(each, each) for each in changes), np.zeros_like(self.covariance))
+        return replace(
+            self, covariance=self.covariance - own, fitted=self.fitted - own,
+            shared=tuple(each for each in self.shared if each.name not in names),
+        )  # fmt: skip
 
     def beside(self, found: Sequence[Artefact]) -> Errors:
         """Return them with artefacts of instruments, whose sizes are numbers of the rig.

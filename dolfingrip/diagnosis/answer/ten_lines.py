@@ -206,7 +206,7 @@ def answer_sentence(found: Diagnosis) -> str:
         sentence += f", together with {_one_of(found, decision.second)}"
     elif len({*decision.first}.intersection(decision.best.subset)) > 1:
         sentence += ", most probably together"
-    if beside := [each for each in problem.effects(decision.best.subset) if each not in told]:
+    if beside := [each for each in problem.causes(decision.best.subset) if each not in told]:
         sentence += f", most probably together with {_one_of(found, beside)}"
     explained = 100 * (1 - decision.unexplained)
     least = found.sensitivity.least

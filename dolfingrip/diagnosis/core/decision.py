@@ -171,7 +171,7 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
     """
     problem = posterior.problem
     mass = posterior.by(lambda fit: fit.visible)
-    by_effects = posterior.by(lambda fit: (problem.effects(fit.visible) or fit.visible)[:2])
+    by_effects = posterior.by(lambda fit: (problem.causes(fit.visible) or fit.visible)[:2])
     none = posterior.by(lambda fit: fit.shows_nothing).get(True, 0.0)
     discrepancy = posterior.by(lambda fit: fit.level > 0).get(True, 0.0)
     inclusion = {
@@ -330,9 +330,9 @@ def _leading(posterior: ModelPosterior, first: tuple[str, ...], second: tuple[st
     if not total:
         return posterior.best(NONE)
     # what is told of the answer is of causes that it names, where these do without others
-    effects, named = posterior.problem.effects, {*first, *second}
+    causes, named = posterior.problem.causes, {*first, *second}
     least = POLICY.rival * max(total.values())
-    own = [each for each, p in total.items() if p >= least and named >= {*effects(each)}]
+    own = [each for each, p in total.items() if p >= least and named >= {*causes(each)}]
     return posterior.best(max(own or total, key=lambda subset: total[subset]))
 
 

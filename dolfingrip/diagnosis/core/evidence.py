@@ -1,8 +1,7 @@
 """One evidence for every hypothesis: which causes act, and how large a discrepancy stays.
 
-The readings are linear in fixed columns, r = Z b(ζ) with Z = [y − y₀, Φ₀, Φ₁, …] and
-b = [1, −g₀, −g₁, …]; g₀ are of the model's own numbers. For a covariance C of noise, nuisances and
-discrepancy
+The readings are linear in fixed columns, r = Z b(ζ) with Z = [y, Φ₀, Φ₁, …] and b = [1, −g₀, −g₁,
+…]; g₀ is of the model's own numbers. For a covariance C of noise, nuisances and discrepancy
 
     G = Zᵀ C⁻¹ Z
 
@@ -12,39 +11,28 @@ MacKay, Information Theory, 2003, chapter 27)
 
     ln p(y) = −½ bᵀGb + ln p(ζ) + d/2 ln 2π − ½ ln|H| − ½ ln|C| − n/2 ln 2π
 
-Columns of an emulator's error are integrated out like a nuisance. Their size follows that of the
-change that they are of.
-
-Likely hypotheses are sampled: weighted draws by adaptive importance sampling give the integral.
-The first draws are of a multivariate t about the mode. Where few of them count, as on a curved
-ridge, more are drawn about the mean of those before, with their covariance. For that mean their
-weights are raised to a power that lets enough of them count (Koblents & Míguez, Stat. Comput. 25,
-2015). Each draw is weighted against the mixture of all that were drawn from (Cornuet, Marin, Mira &
-Robert, Scand. J. Stat. 39, 2012).
-
 How strongly readings feel a cause is told with the model's own numbers left free.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 import scipy.linalg
-import scipy.stats
-from scipy.special import logsumexp
 
-from dolfingrip.diagnosis.core.emulator import Emulator, Local
+from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
+from dolfingrip.diagnosis.core.sampling import drawn
 from dolfingrip.diagnosis.core.unknown import Unknown
 from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
-"""Names of causes, in the order of the problem; then of the nuisances that are implausible."""
+"""Names of causes, as the problem has them; then of the model's own numbers that are far off."""
 
 Key = tuple[Subset, float]
 """Causes, and the level of a discrepancy beside them."""
@@ -69,50 +57,40 @@ def mixture(zeta: np.ndarray, tail: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return -both, 1 - np.exp(far - both) * (1 - tail**-2.0)
 
 
-def correction_name(subset: Subset) -> str:
-    """Return the name of the correction where these causes act."""
-    return "corrections: " + " with ".join(subset)
-
-
-BASELINE = "baseline"
-"""Name of the columns that the nuisances change."""
-
-
 @dataclass(frozen=True, eq=False)
 class InferenceProblem:
     """Readings, and what could explain them.
 
     Attributes:
         value: y, shape (n,).
-        base: y₀ as configured, shape (n,).
+        base: of the model as configured, shape (n,).
+        noise: of instruments and gauge, standard deviations, shape (n,).
         always: the model's own numbers, which every hypothesis fits; the factor of all moduli
-            first.
-        emulators: of the causes, by name; functions of the moduli's ζ and of their own numbers.
+            first, those that readings are linear in last.
+        linear: changes by one standard deviation of these, shape (n, l).
+        numbers: of the causes, by name.
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
-        boxes: ranges of ζ of each cause, (d, 2).
-        tails: standard deviations of the wide parts of its numbers' priors, (d,); it has none where
-            it is not among them.
-        corrections: what simulations give beyond the sum of the emulators, by the causes that act;
-            functions of the nuisances and of the numbers of all these causes.
-        rig: which of the causes are numbers of the rig; they come last in every subset.
+        runs: simulations by the causes that acted in them, as functions of the model's own numbers
+            that are not linear and of the causes' numbers, in this order.
+        blends: of them: of the model alone, of what each cause changes, and of what several change
+            beyond their sum.
+        impossible: sets of causes that cannot be simulated at their numbers.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
-        baseline: what the nuisances change: all moduli, and others that are fitted in every
-            hypothesis.
     """
 
     value: np.ndarray
     base: np.ndarray
+    noise: np.ndarray
     always: tuple[Unknown, ...]
-    emulators: Mapping[str, Emulator]
+    linear: np.ndarray
+    numbers: Mapping[str, Sequence[Unknown]]
     covariance: np.ndarray
     kernel: np.ndarray
-    boxes: Mapping[str, np.ndarray]
-    baseline: Emulator
-    corrections: Mapping[Subset, Local] = field(default_factory=dict)
-    tails: Mapping[str, np.ndarray] = field(default_factory=dict)
-    rig: frozenset[str] = frozenset()
+    runs: Mapping[Subset, Tangents] = field(default_factory=dict)
+    blends: Mapping[Subset, TangentBlend] = field(default_factory=dict)
+    impossible: frozenset[Subset] = frozenset()
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
 
@@ -122,14 +100,14 @@ class InferenceProblem:
         return self.always[0]
 
     @property
-    def baseline_box(self) -> np.ndarray:
-        """Ranges of ζ of the model's own numbers, (own, 2); that of the moduli first."""
-        return np.array([[each.low, each.high] for each in self.always])
-
-    @property
     def nuisance_count(self) -> int:
         """Count of the model's own numbers, which come first in every ζ."""
         return len(self.always)
+
+    @property
+    def simulated_count(self) -> int:
+        """Count of those that simulations are of, which come first."""
+        return len(self.always) - self.linear.shape[1]
 
     @cached_property
     def levels(self) -> Mapping[float, CovarianceModel]:
@@ -138,19 +116,65 @@ class InferenceProblem:
 
     def rows(self, kept: np.ndarray) -> InferenceProblem:
         """Restrict the problem to some of the readings."""
+        both = np.ix_(kept, kept)
         return replace(
-            self, value=self.value[kept], base=self.base[kept],
-            emulators={name: each.rows(kept) for name, each in self.emulators.items()},
-            covariance=self.covariance[np.ix_(kept, kept)], kernel=self.kernel[np.ix_(kept, kept)],
-            corrections={causes: each.rows(kept) for causes, each in self.corrections.items()},
-            baseline=self.baseline.rows(kept),
+            self, value=self.value[kept], base=self.base[kept], noise=self.noise[kept],
+            linear=self.linear[kept], covariance=self.covariance[both], kernel=self.kernel[both],
+            runs={causes: each.rows(kept) for causes, each in self.runs.items()},
+            blends={causes: each.rows(kept) for causes, each in self.blends.items()},
             curves=None if self.curves is None else self.curves[kept],
         )  # fmt: skip
+
+    def beside(self, more: Iterable[tuple[Subset, Tangents]]) -> InferenceProblem:
+        """The problem with further simulations, by the causes that act in them."""
+        runs, new = dict(self.runs), set[Subset]()
+        for causes, own in more:
+            runs[causes] = runs[causes].beside(own) if causes in runs else own
+            new.add(causes)
+        blends: dict[Subset, TangentBlend] = {}
+        found = replace(self, runs=runs, blends=blends)
+        for causes in sorted(runs, key=len):
+            if not any({*each} <= {*causes} for each in new):
+                blends[causes] = self.blends[causes]
+                continue
+            known, numbers = runs[causes], found._simulated(causes)
+            told = known.told.copy()
+            for part in [blend for each, blend in blends.items() if {*each} < {*causes}]:
+                some = [numbers.index(number) for number in part.numbers]
+                value, slopes = part.at_coordinates(known.u[:, some])
+                told[..., 0] -= value @ part.columns.T
+                told[..., 1:][..., some] -= part.columns @ slopes
+            length = POLICY.correction_length if len(causes) > 1 else np.inf
+            blends[causes] = TangentBlend.of(numbers, Tangents(known.u, told), self.noise, length)
+        self._hand_on(found)
+        return found
+
+    def _hand_on(self, other: InferenceProblem) -> None:
+        """Give another problem of the same readings what is whitened already."""
+        if "levels" in vars(self):
+            levels = {k: CovarianceModel(other, k, each) for k, each in self.levels.items()}
+            vars(other)["levels"] = levels
+
+    def without(self, causes: Subset) -> InferenceProblem:
+        """The problem in which a set of causes is impossible at its numbers."""
+        found = replace(self, impossible=self.impossible | {causes})
+        self._hand_on(found)
+        return found
+
+    def _simulated(self, causes: Subset) -> list[Unknown]:
+        """Numbers that simulations of some causes are functions of."""
+        own = [number for name in causes for number in self.numbers[name]]
+        return [*self.always[: self.simulated_count], *own]
 
     @property
     def implausible(self) -> dict[str, int]:
         """Which of ζ each of the model's own numbers is that may be far off, by name."""
         return {each.names[0]: i for i, each in enumerate(self.always) if each.names}
+
+    @property
+    def rig(self) -> set[str]:
+        """Names of numbers that may be far off, but for the factor of all moduli."""
+        return {*self.implausible} - {*self.factor.names}
 
     def widths(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
@@ -162,166 +186,75 @@ class InferenceProblem:
 
     def tail(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the wide parts of the priors of a hypothesis' causes, (d,)."""
-        return np.concatenate([
-            np.zeros(0),
-            *(self.tails.get(each, np.ones(len(self.boxes[each]))) for each in self.causes(subset)),
-        ])  # fmt: skip
+        return np.array([each.tail for name in self.causes(subset) for each in self.numbers[name]])
 
     def causes(self, subset: Subset) -> Subset:
-        """Return the names with numbers of their own: all but the nuisances."""
-        return tuple(name for name in subset if name in self.emulators)
-
-    def effects(self, subset: Subset) -> Subset:
-        """Causes that are no numbers of the rig."""
-        return tuple(name for name in self.causes(subset) if name not in self.rig)
+        """Return the causes: all names but those of the model's own numbers."""
+        return tuple(name for name in subset if name in self.numbers)
 
     def places(self, subset: Subset) -> dict[str, np.ndarray]:
         """Which of ζ are the numbers of each cause."""
         found, at = {}, self.nuisance_count
         for name in self.causes(subset):
-            found[name] = np.arange(at, at + len(self.boxes[name]))
-            at += len(self.boxes[name])
+            found[name] = np.arange(at, at + len(self.numbers[name]))
+            at += len(self.numbers[name])
         return found
 
-    def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
-        """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
-        found = [(BASELINE, self.baseline, np.arange(self.nuisance_count))]
-        places = self.places(subset)
-        for name, own in places.items():
-            each = self.emulators[name]
-            found.append((name, each, np.r_[0, own]))
-        for causes, each in self.corrections.items():
-            if places.keys() >= {*causes}:
-                every = [np.arange(self.nuisance_count), *(places[name] for name in causes)]
-                found.append((correction_name(causes), each, np.concatenate(every)))
-        return found
+    def parts(self, subset: Subset) -> list[tuple[Subset, TangentBlend, np.ndarray]]:
+        """Blends of a hypothesis: causes, function, and which of ζ it depends on."""
+        places, own = self.places(subset), np.arange(self.simulated_count)
+        return [
+            (causes, each, np.r_[own, *(places[name] for name in causes)])
+            for causes, each in self.blends.items()
+            if places.keys() >= {*causes}
+        ]
 
     def box(self, subset: Subset) -> np.ndarray:
-        """Ranges of ζ of a hypothesis' causes, (d, 2)."""
-        own = (self.boxes[name] for name in self.causes(subset))
-        return np.vstack([np.zeros((0, 2)), *own])
+        """Ranges of ζ of a hypothesis, (d, 2); those of the model's own numbers first."""
+        every = [*self.always, *(n for name in self.causes(subset) for n in self.numbers[name])]
+        return np.array([[each.low, each.high] for each in every])
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
-        found = self.base.copy()
-        for _, emulator, own in self.parts(subset):
-            found = found + emulator.columns @ emulator.at(zeta[None, own])[0]
+        found = self.linear @ zeta[self.simulated_count : self.nuisance_count]
+        for _, blend, own in self.parts(subset):
+            found = found + blend.columns @ blend.at(zeta[None, own])[0]
         return found
 
     def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Their derivatives by ζ, shape (n, d)."""
-        found = np.zeros((len(self.base), len(zeta)))
-        for _, emulator, own in self.parts(subset):
-            found[:, own] += emulator.columns @ emulator.with_slopes(zeta[None, own])[1][0]
+        found = np.zeros((len(self.value), len(zeta)))
+        found[:, self.simulated_count : self.nuisance_count] = self.linear
+        for _, blend, own in self.parts(subset):
+            found[:, own] += blend.columns @ blend.with_slopes(zeta[None, own])[1][0]
         return found
 
-    def corrected(self, told: Iterable[tuple[Subset, np.ndarray, np.ndarray]]) -> InferenceProblem:
-        """The problem with what simulations tell beyond the emulators.
+    def extrapolated(self, fit: MapFit) -> float:
+        """ln of evidence that a fit's readings may miss, as they are not simulated (module search).
 
-        Args:
-            told: of each simulation the causes that acted in it, their numbers, the model's own
-                first, shape (d,), and readings and their derivatives by ζ, shape (n, 1 + d).
+        The readings change by some length, in standard deviations, from those simulated of the
+        same causes that are nearest; a part of the length may be wrong.
         """
-        known = {causes: (own.places, own.exact) for causes, own in self.corrections.items()}
-        for subset, zeta, exact in told:
-            places, every = zeta[None], exact[None]
-            if (causes := self.causes(subset)) in known:
-                places = np.concatenate([known[causes][0], places])
-                every = np.concatenate([known[causes][1], every])
-            known[causes] = places, every
-        found = replace(self, corrections={})
-        for each in sorted(known, key=len):  # fewer causes count where more act
-            places, every = known[each]
-            emulated = [
-                np.column_stack([found.predicted(each, z), found.slopes(each, z)]) for z in places
+        causes = self.causes(fit.subset)
+        rest = fit.zeta[self.simulated_count : self.nuisance_count]
+        here = self.predicted(fit.subset, fit.zeta) - self.linear @ rest
+        if causes in self.runs:
+            off = here - self.runs[causes].told[..., 0]
+            off = off[np.argmin(np.square(off / self.noise).sum(axis=1))]
+        else:  # two causes that were not simulated together, by the weaker one
+            without = {name: tuple(n for n in fit.subset if n != name) for name in causes}
+            every = [
+                here + self.linear @ rest - self.predicted(each, self._part(fit, each))
+                for each in without.values()
             ]
-            own = Local.of(places, every, np.array(emulated), POLICY.correction_length)
-            found = replace(found, corrections={**found.corrections, each: own})
-        return found
+            off = min(every, key=lambda each: float(np.square(each / self.noise).sum()))
+        length = float(np.linalg.norm(self.levels[fit.level].whitened(off)))
+        return 0.5 * min(POLICY.first_error * length, POLICY.most_missed) ** 2
 
-
-@dataclass(frozen=True, eq=False)
-class Draws:
-    """Weighted draws of a density.
-
-    Attributes:
-        places: shape (draws, d).
-        weights: of each; their sum is 1.
-        log_integral: ln of the density's integral.
-    """
-
-    places: np.ndarray
-    weights: np.ndarray
-    log_integral: float
-
-    @property
-    def effective(self) -> float:
-        """Number of equally weighted draws that tell as much."""
-        return float(1 / (self.weights**2).sum())
-
-
-def drawn(
-    log_density: Callable[[np.ndarray], np.ndarray],
-    mode: np.ndarray,
-    covariance: np.ndarray,
-    rng: np.random.Generator,
-) -> Draws | None:
-    """Draws until enough of them count and the integral stays; None where too few ever do.
-
-    Args:
-        log_density: of places, shape (draws, d); −∞ where the density is 0.
-        mode: shape (d,).
-        covariance: about the mode, shape (d, d).
-        rng: of the draws.
-    """
-    middle, spread = mode, covariance
-    proposals, places = [], np.empty((0, len(mode)))
-    densities, before = np.empty(0), np.inf
-    for _ in range(POLICY.adaptations):
-        fresh = [
-            scipy.stats.multivariate_t(middle, wider * _regular(spread), POLICY.freedom)
-            for wider in POLICY.wider
-        ]
-        proposals += fresh
-        each = POLICY.draws // len(fresh)
-        new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
-        places, densities = np.vstack([places, new]), np.r_[densities, log_density(new)]
-        mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
-        log = densities - (mixture - np.log(len(proposals)))
-        if not np.isfinite(log.max()):
-            return None
-        total = float(logsumexp(log))
-        found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
-        steady = abs(found.log_integral - before) < POLICY.steady
-        if found.effective >= POLICY.effective and (steady or found.effective > len(log) / 2):
-            return found
-        before, least = found.log_integral, 2 * len(mode) + 2
-        if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
-            continue
-        tempered = _tempered(log, least)
-        middle = tempered @ places
-        spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
-    return found if found.effective >= POLICY.effective / 2 else None
-
-
-def _tempered(log: np.ndarray, least: int) -> np.ndarray:
-    """Weights raised to the largest power up to 1 by which so many draws count."""
-    inside = np.isfinite(log)
-    log = np.where(inside, log - log.max(), 0.0)  # a power of 0 leaves −∞ undefined
-    low, high = 0.0, 1.0
-    for _ in range(20):
-        power = 0.5 * (low + high)
-        weights = inside * np.exp(power * log)
-        enough = weights.sum() ** 2 / (weights**2).sum() >= least
-        low, high = (power, high) if enough else (low, power)
-    weights = inside * np.exp(low * log)
-    return np.asarray(weights / weights.sum())
-
-
-def _regular(covariance: np.ndarray) -> np.ndarray:
-    """The nearest covariance that rounding leaves positive definite."""
-    sizes, ways = np.linalg.eigh(0.5 * (covariance + covariance.T))
-    return np.asarray(ways * np.maximum(sizes, 1e-9 * sizes[-1]) @ ways.T)
+    def _part(self, fit: MapFit, subset: Subset) -> np.ndarray:
+        """ζ of a fit without those of causes that a subset does not have."""
+        places, own = self.places(fit.subset), np.arange(self.nuisance_count)
+        return fit.zeta[np.r_[own, *(places[name] for name in self.causes(subset))]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,28 +301,30 @@ class CovarianceModel:
     Attributes:
         problem: the readings.
         level: of the discrepancy.
-        gram: G.
+        before: that of the same readings with other simulations; None where there is none.
         log_det: ln|C| + n ln 2π.
     """
 
     problem: InferenceProblem
     level: float
+    before: CovarianceModel | None = None
 
     def __post_init__(self) -> None:
-        problem = self.problem
-        total = problem.covariance + self.level**2 * problem.kernel
-        self._lower = scipy.linalg.cholesky(total, lower=True)
-        blocks = {"": (problem.value - problem.base)[:, None]}
-        corrections = {
-            correction_name(causes): each for causes, each in problem.corrections.items()
-        }
-        for name, each in {BASELINE: problem.baseline, **problem.emulators, **corrections}.items():
-            blocks |= {name: each.columns, f"{name} error": each.errors}
-        self._place = dict(zip(blocks, _side_by_side([*blocks.values()]), strict=True))
-        self._white = self.whitened(np.hstack([*blocks.values()]))
-        self.gram = self._white.T @ self._white
+        problem, known = self.problem, self.before
+        if known is None:
+            total = problem.covariance + self.level**2 * problem.kernel
+            self._lower = scipy.linalg.cholesky(total, lower=True)
+            first = np.column_stack([problem.value, problem.linear])
+            self._white: dict[Subset | str, np.ndarray] = {"": self.whitened(first)}
+        else:
+            self._lower, self._white = known._lower, dict(known._white)
+        for causes, each in problem.blends.items():
+            if known is None or known.problem.blends.get(causes) is not each:
+                self._white[causes] = self.whitened(each.columns)
+        self.before = None
         log_2_pi = len(problem.value) * float(np.log(2 * np.pi))
         self.log_det = 2 * float(np.log(np.diag(self._lower)).sum()) + log_2_pi
+        self._grams: dict[tuple[Subset | str, Subset | str], np.ndarray] = {}
 
     def whitened(self, columns: np.ndarray) -> np.ndarray:
         """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
@@ -403,112 +338,32 @@ class CovarianceModel:
         """Return the model of other readings y, shape (n,), by the same columns."""
         found = copy(self)
         found.problem = replace(self.problem, value=value)
-        off = self.whitened(value - self.problem.base)
-        found._white = np.column_stack([off, self._white[:, 1:]])
-        found.gram = self.gram.copy()
-        found.gram[0] = found.gram[:, 0] = found._white[:, 0] @ found._white
+        found._white = dict(self._white)
+        found._white[""] = np.column_stack([self.whitened(value), self._white[""][:, 1:]])
+        found._grams = {key: each for key, each in self._grams.items() if "" not in key}
         return found
+
+    def gram(self, subset: Subset) -> np.ndarray:
+        """G of a hypothesis: of readings, linear numbers, and the blends of its parts."""
+        keys: list[Subset | str] = ["", *(causes for causes, _, _ in self.problem.parts(subset))]
+        return np.block([[self._product(one, other) for other in keys] for one in keys])
+
+    def _product(self, one: Subset | str, other: Subset | str) -> np.ndarray:
+        if (one, other) not in self._grams:
+            found = self._white[one].T @ self._white[other]
+            self._grams[one, other], self._grams[other, one] = found, found.T
+        return self._grams[one, other]
 
     def largest(self, subset: Subset) -> float:
         """ln of the largest likelihood of any change within the columns of causes."""
-        names = [name for name, _, _ in self.problem.parts(subset)]
-        at = np.r_[*(self._place[name] for name in names)]
-        inner = self.gram[np.ix_(at, at)]
-        inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
-        found = self.gram[at, 0] @ np.linalg.solve(inner, self.gram[at, 0])
-        return -0.5 * float(self.gram[0, 0] - found + self.log_det)
+        gram = self.gram(subset)
+        inner = gram[1:, 1:] + np.diag(1e-9 * np.diag(gram)[1:] + 1e-12)
+        found = gram[1:, 0] @ np.linalg.solve(inner, gram[1:, 0])
+        return -0.5 * float(gram[0, 0] - found + self.log_det)
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance alone."""
         return Hypothesis.under([self], subset)
-
-    def products(self, subset: Subset) -> Products:
-        """Products of a hypothesis' columns.
-
-        Args:
-            subset: its causes.
-        """
-        names = [name for name, _, _ in self.problem.parts(subset)]
-        at = np.r_[0, *(self._place[name] for name in names)]
-        causes = {*self.problem.causes(subset)}
-        seen = [each for each in self.problem.corrections if causes.issuperset(each)]
-        by = dict.fromkeys((name for each in seen for name in each), POLICY.surer)
-        own = {name: np.r_[self._place[f"{name} error"]] for name in names}
-        errors = np.concatenate([*own.values()])
-        size = np.concatenate([np.full(len(each), by.get(n, 1.0)) for n, each in own.items()])
-        inner = np.outer(size, size) * self.gram[np.ix_(errors, errors)]
-        return Products(
-            self.gram[np.ix_(at, at)], self.gram[np.ix_(at, errors)] * size, inner, self.log_det
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Products:
-    """Products of the columns of a hypothesis, without the errors of its emulators in C.
-
-    Attributes:
-        gram: G, shape (k, k).
-        cross: of columns and errors, shape (k, l).
-        inner: of errors, shape (l, l).
-        log_det: ln|C| + n ln 2π of each.
-    """
-
-    gram: np.ndarray
-    cross: np.ndarray
-    inner: np.ndarray
-    log_det: float | np.ndarray
-
-    @classmethod
-    def stacked(cls, every: Sequence[Products]) -> Products:
-        """Return products of several covariances, each array with one more axis, the first.
-
-        Args:
-            every: of one hypothesis, shapes (k, k), (k, l) and (l, l) each.
-        """
-        return cls(**{
-            each.name: np.array([getattr(own, each.name) for own in every]) for each in fields(cls)
-        })  # fmt: skip
-
-    def of(self, which: np.ndarray) -> Products:
-        """Return some of those that are stacked.
-
-        Args:
-            which: their places, shape (places,).
-        """
-        return Products(**{each.name: getattr(self, each.name)[which] for each in fields(self)})
-
-    def with_errors(
-        self, b: np.ndarray, size: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """G at many places, with the errors of the emulators in C (Woodbury's identity).
-
-        Args:
-            b: shape (places, k).
-            size: factors of the errors, shape (places, l).
-
-        Returns:
-            G, (places, k, k), ln|C| + n ln 2π, (places,), and derivatives of bᵀGb + ln|C| by the
-            factors, (places, l).
-        """
-        gram = np.broadcast_to(self.gram, (len(b), *self.gram.shape[-2:]))
-        if not size.shape[1]:
-            return gram, np.zeros(len(b)) + self.log_det, size
-        scaled = self.cross * size[:, None]
-        by = self.inner * size[:, None]
-        total = by * size[..., None] + np.eye(size.shape[1])
-        inverse = np.linalg.inv(total)
-        solved = inverse @ scaled.transpose(0, 2, 1)
-        taken = (solved @ b[..., None])[..., 0]
-        left = (self.cross.swapaxes(-1, -2) @ b[..., None])[..., 0]
-        left = left - (by @ taken[..., None])[..., 0]
-        slopes = 2 * (np.einsum("pij,pji->pi", by, inverse) - taken * left)
-        return gram - scaled @ solved, self.log_det + np.linalg.slogdet(total)[1], slopes
-
-
-def _side_by_side(blocks: Sequence[np.ndarray]) -> list[slice]:
-    """Columns of each block of some that stand side by side."""
-    ends = np.cumsum([0, *(each.shape[1] for each in blocks)])
-    return [slice(first, end) for first, end in pairwise(map(int, ends))]
 
 
 LEVELS: Final[Mapping[float, float]] = {
@@ -554,6 +409,36 @@ class _Places:
             each[rows] = getattr(there, name)
 
 
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Products of a hypothesis' columns under one covariance, or under several.
+
+    Attributes:
+        gram: G, shape (k, k), or (levels, k, k).
+        log_det: ln|C| + n ln 2π of each.
+    """
+
+    gram: np.ndarray
+    log_det: float | np.ndarray
+
+    @classmethod
+    def stacked(cls, every: Sequence[Products]) -> Products:
+        """Return products of several covariances, each array with one more axis, the first.
+
+        Args:
+            every: of one hypothesis.
+        """
+        return cls(np.array([own.gram for own in every]), np.array([o.log_det for o in every]))
+
+    def of(self, which: np.ndarray) -> Products:
+        """Return some of those that are stacked.
+
+        Args:
+            which: their places, shape (places,).
+        """
+        return Products(self.gram[which], np.asarray(self.log_det)[which])
+
+
 @dataclass(eq=False)
 class Hypothesis:
     """Causes under covariances, at numbers of the model that are as told or implausible.
@@ -561,12 +446,12 @@ class Hypothesis:
     Attributes:
         problem: the readings.
         subset: the causes.
-        products: of their columns, by the level of a discrepancy.
+        levels: of a discrepancy, with all columns under each.
     """
 
     problem: InferenceProblem
     subset: Subset
-    products: Mapping[float, Products]
+    levels: Mapping[float, CovarianceModel]
 
     @classmethod
     def under(cls, every: Sequence[CovarianceModel], subset: Subset) -> Hypothesis:
@@ -576,16 +461,17 @@ class Hypothesis:
             every: the covariances.
             subset: the causes.
         """
-        return cls(every[0].problem, subset, {each.level: each.products(subset) for each in every})
+        return cls(every[0].problem, subset, {each.level: each for each in every})
 
     def __post_init__(self) -> None:
-        self._box = np.vstack([self.problem.baseline_box, self.problem.box(self.subset)])
-        self._parts = self.problem.parts(self.subset)
-        self._rows = _side_by_side([np.ones((1, 1)), *(e.columns for _, e, _ in self._parts)])[1:]
-        counts = [each.errors.shape[1] for _, each, _ in self._parts]
-        self._errors = np.repeat(np.arange(len(counts)), counts)
-        tails = self.problem.tail(self.subset)
-        self._tail = np.r_[np.ones(self.problem.nuisance_count), tails]
+        problem = self.problem
+        self._box, self._parts = problem.box(self.subset), problem.parts(self.subset)
+        widths = [1 + problem.linear.shape[1], *(e.columns.shape[1] for _, e, _ in self._parts)]
+        self._rows = [slice(a, b) for a, b in pairwise(np.cumsum([0, *widths]).tolist())]
+        tails = problem.tail(self.subset)
+        self._tail = np.r_[np.ones(problem.nuisance_count), tails]
+        grams = {level: each.gram(self.subset) for level, each in self.levels.items()}
+        self._products = {k: Products(grams[k], each.log_det) for k, each in self.levels.items()}
 
     def _width(self, subset: Subset) -> np.ndarray:
         """Standard deviations of the priors of ζ where some numbers are implausible, (d,)."""
@@ -601,35 +487,23 @@ class Hypothesis:
         """b, shape (places, k), and J = db/dζ, shape (places, k, d)."""
         value = np.ones((len(zeta), self._rows[-1].stop))
         slopes = np.zeros((*value.shape, zeta.shape[1]))
-        for (_, emulator, own), rows in zip(self._parts, self._rows, strict=True):
-            g, dg = emulator.with_slopes(zeta[:, own])
+        linear = np.arange(self.problem.simulated_count, self.problem.nuisance_count)
+        value[:, 1 : self._rows[0].stop] = -zeta[:, linear]
+        slopes[:, np.arange(1, self._rows[0].stop), linear] = -1.0
+        for (_, blend, own), rows in zip(self._parts, self._rows[1:], strict=True):
+            g, dg = blend.with_slopes(zeta[:, own])
             value[:, rows], slopes[:, rows, own] = -g, -dg
         return value, slopes
 
-    def _sizes(self, b: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Factors of the emulators' errors at several places, and derivatives by ζ.
-
-        Shapes (places, l) and (places, l, d).
-        """
-        told = [
-            emulator.uncertainty(b[:, rows], slopes[:, rows])
-            for (_, emulator, _), rows in zip(self._parts, self._rows, strict=True)
-        ]
-        factors, rates = (np.stack(each, axis=1) for each in zip(*told, strict=True))
-        return factors[:, self._errors], rates[:, self._errors]
-
-    def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """bᵀGb at many places, and ln|C| + n ln 2π there, (places,) each.
+    def misfit(self, zeta: np.ndarray, level: float) -> tuple[np.ndarray, float]:
+        """bᵀGb at many places, shape (places,), and ln|C| + n ln 2π.
 
         Args:
             zeta: shape (places, d).
             level: of the discrepancy.
         """
-        changes = [-emulator.at(zeta[:, own]) for _, emulator, own in self._parts]
-        b = np.hstack([np.ones((len(zeta), 1)), *changes])
-        size, _ = self._sizes(b, np.zeros((*b.shape, 0)))
-        gram, log_det, _ = self.products[level].with_errors(b, size)
-        return np.einsum("pi,pij,pj->p", b, gram, b, optimize=True), log_det
+        b, own = self._factors(zeta)[0], self._products[level]
+        return np.einsum("pi,ij,pj->p", b, own.gram, b, optimize=True), float(own.log_det)
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add, at the first level.
@@ -638,7 +512,7 @@ class Hypothesis:
             starts: values of ζ.
             settled: ln of probability that the last step gains at most.
         """
-        return self.fits({(self.subset, next(iter(self.products))): starts}, settled)[0]
+        return self.fits({(self.subset, next(iter(self.levels))): starts}, settled)[0]
 
     def fits(
         self, starts: Mapping[Key, Sequence[np.ndarray]], settled: float = POLICY.settled
@@ -651,7 +525,7 @@ class Hypothesis:
         """
         counts = [len(each) for each in starts.values()]
         widths = np.array([self._width(subset) for subset, _ in starts])
-        products = Products.stacked([self.products[level] for _, level in starts])
+        products = Products.stacked([self._products[level] for _, level in starts])
         first = np.vstack([each for own in starts.values() for each in own])
         which = np.repeat(np.arange(len(counts)), counts)
         every = self._descended(first, which, products, widths, settled)
@@ -685,13 +559,11 @@ class Hypothesis:
             width: of the priors there, shape (places, d).
         """
         b, slopes = self._factors(zeta)
-        size, rates = self._sizes(b, slopes)
-        gram, log_det, by_size = products.with_errors(b, size)
+        gram, log_det = products.gram, products.log_det
         pull, (prior, precision) = (gram @ b[..., None])[..., 0], self._prior(zeta, width)
         misfit, along = (b * pull).sum(axis=1), slopes.transpose(0, 2, 1)
         hessian = along @ (gram @ slopes) + precision[..., None] * np.eye(zeta.shape[1])
         gradient = (along @ pull[..., None])[..., 0] + precision * zeta
-        gradient += 0.5 * np.einsum("pl,pld->pd", by_size, rates)
         return _Places(zeta, 0.5 * (misfit + log_det) + prior, gradient, hessian, misfit)
 
     def _descended(
@@ -756,14 +628,15 @@ class Hypothesis:
         The model's own numbers follow a cause's change as far as their priors let them.
         """
         b, slopes = self._factors(zeta)
-        gram, *_ = products.with_errors(b, self._sizes(b, slopes)[0])
+        gram = products.gram
         own = slice(0, self.problem.nuisance_count)
         free = slopes[..., own]
         along = free.transpose(0, 2, 1)
         inner = along @ gram @ free + width[:, own, None] ** -2 * np.eye(own.stop)
         found = {n: np.abs(zeta[:, place]) for n, place in self.problem.implausible.items()}
-        for (name, *_), rows in zip(self._parts, self._rows, strict=True):
-            if name in self.subset:
+        for (causes, *_), rows in zip(self._parts, self._rows[1:], strict=True):
+            if len(causes) == 1:
+                (name,) = causes
                 pull = gram[..., rows] @ b[:, rows, None]
                 cross = along @ pull
                 left = (pull[:, rows, 0] * b[:, rows]).sum(axis=1)

@@ -50,7 +50,12 @@ class ModelPosterior:
     @property
     def names(self) -> tuple[str, ...]:
         """All causes that some reading feels, and the model's own numbers."""
-        return *self.problem.emulators, *self.problem.implausible
+        return *self.problem.numbers, *self.problem.implausible
+
+    def log_probability(self, fit: MapFit) -> float:
+        """ln of the probability of a fit that is among these."""
+        place = next(i for i, each in enumerate(self.fits) if each is fit)
+        return float(np.log(self.probability[place] + np.finfo(float).tiny))
 
     @property
     def weighed(self) -> Iterator[tuple[float, MapFit]]:
@@ -99,19 +104,6 @@ class ModelPosterior:
             found.setdefault(of(fit), fit)
         return found
 
-    def weakened(
-        self, by: Mapping[Subset, float], of: Callable[[Subset], Subset]
-    ) -> ModelPosterior:
-        """Take evidence from some hypotheses; from none where all would be impossible.
-
-        Args:
-            by: ln of how much less probable the readings are; infinite where they are impossible.
-            of: what of a hypothesis' causes it goes by.
-        """
-        left = np.exp([-by.get(of(fit.subset), 0.0) for fit in self.fits])
-        rest = (self.probability + np.finfo(float).tiny) * left
-        return replace(self, probability=rest / rest.sum()) if rest.any() else self
-
 
 def search(
     problem: InferenceProblem,
@@ -129,10 +121,10 @@ def search(
         problem: the readings.
         rng: of samples.
         sample: whether likely hypotheses are sampled.
-        before: the posterior of the same readings and emulators, with other corrections.
-        changed: sets of causes whose corrections are other; fits without any are those of before.
+        before: the posterior of the same readings, with fewer simulations.
+        changed: sets of causes that were simulated since; fits without any are those of before.
     """
-    every, names, own = problem.levels, tuple(problem.emulators), problem.nuisance_count
+    every, names, own = problem.levels, tuple(problem.numbers), problem.nuisance_count
     modes: dict[Key, Sequence[MapFit]] = {}
     zeta: dict[Key, np.ndarray] = {}
     known = {} if before is None else before.modes
@@ -217,7 +209,7 @@ def one_at_a_time(
     """
     problem = every[0.0].problem
     prior = {level: float(np.log(p)) for level, p in LEVELS.items()}
-    far = float(np.log(len(every) * (1 + len(problem.emulators)) / (1 - POLICY.credible)))
+    far = float(np.log(len(every) * (1 + len(problem.numbers)) / (1 - POLICY.credible)))
     fits: list[MapFit] = []
     best = -np.inf
 
@@ -232,7 +224,7 @@ def one_at_a_time(
     fitted(NONE, dict.fromkeys(every, np.zeros(problem.nuisance_count)))
     bounds = {
         (name,): {level: each.largest((name,)) + prior[level] for level, each in every.items()}
-        for name in problem.emulators
+        for name in problem.numbers
     }
     for subset in sorted(bounds, key=lambda each: -max(bounds[each].values())):
         own = bounds[subset]
@@ -323,13 +315,14 @@ def _weighed(
     was told, or is not.
     """
     problem = every[0.0].problem
-    count = len(problem.effects(tuple(problem.emulators)))
+    count = len(problem.numbers)
     by_size = [p / max(comb(count, size), 1) for size, p in enumerate(POLICY.prior_by_size)]
 
     def weights(all_fits: list[MapFit]) -> tuple[np.ndarray, float]:
-        sizes = [len(problem.effects(fit.subset)) for fit in all_fits]
+        sizes = [len(problem.causes(fit.subset)) for fit in all_fits]
         logs = np.array([
-            fit.log_evidence + np.log(LEVELS[fit.level] * by_size[size])
+            -np.inf if problem.causes(fit.subset) in problem.impossible
+            else fit.log_evidence + np.log(LEVELS[fit.level] * by_size[size])
             + np.log(POLICY.implausible_odds) * (len(fit.subset) - size)
             for size, fit in zip(sizes, all_fits, strict=True)
         ])  # fmt: skip
@@ -348,7 +341,7 @@ def _weighed(
 
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
-    box = problem.boxes[name]
+    box = np.array([[each.low, each.high] for each in problem.numbers[name]])
     ways = [(0, amplitude) for amplitude in POLICY.starts]
     ways += [(i, shape) for i in range(1, len(box)) for shape in POLICY.shape_starts]
     return [np.clip(way * np.eye(len(box))[i], *box.T) for i, way in ways]

@@ -92,6 +92,42 @@ class Unknown:
         """Derivatives of the values by ζ, of its shape."""
         return _at_each(self.prior.slope, zeta)[()]
 
+    @property
+    def straight(self) -> bool:
+        """Tell whether readings are nearly straight in the number, not in ζ."""
+        return self.amplitude or not self.prior.positive
+
+    @property
+    def bent(self) -> bool:
+        """Tell whether its coordinate is another one than ζ."""
+        return self.straight and self.prior.positive
+
+    def coordinate(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinate in which readings are nearly straight, and its derivative by ζ.
+
+        It is the number by its standard deviation, or ζ of a number that no change is in
+        proportion to.
+
+        Args:
+            zeta: any shape; so are both.
+        """
+        if not self.bent:
+            return zeta, np.ones_like(zeta)
+        ratio = self.prior.mean / self.prior.spread
+        value = np.exp(self.log_std * zeta - self.log_std**2 / 2) * ratio
+        return value - ratio, self.log_std * value
+
+    def zeta_of(self, u: float) -> float:
+        """Standard normal number at a coordinate."""
+        return self.zeta(self.prior.mean + u * self.prior.spread) if self.straight else u
+
+    def coordinate_of(self, value: float) -> tuple[float, float]:
+        """Coordinate of a value, and the derivative of the value by it."""
+        if self.straight:
+            return (value - self.prior.mean) / self.prior.spread, self.prior.spread
+        zeta = self.zeta(value)
+        return zeta, self.prior.slope(zeta)
+
     def zeta(self, value: float) -> float:
         """Standard normal number of a value.
 
@@ -112,7 +148,7 @@ class Unknown:
     @property
     def log_std(self) -> float:
         """Standard deviation of the logarithm of a positive number."""
-        return self.prior.slope(0.0) / self.prior.at(0.0)
+        return float(np.sqrt(np.log1p((self.prior.spread / self.prior.mean) ** 2)))
 
     @property
     def gradient(self) -> str:
@@ -182,6 +218,18 @@ class Cause:
         """
         own = [(n, self.neutral(n) if n.amplitude else float(n.at(0.0))) for n in self.numbers]
         return self._change([*own, *self.held], factor)
+
+    @property
+    def smooth(self) -> bool:
+        """Tell whether derivatives where it does nothing tell what it changes at first."""
+        kind = effect(self.name)
+        path = kind.kind == "dissipative" or kind.clock
+        return not (path or kind.lopsided or kind.curved or issubclass(kind, Displaying))
+
+    def resting_coordinate(self, number: Unknown) -> float:
+        """Coordinate of a number where the effect does nothing."""
+        value = self.neutral(number) if number.amplitude else float(number.at(0.0))
+        return number.coordinate_of(value)[0]
 
     def box(self) -> np.ndarray:
         """Ranges of ζ, (numbers, 2)."""

@@ -13,11 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
-from dolfingrip.diagnosis.policy import ROUTES
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings
+from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 from dolfingrip.parameter import every, named
 from dolfingrip.parameter.nuisances import (
     GAIN,
@@ -29,7 +28,6 @@ from dolfingrip.parameter.nuisances import (
     WALLS,
     changes,
     modulus_keys,
-    neutral_stages,
     wall_key,
 )
 
@@ -77,25 +75,6 @@ def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
     found = [key for each in applied for key in modulus_keys(each)]
     found += [*WALLS, BASE_LAYER, GAIN, OFFSET, GAP, *_own(measurement)]
     return tuple(dict.fromkeys(found))
-
-
-def base_variant(
-    measurement: Measurement,
-    config: Config,
-    moved: Change = NO_CHANGE,
-) -> ModelVariant:
-    """Return the variant of the base simulation, with derivatives by all nuisances.
-
-    Args:
-        measurement: that is simulated.
-        config: the model.
-        moved: changes of the moduli.
-
-    Raises:
-        ConfigError: one line, where nothing in the tests feels a nuisance that the laboratory told.
-    """
-    stages = neutral_stages(config)
-    return ModelVariant({**stages, **moved}, keys(measurement, config), headroom=ROUTES.headroom)
 
 
 def _own(measurement: Measurement) -> tuple[str, ...]:

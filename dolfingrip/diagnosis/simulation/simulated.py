@@ -18,17 +18,14 @@ taken as linear leaves 1.6 standard deviations unexplained, this none.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
 from dolfingrip import parameter
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Change, Config, changed
-from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, Rows, SpecimenTest
 from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.simulation import stops
@@ -90,15 +87,12 @@ class _Led:
     segments: list[ControlSegment]
 
 
-def groups(
-    measurement: Measurement, config: Config, headroom: float = 1.0
-) -> list[SimulationGroup]:
+def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     """The groups of a measurement's tests, in their order.
 
     Args:
         measurement: with the set-up of each test.
         config: that the set-ups differ from.
-        headroom: pressure that elastic curves go on to, by the highest of the rows.
     """
     led = []
     for test in measurement.tests:
@@ -107,10 +101,10 @@ def groups(
     found = []
     for of_setup in _together(led, _same_setup):
         test = of_setup[0].test
-        control, more = CONTROL[test.experiment], headroom if test.of_finger else 1.0
+        control = CONTROL[test.experiment]
         curve = None
         if not test.supplies:
-            curve = stops.elastic([each.segments for each in of_setup], control, more)
+            curve = stops.elastic([each.segments for each in of_setup], control)
         for part in _together(of_setup, lambda a, b: stops.alike(a.segments, b.segments)):
             tests = tuple(each.test.number for each in part)
             led_by = [each.segments for each in part]
@@ -163,29 +157,18 @@ class ModelVariant:
         overrides: values by key, which take precedence over the set-up of each test.
         gradients: keys of parameters that readings are derived by; those that an experiment does
             not have are left out there.
-        headroom: pressure to go on to where the model has no memory, by the highest of the rows:
-            it is read at other moduli.
         only_in: experiments that are simulated; all where None.
         mesh_check: whether the error of the mesh is estimated.
-        tilt_deg: turn of gravity in the plane of bending, towards the bellows for a finger that
-            hangs, from the direction that each test has.
     """
 
     overrides: Change = field(default_factory=dict)
     gradients: tuple[str, ...] = ()
-    headroom: float = 1.0
     only_in: frozenset[str] | None = None
-    tilt_deg: float = 0.0
     mesh_check: bool = False
 
     def of(self, group: SimulationGroup) -> Config:
         """The configuration that a group is simulated with, without its protocol."""
-        config = changed(group.config, self.overrides)
-        if not (self.tilt_deg and config.gravity.acceleration_m_s2):
-            return config
-        x, y, z = config.gravity.direction
-        cos, sin = math.cos(math.radians(self.tilt_deg)), math.sin(math.radians(self.tilt_deg))
-        return config.changed(gravity={"direction": [cos * x + sin * z, y, cos * z - sin * x]})
+        return changed(group.config, self.overrides)
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,59 +256,6 @@ class SimulatedReadings(ModelReadings):
         return found
 
 
-class Simulator(Protocol):
-    """Simulates a measurement: coupons in closed form, fingers by requests to a store.
-
-    Attributes:
-        measurement: what is simulated.
-        config: the model as configured.
-        closed_form: whether a simulation costs nothing, and moduli scale each one exactly.
-    """
-
-    measurement: Measurement
-    config: Config
-    closed_form: ClassVar[bool]
-
-    @property
-    def groups(self) -> Sequence[SimulationGroup]:
-        """Tests that are simulated together."""
-
-    @property
-    def base(self) -> ModelReadings:
-        """The model without causes."""
-
-    @property
-    def configured(self) -> np.ndarray:
-        """(n,) readings of the model as configured; NaN where it does not come so far."""
-
-    @property
-    def rig(self) -> Sequence[Nuisance]:
-        """Numbers of rig and body that are linear, those aside that every hypothesis fits."""
-
-    @property
-    def mesh(self) -> np.ndarray:
-        """(n,) what the mesh may get wrong, one standard deviation with its sign."""
-
-    def at(self, values: Change, steps: Sequence[tuple[Unknown, float]]) -> ModelReadings:
-        """Simulate the model at other values.
-
-        Args:
-            values: by key of the configuration.
-            steps: numbers that readings are derived by, and a small change of each.
-
-        Raises:
-            ConfigError: one line, where a simulation does not reach all readings.
-        """
-
-    def of(self, measurement: Measurement, *, known_mesh: bool) -> Self:
-        """Return the simulator of another measurement of the same model.
-
-        Args:
-            measurement: what is simulated.
-            known_mesh: whether on the mesh of the fits; else on the one that costs least.
-        """
-
-
 def simulate(
     measurement: Measurement, config: Config, variants: Sequence[ModelVariant], workers: Workers
 ) -> list[SimulatedReadings]:
@@ -341,11 +271,11 @@ def simulate(
         ConfigError: one line, where a variant is not allowed or there are no workers.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    parts = {h: groups(measurement, config, h) for h in {variant.headroom for variant in variants}}
+    parts = groups(measurement, config)
     planned = [
         [
             _planned(variant, group, measurement.read_by(group.experiment))
-            for group in parts[variant.headroom]
+            for group in parts
             if variant.only_in is None or group.experiment in variant.only_in
         ]
         for variant in variants
@@ -409,39 +339,3 @@ def _assembled(
         and np.isnan(readings[measurement.listed["test"].isin(run.group.tests)]).any()
     ]
     return SimulatedReadings(readings, by_control, slopes, variant, failures, runs)
-
-
-def scales(config: Config) -> bool:
-    """Tell whether the scaling is exact: no weight, memory, clock, or modulus of an effect's own.
-
-    Beside effects in general it is not: their parameters are moduli, compliances or offsets.
-    Those that are at their neutral values do not matter.
-    """
-    if config.gravity.acceleration_m_s2 or not path_independent(config):
-        return False
-    return all(
-        getattr(effect, key) == value
-        for effect in config.extensions.active()
-        for key, value in effect.neutral.items()
-    )
-
-
-def scale_all(runs: Sequence[SimulatedGroup]) -> bool:
-    """Return whether it is exact for all simulations of a measurement."""
-    return all(run.group.curve is not None and scales(run.config) for run in runs)
-
-
-def scaled_moduli(config: Config, factor: float) -> Change:
-    """Return the change that makes all moduli ``factor`` times as large, contacts' stiffness too.
-
-    Args:
-        config: whose moduli they are.
-        factor: above 0; 1 changes nothing.
-    """
-    if factor == 1.0:
-        return {}
-    return {
-        **parameter.scaled(config, factor),
-        "contact.stiffness_MPa": config.contact.stiffness_MPa * factor,
-        "plate.stiffness_MPa": config.plate.stiffness_MPa * factor,
-    }

@@ -53,21 +53,16 @@ class StopInterpolant:
             logarithm of time.
         rows: places of the rows in ``Measurement.readings``.
         rows_at: of each row.
-        core: how many of the stops rows are read from up to the last of them; the others are for
-            rows beyond. 0: all. So a curve with headroom gives the same there as one without.
     """
 
     stops: np.ndarray
     at: np.ndarray
     rows: np.ndarray
     rows_at: np.ndarray
-    core: int = 0
 
     def weights(
         self,
         reached: int,
-        rows_at: np.ndarray | None = None,
-        outside: float = ROUTES.outside,
         derivative: int = 0,
         force: np.ndarray | None = None,
     ) -> np.ndarray:
@@ -75,15 +70,13 @@ class StopInterpolant:
 
         Args:
             reached: number of stops that there are readings of; the rest have no weight.
-            rows_at: in place of the leg's own.
-            outside: how far beyond the stops that were reached rows are read.
             derivative: 1 for that by what the leg is read by.
             force: at these stops, where it is read, a change or a derivative of it, (reached,).
 
         Returns:
             NaN in the rows that cannot be read, as the simulation did not come so far.
         """
-        where = self.rows_at if rows_at is None else rows_at
+        where = self.rows_at
         there = np.flatnonzero(self.stops < reached)
         found = np.zeros((len(where), len(self.stops)))
         if not there.size:
@@ -91,18 +84,13 @@ class StopInterpolant:
             return found
         some = there if force is None else there[self._acts(force[self.stops[there]])]
         found[:, some] = spline_weights(self.at[some], where, derivative)
-        own = some[some < there[self.core]] if 0 < self.core < there.size else some[:0]
-        if own.size and own.size >= min(self.core, ROUTES.fewest):
-            inside = where <= self.at[own].max()
-            found[inside] = 0.0
-            found[np.ix_(inside, own)] = spline_weights(self.at[own], where[inside], derivative)
         if force is not None and some.size < there.size:
             acting = force[self.stops[some]]
             told = spline_weights(self.at[some], where, 0) @ acting
             found[told * acting.sum() < 0] = 0.0
         if there.size < len(self.stops):
             low, high = self.at[there].min(), self.at[there].max()
-            margin = outside * (high - low)
+            margin = ROUTES.outside * (high - low)
             found[(where > high + margin) | (where < low - margin)] = np.nan
         return found
 
@@ -129,19 +117,6 @@ class StopInterpolant:
         first = first if first and over(first - 1, own[0]) else 0
         last = last if last < len(force) and over(last, own[-1]) else len(force)
         return slice(first, last)
-
-    def read(
-        self, values: np.ndarray, at: np.ndarray, force: np.ndarray | None = None
-    ) -> np.ndarray:
-        """(places,) readings at any place, however far beyond the leg.
-
-        Args:
-            values: (reached,) of one column, at the first stops of the simulation.
-            at: (places,) by what the leg is read by.
-            force: see :meth:`weights`.
-        """
-        weights = self.weights(len(values), at, ROUTES.anywhere, force=force)[:, : len(values)]
-        return np.asarray(weights @ values)
 
 
 def spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
@@ -403,12 +378,10 @@ def alike(first: Sequence[ControlSegment], second: Sequence[ControlSegment]) -> 
     )
 
 
-def elastic(
-    tests: Sequence[Sequence[ControlSegment]], control: str, headroom: float
-) -> StopSchedule:
+def elastic(tests: Sequence[Sequence[ControlSegment]], control: str) -> StopSchedule:
     """One curve from rest to the largest value, from which all rows of ``tests`` are read.
 
-    For models without memory and clock. The curve goes on to ``headroom`` times the largest value.
+    For models without memory and clock.
     """
     every = [segment for test in tests for segment in test]
     values = np.concatenate([segment.value for segment in every])
@@ -421,13 +394,8 @@ def elastic(
     else:
         last = meant_end(high, (high - low) / ROUTES.most, longest.rounds_by)
         at = np.linspace(low, last, ROUTES.most)
-    core = len(at)
-    if headroom > 1 and high > 0:
-        more = max(round((headroom - 1) * high / max(float(np.median(np.diff(at))), 1e-12)), 1)
-        last = float(at[-1])
-        at = np.append(at, np.linspace(last, headroom * last, min(more, ROUTES.most) + 1)[1:])
     rows = np.concatenate([segment.rows for segment in every])
-    leg = StopInterpolant(np.arange(len(at)), at, rows, values, core)
+    leg = StopInterpolant(np.arange(len(at)), at, rows, values)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
     count = len(at)
     return StopSchedule(

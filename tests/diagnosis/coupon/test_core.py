@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
+from scipy.stats import multivariate_normal
 
+from dolfingrip.config import NO_CHANGE
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel, smooth_curves
 from dolfingrip.diagnosis.core import evidence
+from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents, places
 from dolfingrip.diagnosis.core.decision import _wider, decide, sensitivity
-from dolfingrip.diagnosis.core.emulator import Scaled, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
+from dolfingrip.diagnosis.core.sampling import drawn as sampled_draws
 from dolfingrip.diagnosis.core.search import search, searched_again
-from dolfingrip.diagnosis.core.unknown import factor_of_moduli
+from dolfingrip.diagnosis.core.unknown import Unknown, factor_of_moduli
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.extensions.effect import Prior
 
 SEED = 5
 X = np.linspace(0.1, 1.0, 12)
@@ -23,15 +28,32 @@ BASE = 3.0 * X
 NOISE = 0.05
 
 
-def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> InferenceProblem:
+def cause(name: str) -> tuple[Unknown, ...]:
+    return (Unknown(name, Prior(0.0, 1.0, "invented"), -3.3, 3.3),)
+
+
+def case(
+    value: np.ndarray, changes: Mapping[str, np.ndarray], rig: Mapping[str, np.ndarray] = NO_CHANGE
+) -> InferenceProblem:
+    """Readings that are BASE at any modulus, with causes and numbers of a rig that are linear."""
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    every, factor = np.ones(len(X), dtype=bool), factor_of_moduli(0.1, -8.0, 8.0)
-    return InferenceProblem(
-        value, BASE, (factor,),
-        {name: Scaled.of(linear(change), every, factor) for name, change in changes.items()},
-        NOISE**2 * np.eye(len(X)), kernel(along),
-        {name: np.array([[-3.3, 3.3]]) for name in changes}, Scaled.alone(BASE, every, factor),
+    factor, wide = factor_of_moduli(0.1, -8.0, 8.0), POLICY.implausible_width * 3.3
+    far = [
+        Unknown(name, Prior(0.0, 1.0, "invented"), -wide, wide, role="always", names=(name,))
+        for name in rig
+    ]
+    problem = InferenceProblem(
+        value, BASE, np.full(len(X), NOISE), (factor, *far),
+        np.column_stack([np.zeros((len(X), 0)), *rig.values()]),
+        {name: cause(name) for name in changes}, NOISE**2 * np.eye(len(X)), kernel(along),
     )  # fmt: skip
+    u, rate = factor.coordinate_of(1.0)
+    plain = np.column_stack([BASE, rate * BASE])
+    runs = [((), Tangents(np.array([[u]]), plain[None]))]
+    for name, change in changes.items():
+        told = np.column_stack([plain, change])
+        runs.append(((name,), Tangents(np.array([[u, 0.0]]), told[None])))
+    return problem.beside(runs)
 
 
 def drawn(*parts: np.ndarray) -> np.ndarray:
@@ -68,17 +90,18 @@ def test_the_evidence_is_the_integral() -> None:
 def test_fits_from_many_places_at_once_are_those_from_each() -> None:
     """Against fits one by one: the modulus as told and another, at two levels, from three starts.
 
-    The emulator is curved, and one start lies beyond its range.
+    The change is curved, and one start lies beyond its range.
     """
-    reach = np.array([[-3.3, 3.3]])
-    at = places(reach, 9)
-    curved = trained(at, np.sinh(at) * BENT["bent"], np.full(len(X), NOISE), reach)
     plain = case(drawn(8 * BENT["bent"], 0.5 * BASE), BENT)
     (factor,) = plain.always
-    own = replace(
-        plain, emulators={"bent": Scaled.of(curved, np.ones(len(X), dtype=bool), factor)},
-        always=(replace(factor, names=("far",)),),
-    )  # fmt: skip
+    at = np.linspace(-3.3, 3.3, 9)[:, None]
+    u, rate = factor.coordinate_of(1.0)
+    told = [
+        np.column_stack([BASE + np.sinh(z) * BENT["bent"], rate * BASE, np.cosh(z) * BENT["bent"]])
+        for (z,) in at
+    ]
+    own = plain.beside([(("bent",), Tangents(np.hstack([u + 0 * at, at]), np.array(told)))])
+    own = replace(own, always=(replace(factor, names=("far",)),))
     starts = [np.array(each) for each in ([0.0, 0.0], [2.0, -3.0], [-2.0, 9.0])]
     levels = [CovarianceModel(own, level) for level in (0.0, 0.01)]
     hypothesis = evidence.Hypothesis.under(levels, ("bent",))
@@ -95,76 +118,6 @@ def test_fits_from_many_places_at_once_are_those_from_each() -> None:
         assert fit.log_evidence == pytest.approx(other.log_evidence, abs=1e-6)
         assert fit.strengths == pytest.approx(other.strengths, rel=1e-4)
     assert both[2].log_evidence > both[0].log_evidence + 3
-
-
-def doubtful(value: np.ndarray) -> InferenceProblem:
-    """With a cause whose emulator may miss a wave as large as 0.2, beside an ordinary change."""
-    plain = case(value, BENT)
-    emulator = replace(
-        linear(BENT["bent"]), errors=0.2 * np.sin(6 * X)[:, None],
-        ordinary=float(np.sqrt(2.0)),
-    )  # fmt: skip
-    (factor,) = plain.always
-    return replace(
-        plain, emulators={"bent": Scaled.of(emulator, np.ones(len(X), dtype=bool), factor)}
-    )
-
-
-def test_what_an_emulator_may_miss_explains_nothing_where_its_cause_is_absent() -> None:
-    """Readings with the wave alone: 15 standard deviations that the cause's error could follow.
-
-    A cause of no strength has the likelihood of no cause. The evidence is the integral of one whose
-    covariance follows the strength, by quadrature.
-    """
-    own = doubtful(drawn(0.15 * np.sin(6 * X)))
-    level = CovarianceModel(own, 0.0)
-    hypothesis = level.of(("bent",))
-    (absent,), (log_det,) = hypothesis.misfit(np.zeros((1, 2)), 0.0)
-    (none,), _ = level.of(()).misfit(np.zeros((1, 1)), 0.0)
-    assert absent == pytest.approx(none, rel=1e-9)
-    assert log_det == pytest.approx(level.log_det, abs=1e-9)
-    fit = hypothesis.sampled(
-        hypothesis.fit([np.zeros(2), np.array([0, 1.0])]), np.random.default_rng(SEED)
-    )
-
-    def likelihood(a: float, z: float) -> float:
-        emulator, c = own.emulators["bent"], own.always[0].at(np.array(a))
-        square = (z**2 * (1 + c**2)) / emulator.ordinary**2
-        total = own.covariance + 2 * square / (1 + square) * emulator.errors @ emulator.errors.T
-        rest = own.value - own.predicted(("bent",), np.array([a, z]))
-        log = -0.5 * rest @ np.linalg.solve(total, rest) - 0.5 * np.linalg.slogdet(total)[1]
-        return float(log) - 0.5 * (a**2 + z**2) - 0.5 * len(X) * float(np.log(2 * np.pi))
-
-    best = likelihood(*map(float, fit.zeta))
-    whole, _ = dblquad(
-        lambda a, z: float(np.exp(likelihood(a, z) - best)) / (2 * np.pi), -3.3, 3.3, -3, 3,
-        epsabs=1e-4,
-    )  # fmt: skip
-    assert fit.log_evidence == pytest.approx(np.log(whole) + best, abs=0.1)
-
-
-def test_errors_in_the_covariance_are_those_of_the_whole_covariance() -> None:
-    """Against its inverse and determinant, and differences of these."""
-    print("seed", SEED)
-    rng = np.random.default_rng(SEED)
-    columns, errors = rng.standard_normal((12, 4)), rng.standard_normal((12, 3))
-    products = evidence.Products(columns.T @ columns, columns.T @ errors, errors.T @ errors, 0.0)
-    b, size = rng.standard_normal((2, 4)), rng.uniform(0, 2, (2, 3))
-
-    def whole(factors: np.ndarray) -> np.ndarray:
-        told = []
-        for own, each in zip(b, factors, strict=True):
-            total = np.eye(12) + errors * each**2 @ errors.T
-            change = columns @ own
-            misfit = float(change @ np.linalg.solve(total, change))
-            told.append(misfit + float(np.linalg.slogdet(total)[1]))
-        return np.array(told)
-
-    gram, log_det, slopes = products.with_errors(b, size)
-    np.testing.assert_allclose(np.einsum("pi,pij,pj->p", b, gram, b) + log_det, whole(size))
-    for i, way in enumerate(1e-6 * np.eye(3)):
-        by_difference = (whole(size + way) - whole(size - way)) / 2e-6
-        np.testing.assert_allclose(slopes[:, i], by_difference, rtol=1e-5, atol=1e-6)
 
 
 def test_a_cause_is_named_with_its_twin() -> None:
@@ -259,7 +212,7 @@ def test_draws_follow_a_curved_ridge() -> None:
 
     print("seed", SEED)
     about_mode = np.diag([1.0, 0.16])
-    found = evidence.drawn(log_density, np.zeros(2), about_mode, np.random.default_rng(SEED))
+    found = sampled_draws(log_density, np.zeros(2), about_mode, np.random.default_rng(SEED))
     assert found is not None
     assert found.effective > 100
     assert found.log_integral == pytest.approx(0.0, abs=0.15)
@@ -275,7 +228,7 @@ def test_draws_of_a_density_in_a_corner(width: float) -> None:
         return np.where(inside, -2 * np.log(width), -np.inf)
 
     print("seed", SEED)
-    found = evidence.drawn(log_density, np.zeros(2), np.eye(2), np.random.default_rng(SEED))
+    found = sampled_draws(log_density, np.zeros(2), np.eye(2), np.random.default_rng(SEED))
     assert found is None or found.log_integral == pytest.approx(0.0, abs=0.2)
     assert found is not None or width < 0.1
 
@@ -310,12 +263,13 @@ def test_a_modulus_within_what_is_told_is_no_cause() -> None:
 def test_a_number_of_the_rig_stands_beside_a_cause_not_in_its_place() -> None:
     """A slip of the rig with a cause: the causes' set holds effects, the slip is named second."""
     changes = {"bent": WAVES["bent"], "twin": WAVES["twin"], "slip": WAVES["wave"]}
-    value = drawn(3 * changes["bent"], 1.5 * changes["slip"])
-    own = replace(case(value, changes), rig=frozenset(["slip"]))
+    value = drawn(3 * changes["bent"], 5 * changes["slip"])
+    slip = {"slip": changes.pop("slip")}
+    own = case(value, changes, slip)
     decision, _ = sensitivity(search(own, np.random.default_rng(SEED)))
     assert set(decision.first) == {"bent", "twin"}
     assert decision.second == ("slip",)
-    alone = replace(own, value=drawn(1.5 * changes["slip"]))
+    alone = case(drawn(5 * slip["slip"]), changes, slip)
     assert decide(search(alone, np.random.default_rng(SEED))).first == ("slip",)
 
 
@@ -339,8 +293,13 @@ def test_after_a_correction_the_fits_that_it_does_not_concern_stay(
     before = search(own, np.random.default_rng(SEED))
     zeta = before.best(changed).zeta
     missed = 0.5 * NOISE * np.cos(9 * X)
-    exact = np.column_stack([own.predicted(changed, zeta) + missed, own.slopes(changed, zeta)])
-    other = own.corrected([(changed, zeta, exact)])
+    u, rate = np.array([
+        n.coordinate(z) for n, z in zip((*own.always, *cause("bent")), zeta, strict=False)
+    ]).T  # fmt: skip
+    exact = np.column_stack(
+        [own.predicted(changed, zeta) + missed, own.slopes(changed, zeta) / rate]
+    )
+    other = own.beside([(changed, Tangents(u[None], exact[None]))])
     anew = search(other, np.random.default_rng(SEED))
     again = search(other, np.random.default_rng(SEED), before=before, changed=[changed])
     assert [each.subset for each in again.fits] == [each.subset for each in anew.fits]
@@ -365,29 +324,64 @@ def test_the_discrepancy_is_a_covariance_that_is_zero_at_rest() -> None:
     assert np.linalg.eigvalsh(found).min() > -1e-9
 
 
-def test_an_emulator_tells_its_error() -> None:
-    """A smooth change of two numbers; the error at fresh places is as told."""
-    box = np.array([[-3.3, 3.3], [-2.0, 3.0]])
+def test_a_blend_goes_through_what_was_simulated() -> None:
+    """A change of two numbers: values and slopes at the simulations, and near them elsewhere."""
+    numbers = (
+        Unknown("amount", Prior(1.0, 0.5, "invented", positive=True), -3.3, 3.3),
+        Unknown("shape", Prior(0.0, 1.0, "invented"), -2.0, 3.0, amplitude=False),
+    )
 
-    def changed(zeta: np.ndarray) -> np.ndarray:
-        return np.exp(0.4 * zeta[:, :1]) * np.sin(X * (1 + 0.2 * zeta[:, 1:]))
+    def told(u: np.ndarray) -> np.ndarray:
+        amount, shape = 1.0 + 0.5 * u[:, :1], u[:, 1:]
+        value, turned = amount * np.sin(X * (1 + 0.2 * shape)), np.cos(X * (1 + 0.2 * shape))
+        return np.stack([value, 0.5 * value / amount, 0.2 * amount * X * turned], axis=2)
 
-    at = places(box, 256)
-    found = trained(at, changed(at), np.full(len(X), 0.01), box)
-    fresh = np.random.default_rng(SEED).standard_normal((200, 2)).clip(*box.T)
-    off = (found.at(fresh) @ found.columns.T - changed(fresh)) / 0.01
-    assert np.sqrt((off**2).mean()) < 0.1
-    low = np.array([[1.0, 1.5], [0.5, 1.0]])
-    at = places(low, 60)
-    near = trained(at, changed(at), np.full(len(X), 0.01), low)
-    inside = low[:, 0] + (low[:, 1] - low[:, 0]) * np.random.default_rng(SEED).random((50, 2))
-    off = (near.at(inside) @ near.columns.T - changed(inside)) / 0.01
-    assert np.sqrt((off**2).mean()) < 0.03  # about a fit it is better still, by fewer simulations
-    (value,), (slopes,) = found.with_slopes(fresh[:1])
+    zeta = places(np.array([[-2.0, 2.0], [-2.0, 3.0]]), 64)
+    u = np.column_stack([n.coordinate(zeta[:, i])[0] for i, n in enumerate(numbers)])
+    found = TangentBlend.of(numbers, Tangents(u, told(u)), np.full(len(X), NOISE))
+    value, slopes = found.at_coordinates(u)
+    np.testing.assert_allclose(value @ found.columns.T, told(u)[..., 0], atol=0.1 * NOISE)
+    np.testing.assert_allclose(found.columns @ slopes, told(u)[..., 1:], atol=0.1 * NOISE)
+    print("seed", SEED)
+    fresh = np.random.default_rng(SEED).uniform([-1.5, -1.5], [1.5, 2.5], (50, 2))
+    at = np.column_stack([n.coordinate(fresh[:, i])[0] for i, n in enumerate(numbers)])
+    off = found.at(fresh) @ found.columns.T - told(at)[..., 0]
+    assert np.sqrt(np.mean(off**2)) < 0.1 * NOISE
     step = 1e-5 * np.eye(2)
-    by_difference = (found.at(fresh[0] + step) - found.at(fresh[0] - step)).T / 2e-5
-    assert value == pytest.approx(found.at(fresh[:1])[0])
-    assert slopes == pytest.approx(by_difference, rel=1e-5, abs=1e-6)
+    by_difference = (found.at(fresh[:1] + step) - found.at(fresh[:1] - step)).T / 2e-5
+    np.testing.assert_allclose(found.with_slopes(fresh[:1])[1][0], by_difference, atol=1e-4)
+
+
+def test_the_evidence_of_numbers_that_are_linear_is_exact() -> None:
+    """Against the normal density with their covariance: a number of the rig, and a cause."""
+    own = case(drawn(1.5 * WAVES["bent"]), {"bent": WAVES["bent"]}, {"slip": WAVES["wave"]})
+    fit = CovarianceModel(own, 0.0).of(("bent",)).fit([np.zeros(3)])
+    slope = own.slopes(("bent",), np.zeros(3))
+    # the factor of all moduli is not: it is held where the fit has it
+    held = own.predicted(("bent",), np.r_[fit.zeta[0], 0.0, 0.0])
+    total = own.covariance + slope[:, 1:] @ slope[:, 1:].T
+    known = multivariate_normal(held, total).logpdf(own.value) - 0.5 * fit.zeta[0] ** 2
+    white = np.linalg.solve(np.linalg.cholesky(total), own.slopes(("bent",), fit.zeta)[:, 0])
+    known -= 0.5 * np.log(1 + white @ white)
+    assert fit.log_evidence == pytest.approx(known, abs=1e-6)
+
+
+def test_a_mixture_is_weighed_by_both_of_its_parts() -> None:
+    """Against quadrature: a cause whose prior has a wide part, far out."""
+    value = drawn(7.0 * BENT["bent"])
+    own = case(value, BENT)
+    (number,) = cause("bent")
+    own = replace(own, numbers={"bent": (replace(number, low=-20.0, high=20.0, tail=4.0),)})
+    fit = CovarianceModel(own, 0.0).of(("bent",)).fit([np.zeros(2), np.array([0.0, 6.0])])
+
+    def density(z: float, a: float) -> float:
+        rest = own.value - own.predicted(("bent",), np.array([a, z]))
+        log = -0.5 * (rest @ rest) / NOISE**2 - evidence.mixture(np.array([z]), np.array([4.0]))[0]
+        return float(np.exp(log[0] - 0.5 * a**2 - best)) / (2 * np.pi)
+
+    best = fit.log_evidence + len(X) * (np.log(NOISE) + 0.5 * np.log(2 * np.pi))
+    whole, _ = dblquad(density, -4, 4, 4, 10)
+    assert np.log(whole) == pytest.approx(0.0, abs=0.02)
 
 
 def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
@@ -397,7 +391,7 @@ def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
     posterior = search(own, np.random.default_rng(SEED), sample=False)
     found = [0.0, 0.0, 0.0]
     for subset, probability in posterior.subsets.items():
-        found[len(own.effects(subset))] += probability
+        found[len(own.causes(subset))] += probability
     assert found == pytest.approx(POLICY.prior_by_size, rel=0.01)
     twos = [p for subset, p in posterior.subsets.items() if subset == ("bent", "wave")]
     assert twos == pytest.approx([POLICY.prior_by_size[2] / 3], rel=0.1)

@@ -9,8 +9,9 @@ import pytest
 from support.example import EXAMPLES
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Scatter, errors_of
-from dolfingrip.diagnosis.coupon import CouponAnalysis, CouponSimulation
+from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read, selected
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
@@ -61,7 +62,13 @@ def test_a_slip_that_all_share_stays_in_the_rig(off: Errors) -> None:
 def test_a_new_coupon_may_differ_as_much_as_was_told_or_found(found: float, told: float) -> None:
     """Few coupons that happen to be alike do not make the next one like them."""
     scatter = Scatter(found, told, 0.0, estimated=True)
-    of = SimpleNamespace(errors=SimpleNamespace(scatter=scatter))
+    of = SimpleNamespace(
+        errors=SimpleNamespace(scatter=scatter, shared=()), closed_form=True, fitted_names=(),
+        problem=SimpleNamespace(value=np.zeros(3)),
+        simulation=SimpleNamespace(anew=lambda _, **__: ()),
+    )  # fmt: skip
     readings = np.array([2.0, 5.0])
-    shared, _ = CouponAnalysis.covariances(of, None, readings)  # type: ignore[arg-type]
+    shared, _ = Analysis.covariances(
+        of, SimpleNamespace(measurement=None, known_mesh=True), readings
+    )  # type: ignore[arg-type]
     np.testing.assert_allclose(np.sqrt(np.diag(shared)), max(0.03, found) * readings)

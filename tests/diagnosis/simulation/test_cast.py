@@ -15,25 +15,17 @@ from support.measured_files import written
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Change, Config, ConfigError
-from dolfingrip.diagnosis.answer.errors import errors_of
-from dolfingrip.diagnosis.core.unknown import MODULUS
+from dolfingrip.diagnosis.core.blend import Tangents
+from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.finger import model
-from dolfingrip.diagnosis.finger.model import (
-    FingerSimulation,
-    NothingReached,
-    baseline_problem,
-    not_reached,
-)
-from dolfingrip.diagnosis.policy import POLICY, ROUTES
+from dolfingrip.diagnosis.finger import FingerSimulation
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.screening import analyse_fingers, not_reached
 from dolfingrip.diagnosis.simulation.nuisances import keys
-from dolfingrip.diagnosis.simulation.simulated import (
-    ModelVariant,
-    SimulatedReadings,
-    scaled_moduli,
-    simulate,
-)
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
+from dolfingrip.diagnosis.simulation.simulator import Point, scaled_moduli
+from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.sections.tables import assignments
 
 TOLD = """experiment = "bending"
@@ -98,7 +90,7 @@ def with_all(measurement: Measurement, store: Path, overrides: Change) -> Simula
 def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store: Path) -> None:
     """Against central differences, and dα/dln c = −p dα/dp; what a laboratory names is one."""
     base = simulation.base
-    columns = {each.name: each.change for each in simulation.nuisances}
+    columns = {each.name: each.change for each in simulation.rig}
     assert list(columns) == [
         "modulus", "wall", "pressure_gain", "pressure_offset_kPa", FILM,
         "specimen_scale of A", "specimen_scale of B",
@@ -106,22 +98,14 @@ def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store
     pressure = measurement.listed["control"].to_numpy()
     exactly = -0.2 * pressure * base.by_control
     np.testing.assert_allclose(columns["modulus"], exactly, atol=0.02 * np.abs(exactly).max())
-    ends = [with_all(measurement, store, {FILM: 3 + way}).readings for way in (0.05, -0.05)]
+    ends = [
+        with_all(measurement, store, {**simulation.flat, FILM: 3 + way}).readings
+        for way in (0.05, -0.05)
+    ]
     np.testing.assert_allclose(columns[FILM], 10 * (ends[0] - ends[1]), rtol=1e-3)
     walls = 0.05 * np.where(measurement.listed["specimen"] == "A", 7.0, 6.0)
     np.testing.assert_allclose(columns["wall"], walls * base.slopes["cast.wall_mm"])
     assert (columns["wall"] < 0).all()
-
-
-def test_moduli_scale_exactly(
-    simulation: FingerSimulation, measurement: Measurement, store: Path
-) -> None:
-    """Against simulations with the moduli of all terms and of the film changed."""
-    changes = scaled_moduli(simulation.base.runs[0].config, 1.25)
-    assert changes["material.ogden_mu_MPa"] == [0.01875, 0.00625]
-    assert changes[FILM] == 3.75
-    there = with_all(measurement, store, changes).readings
-    np.testing.assert_allclose(simulation.read(simulation.base, 1.25), there, rtol=2e-3)
 
 
 def test_the_bodys_own_numbers_are_fitted_as_moduli_are(
@@ -129,23 +113,24 @@ def test_the_bodys_own_numbers_are_fitted_as_moduli_are(
 ) -> None:
     """Against a simulation with a stiffer film and all moduli changed, to what is far below the
     noise; no film has no stiffness."""
-    (film,) = simulation.own
+    solid, _ = rig_numbers(measurement, block())
+    (film,) = solid
     assert (film.key, film.prior.at(1.0), film.modulus) == (FILM, 4.0, True)
-    off = errors_of(simulation)
-    assert FILM not in {each.name for each in off.shared}
-    problem = baseline_problem(simulation, off)
-    assert [each.key for each in problem.always] == [MODULUS, FILM]
-    zeta = np.array([np.log(1.25) / problem.factor.log_std, 0.2])
-    there = scaled_moduli(simulation.base.runs[0].config, 1.25)
+    factor = factor_of_moduli(0.2, -5.0, 5.0)
+    where = Point(factor, factor.zeta(1.25), ((film, 0.2),))
+    (found,) = simulation.at([where])
+    assert found is not None
+    there = scaled_moduli(block(), 1.25)
+    assert there["material.ogden_mu_MPa"] == [0.01875, 0.00625]
+    flat = {**simulation.flat, **there}
     plain, stiffer = (
-        with_all(measurement, store, {**there, FILM: 1.25 * et}).readings for et in (3.0, 3.2)
+        with_all(measurement, store, {**flat, FILM: 1.25 * et}).readings for et in (3.0, 3.2)
     )
-    found = problem.predicted((), zeta) - problem.predicted((), zeta * [1, 0])
-    np.testing.assert_allclose(found, stiffer - plain, rtol=0.25)
-    assert np.abs(found).max() < 0.01 * off.noise.min()
-    low, high = problem.baseline_box[1]
-    assert film.prior.at(low) > 0 >= film.prior.at(low - POLICY.read_beyond) - 1e-9
-    assert high == pytest.approx(POLICY.walls_reach)
+    np.testing.assert_allclose(found.told[0, :, 0] - simulation.delta, stiffer, rtol=1e-4)
+    by_u = (stiffer - plain) / 0.2
+    np.testing.assert_allclose(found.told[0, :, 2], by_u, rtol=0.25)
+    assert film.prior.at(film.low) > 0 >= film.prior.at(film.low - POLICY.read_beyond) - 1e-9
+    assert film.high == pytest.approx(POLICY.walls_reach)
 
 
 def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
@@ -154,15 +139,6 @@ def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> Non
     file = written(tmp_path, lines, TOLD.partition("[specimen")[0])
     with pytest.raises(ConfigError, match=r"^max_pressure_kPa = 8 of lab.csv: below all readi"):
         selected(read([file], block()), block())
-
-
-def test_a_softer_finger_goes_on_straight_where_the_base_ended(
-    simulation: FingerSimulation,
-) -> None:
-    """Readings at 8 kPa of a modulus of 0.1 are at 80 kPa of the base's curve: far beyond."""
-    found = simulation.read(simulation.base, 0.1)
-    assert np.isfinite(found).all()
-    assert (np.diff(found[:4]) > 0).all()
 
 
 @pytest.mark.slow
@@ -176,8 +152,8 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], ends)
-    (run,) = simulate(ended, ends, [ModelVariant(headroom=ROUTES.headroom)], Here(store))
-    (said,) = not_reached(ended, ended, run.readings, run.failures)
+    (run,) = simulate(ended, ends, [ModelVariant()], Here(store))
+    (said,) = not_reached(ended, np.isfinite(run.readings), run)
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
         "stopped at "
@@ -191,26 +167,22 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
 def test_moduli_at_which_the_finger_ends_before_its_readings_are_left(
     simulation: FingerSimulation, measurement: Measurement, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The readings are of 0.4 times the moduli, where the simulation is made to reach nothing."""
-    soft = measurement.reading(simulation.read(simulation.base, 0.4))
-    stiff = FingerSimulation(soft, block(), simulation.workers, simulation.flat)
-    refined = model.refine_until_consistent
+    """The readings are of 0.6 times the moduli, where the simulation is made to reach nothing."""
+    softer = {**simulation.flat, **scaled_moduli(block(), 0.6)}
+    (there,) = simulate(measurement, block(), [ModelVariant(softer)], simulation.workers)
+    soft = measurement.reading(there.readings)
+    plain = FingerSimulation.plain
 
-    def refine(rough: FingerSimulation) -> FingerSimulation:
-        if rough.centre < 0.9:
-            raise NothingReached("bending of A reaches no reading: inverted")
-        return refined(rough)
+    def reached(self: FingerSimulation, point: Point) -> Tangents:
+        found = plain(self, point)
+        return found if point.moduli > 0.9 else replace(found, told=np.nan * found.told)
 
-    monkeypatch.setattr(model, "first_pass", lambda *asked: stiff)
-    monkeypatch.setattr(model, "refine_until_consistent", refine)
-    said: list[str] = []
-    found, _, problem = model.model(soft, block(), simulation.workers, said.append)
-    assert "bending of A reaches no reading: inverted; the moduli are stiffer" in said
-    assert found.centre == 1.0
-    assert problem.factor.at(problem.baseline_box[0, 0]) == pytest.approx(1 / ROUTES.headroom)
-    monkeypatch.setattr(model, "first_pass", lambda *asked: replace(stiff, centre=0.4))
-    with pytest.raises(NothingReached):
-        model.model(soft, block(), simulation.workers, said.append)
+    monkeypatch.setattr(FingerSimulation, "plain", reached)
+    found = analyse_fingers(soft, block(), simulation.workers, [])
+    (runs,) = found.problem.runs.values()
+    assert len(runs.u) == 1
+    assert found.simulation.start is not None
+    assert found.simulation.start.moduli == pytest.approx(1.0, rel=1e-6)
 
 
 def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:

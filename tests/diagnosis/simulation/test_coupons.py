@@ -13,7 +13,7 @@ from support.measured_files import written
 
 from dolfingrip.config import Change, Config, changed, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.finger.model import FingerSimulation
+from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.experiments import run, synthetic
 from dolfingrip.experiments.request import Answer, Request
@@ -52,7 +52,7 @@ def base(simulation: FingerSimulation) -> SimulatedReadings:
 
 
 def nuisance(simulation: FingerSimulation, name: str) -> np.ndarray:
-    return next(each.change for each in simulation.nuisances if each.name == name)
+    return next(each.change for each in simulation.rig if each.name == name)
 
 
 def test_readings_are_those_of_a_run_at_every_row(
@@ -69,25 +69,15 @@ def test_readings_are_those_of_a_run_at_every_row(
 def test_nuisances(simulation: FingerSimulation, measurement: Measurement) -> None:
     """The force is proportional to modulus and area."""
     base = simulation.base
-    names = [each.name for each in simulation.nuisances]
+    names = [each.name for each in simulation.rig]
     assert names == ["modulus", "coupon_area", "specimen_scale of A", "specimen_scale of B"]
     np.testing.assert_allclose(nuisance(simulation, "modulus"), 0.2 * base.readings, atol=1e-4)
     np.testing.assert_allclose(nuisance(simulation, "coupon_area"), 0.18 * base.readings)
     first = (measurement.listed["specimen"] == "A").to_numpy()
     own = nuisance(simulation, "specimen_scale of A")
     np.testing.assert_allclose(own, 0.015 * np.where(first, base.readings, 0), atol=1e-5)
-    assert all(each.change.shape == (202,) for each in simulation.nuisances)
+    assert all(each.change.shape == (202,) for each in simulation.rig)
     assert np.abs(simulation.mesh).max(initial=0.0) < 1e-9
-
-
-def test_modulus_scales(
-    simulation: FingerSimulation, measurement: Measurement, store: Path
-) -> None:
-    assert simulation.scales
-    soft = simulate(measurement, Config(), [ModelVariant({"material.mu_MPa": 2.344})], Here(store))
-    np.testing.assert_allclose(
-        simulation.read(simulation.base, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
-    )
 
 
 def test_gauge_noise_counts_by_the_slope(base: SimulatedReadings, measurement: Measurement) -> None:

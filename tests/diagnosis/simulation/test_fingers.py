@@ -11,22 +11,12 @@ from support import small
 from support.here import Here, simulated
 from support.measured_files import written
 
-from dolfingrip.config import Change, Config, changed
-from dolfingrip.diagnosis.answer.errors import errors_of
+from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.core.unknown import causes, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.finger import closed_forms
-from dolfingrip.diagnosis.finger.model import (
-    FingerSimulation,
-    baseline_problem,
-    fitted_moduli,
-)
-from dolfingrip.diagnosis.simulation.simulated import (
-    ModelVariant,
-    SimulatedReadings,
-    scaled_moduli,
-    simulate,
-)
+from dolfingrip.diagnosis.finger import FingerSimulation
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
+from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments import run
 from dolfingrip.parameter.nuisances import GAP
 
@@ -85,54 +75,14 @@ def test_one_curve_serves_all_branches(base: SimulatedReadings, measurement: Mea
         assert got[5] == pytest.approx(whole[5], abs=5e-3 * whole.max())
 
 
-def test_modulus_scales_exactly(
-    simulation: FingerSimulation, measurement: Measurement, store: Path
-) -> None:
-    """Against simulations with all moduli changed, to what interpolation over 20 kPa leaves.
-
-    The gap of 0.1 mm closes between the first two stops.
-    """
-    assert simulation.scales
-    for factor in (0.8, 1.25):
-        scaled = simulation.read(simulation.base, factor)
-        changed = one(measurement, store, scaled_moduli(simulation.base.runs[1].config, factor))
-        for name, column, allowed in (
-            ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-3)
-        ):  # fmt: skip
-            at = of(measurement, name, column)
-            there = changed.readings[at]
-            off = np.abs(scaled[at] - there).max()
-            print(factor, column, "off by", off, "of", there.max())
-            assert off < allowed * there.max()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("factors", "there", "remembering"),
-    [((2.0, 2.0, 2.0), 1.0, 1.6), ((0.7, 0.7, 0.7), 0.625, 0.625), ((0.45, 0.65, 0.8), 1.0, 1.0)],
-)
-def test_all_is_simulated_anew_where_a_plain_finger_is_softer(
-    simulation: FingerSimulation, measurement: Measurement, factors: tuple[float, ...],
-    there: float, remembering: float,
-) -> None:  # fmt: skip
-    """A stiffer one is read from the same curve but for causes with memory. Moduli that grow with
-    the pressure, at 20, 40 and 60 kPa, are no other modulus."""
-    plain = baseline_problem(simulation, errors_of(simulation))
-    by = np.interp(measurement.listed["control"], UP[1:], factors)
-    own = np.array([simulation.base_at(c)[place] for place, c in enumerate(by)])
-    plain = replace(plain, value=own)
-    assert fitted_moduli(plain, simulation) == pytest.approx(there)
-    assert fitted_moduli(plain, simulation, scaled=False) == pytest.approx(remembering)
-
-
 def test_nuisances_are_derivatives_by_their_standard_deviation(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against central differences; the wall's moves the mesh, so a thicker one is meshed alike."""
     base = simulation.base
-    names = [each.name for each in simulation.nuisances]
+    names = [each.name for each in simulation.rig]
     assert names == ["modulus", "wall", "pressure_gain", "pressure_offset_kPa", "plate_gap_mm"]
-    columns = {each.name: each.change for each in simulation.nuisances}
+    columns = {each.name: each.change for each in simulation.rig}
     free = of(measurement, "bending")
     assert not columns["plate_gap_mm"][free].any()
     np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slopes[GAP])
@@ -149,45 +99,78 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     )
 
 
-def test_a_line_that_lags_is_the_elastic_curve_behind_it(
-    base: SimulatedReadings, measurement: Measurement, store: Path
+def point(simulation: FingerSimulation, c: float, name: str, zeta: float) -> Point:
+    """Moduli c times those configured, and a cause."""
+    factor = factor_of_moduli(0.2, -5.0, 5.0)
+    (cause,) = causes(finger(), [name])
+    own = np.r_[zeta, np.zeros(len(cause.numbers) - 1)]
+    return Point(factor, factor.zeta(c), (), ((cause, own),))
+
+
+def test_a_point_is_what_is_simulated_with_its_numbers(
+    simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
-    """Against simulations in time, free to all digits. Blocked, interpolation over 20 kPa leaves a
-    part where the gap of 0.1 mm closes, as it does of the base readings."""
-    for tau_s in (0.3, 2.0):
-        overrides = {"extensions.line_lag.tau_s": tau_s}
-        line = changed(finger(), overrides).extensions.line_lag
-        assert line is not None
-        shape = closed_forms.change(measurement, base, line)
-        change = one(measurement, store, overrides).readings - base.readings
-        for experiment, name, allowed in (
-            ("bending", "angle_deg", 1e-5),
-            ("blocked_force", "angle_deg", 3e-2),
-            ("blocked_force", "force_N", 3e-2),
-        ):
-            at = of(measurement, experiment, name)
-            off = np.abs(shape - change)[at].max()
-            largest = base.readings[measurement.listed["column"] == name].max()
-            print(overrides, experiment, name, "off by", off, "of", np.abs(change[at]).max())
-            assert off < allowed * largest
+    """Against a simulation of the configuration, and central differences of its derivatives."""
+    where = point(simulation, 0.9, "mooney_rivlin", 0.5)
+    (found,) = simulation.at([where])
+    assert found is not None
+    there = one(measurement, store, {**simulation.flat, **where.change(finger())}).readings
+    np.testing.assert_allclose(found.told[0, :, 0] - simulation.delta, there, rtol=1e-4, atol=1e-4)
+    ((cause, zeta),) = where.causes
+    step = 0.05
+    for place, ends in enumerate([
+        [replace(where, zeta=where.zeta + way * step) for way in (1, -1)],
+        [replace(where, causes=((cause, zeta + way * step),)) for way in (1, -1)],
+    ]):  # fmt: skip
+        more, less = simulation.at(ends)
+        assert more is not None
+        assert less is not None
+        by_u = (more.told - less.told)[0, :, 0] / (more.u - less.u)[0, place]
+        largest = np.abs(by_u).max()
+        np.testing.assert_allclose(found.told[0, :, 1 + place], by_u, atol=0.02 * largest)
+
+
+def test_where_causes_do_nothing_their_derivatives_are_known(
+    simulation: FingerSimulation,
+) -> None:
+    """One simulation for all that are smooth there, against small amounts of each."""
+    some = causes(finger(), ["mooney_rivlin", "yeoh", "base_layer_offset"])
+    start = Point(factor_of_moduli(0.2, -5.0, 5.0), 0.0)
+    told = simulation.resting(some, start)
+    assert told is not None
+    assert set(told) == {each.name for each in some}
+    for cause in some:
+        zeta = np.full(len(cause.numbers), -3.0 if cause.numbers[0].prior.positive else 0.2)
+        (there,) = simulation.at([replace(start, causes=((cause, zeta),))])
+        assert there is not None
+        own = told[cause.name]
+        line = own.told[0, :, 0] + own.told[0, :, 1:] @ (there.u - own.u)[0]
+        change = there.told[0, :, 0] - own.told[0, :, 0]
+        off = np.abs(line - there.told[0, :, 0]).max()
+        print(cause.name, "off by", off, "of", np.abs(change).max())
+        assert off < 0.1 * np.abs(change).max() + 1e-3
 
 
 def test_an_angle_that_lags_is_the_filtered_curve(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
-    """Against simulations in time; nothing else is changed."""
-    (lag,) = causes(finger(), ["angle_lag"])
-    zeta = np.array([1.0])
-    told = closed_forms.simulations(
-        simulation, lag, lag.box(), np.zeros(1), factor_of_moduli(0.2, -1.0, 1.0)
-    )
+    """Against simulations in time; nothing else is changed, and nothing is simulated for it."""
+    where = point(simulation, 1.0, "angle_lag", 1.0)
     angles = of(measurement, "bending")
-    tau_s = lag.numbers[0].at(told.zeta[:, 0])
-    near = int(np.argmin(np.abs(tau_s - lag.numbers[0].at(zeta)[0])))
-    overrides = {"extensions.angle_lag.tau_s": float(tau_s[near])}
-    change = one(measurement, store, overrides).readings - simulation.base.readings
-    found = told.values[0, near]
-    print(overrides, "changes", change[angles], "told", found[angles])
-    assert np.abs(change[angles]).max() > 0.05 * simulation.base.readings[angles].max()
-    np.testing.assert_allclose(found[angles], change[angles], atol=2e-5 * 20)
-    assert not found[of(measurement, "blocked_force", "force_N")].any()
+    there = one(measurement, store, {**simulation.flat, **where.change(finger())}).readings
+    plain = simulation.plain(replace(where, causes=())).told[0, :, 0]
+    (found,) = simulation.at([where])
+    assert found is not None
+    change, own = there - (plain - simulation.delta), found.told[0, :, 0] - plain
+    print("changes", change[angles], "told", own[angles])
+    assert np.abs(change[angles]).max() > 0.05 * plain[angles].max()
+    np.testing.assert_allclose(own[angles], change[angles], atol=2e-5 * 20)
+    forces = of(measurement, "blocked_force", "force_N")
+    np.testing.assert_allclose(own[forces], 0.0, atol=1e-9)
+    more, less = simulation.at(
+        [point(simulation, 1.0, "angle_lag", 1.0 + h) for h in (0.01, -0.01)]
+    )
+    assert more is not None
+    assert less is not None
+    by_u = (more.told - less.told)[0, :, 0] / (more.u - less.u)[0, 1]
+    np.testing.assert_allclose(found.told[0, :, 2], by_u, atol=1e-2 * np.abs(by_u).max())

@@ -10,7 +10,7 @@ import pandas as pd
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.errors import of_mesh
-from dolfingrip.diagnosis.finger.model import FingerSimulation
+from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.policy import MODEL
 
 PRESSURES_kPa = np.array([0.0, 50.0, 100.0, 150.0, 200.0])
@@ -26,11 +26,11 @@ def test_each_experiment_is_off_by_another_part_at_small_loads_than_at_large_one
     )
     unused = cast("Any", None)
     simulation = FingerSimulation(
-        cast("Any", measurement), Config(), unused, {"mesh.edge_size_mm": 4.0}, rough=False
+        cast("Any", measurement), Config(), unused, {"mesh.edge_size_mm": 4.0}
     )
     plain = np.r_[0.3 * PRESSURES_kPa, 0.01 * PRESSURES_kPa]
-    vars(simulation)["plain"] = SimpleNamespace(readings=plain)
-    vars(simulation)["base"] = SimpleNamespace(readings=1.1 * plain, slopes={})
+    vars(simulation)["first"] = SimpleNamespace(readings=plain)
+    vars(simulation)["fine"] = SimpleNamespace(readings=1.1 * plain)
     whole = MODEL.mesh_share * 0.1 * plain
     load = control / PRESSURES_kPa[-1]
     columns = of_mesh(simulation.mesh, measurement.listed["experiment"], load)

@@ -12,7 +12,7 @@ from support.measured_files import written
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.policy import ROUTES
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, groups, path_independent
+from dolfingrip.diagnosis.simulation.simulated import groups, path_independent
 from dolfingrip.experiments.index import find
 from dolfingrip.sections.tables import assignments
 
@@ -38,9 +38,6 @@ def cycle(name: str, ups: int, waits: int, sigma: float = 0.0, rate: float = 10.
 def test_few_rows_are_the_stops(tmp_path: Path) -> None:
     (group,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config())
     np.testing.assert_allclose(group.curve.value, np.linspace(0, 100, 6))
-    (longer,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config(), ROUTES.headroom)
-    np.testing.assert_allclose(longer.curve.value[:6], np.linspace(0, 100, 6))
-    assert longer.curve.value[-1] == pytest.approx(100.0 * ROUTES.headroom)
     way = group.in_time
     np.testing.assert_allclose(
         way.value, [0, 20, 40, 60, 80, 100, 100, 100, 100, 100, 80, 60, 40, 20, 0]
@@ -200,17 +197,3 @@ def test_pulses_are_waits_apart(tmp_path: Path) -> None:
 )
 def test_memory_and_clock(override: str, independent: bool) -> None:
     assert path_independent(changed(Config(), assignments([override]))) == independent
-
-
-def test_gravity_is_tilted_from_where_each_test_has_it(tmp_path: Path) -> None:
-    """Tip down, tip up, and without weight: by 90° towards the bellows for one that hangs."""
-    lines = [*cycle("down", 3, 1), *cycle("up", 3, 1), *cycle("none", 3, 1)]
-    more = "[specimen.down.gravity]\ndirection = [0, 0, 1]\n"
-    more += "[specimen.up.gravity]\ndirection = [0, 0, -1]\n"
-    found = {
-        each.tests: ModelVariant(tilt_deg=90.0).of(each).gravity
-        for each in groups(measured(tmp_path, lines, more), Config())
-    }
-    np.testing.assert_allclose(found[(0,)].direction, [1, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(found[(1,)].direction, [-1, 0, 0], atol=1e-12)
-    assert found[(2,)] == Config().gravity

@@ -13,8 +13,7 @@ from support.measured_files import written
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.finger.model import FingerSimulation
-from dolfingrip.diagnosis.simulation.simulated import ModelVariant, groups, scale_all, simulate
+from dolfingrip.diagnosis.simulation.simulated import ModelVariant, groups, simulate
 from dolfingrip.experiments import run
 
 OWN = "cavity_2_supply_kPa"
@@ -72,7 +71,7 @@ def test_dense_rows_of_a_noisy_gauge(tmp_path: Path) -> None:
 
 
 def test_readings_are_those_of_a_run_with_that_protocol(tmp_path: Path, store: Path) -> None:
-    """The reference is the command's own run; moduli do not scale such a history by a curve."""
+    """The reference is the command's own run."""
     _, pressure_kPa, own_kPa = ROWS[:5].T
     config = hexagon.driven(tmp_path, pressure_kPa.tolist(), cavity_2=own_kPa.tolist())
     truth = run("bending", config)
@@ -83,22 +82,6 @@ def test_readings_are_those_of_a_run_with_that_protocol(tmp_path: Path, store: P
     (found,) = simulate(measured(tmp_path, ROWS[:5]), plain, [ModelVariant()], Here(store))
     np.testing.assert_allclose(found.readings, truth["tip_x_mm"], atol=1e-9)
     assert np.abs(np.diff(found.readings)[2:]).min() > 1e-4
-    assert not scale_all(found.runs)
-
-
-def test_moduli_between_those_that_were_simulated(tmp_path: Path, store: Path) -> None:
-    """Against a simulation with moduli 1.2 times as large: three tell it to 0.3 %."""
-    config = hexagon.driven(tmp_path, [0.0])
-    plain = Config().changed(
-        **{name: getattr(config, name).model_dump(exclude_defaults=True)
-           for name in ("finger", "mesh", "material", "contact")}
-    )  # fmt: skip
-    simulation = FingerSimulation(measured(tmp_path, ROWS[:4]), plain, Here(store), {})
-    assert len(simulation.fine) == 3
-    wanted = ModelVariant(simulation.moduli(1.2))
-    (there,) = simulate(simulation.measurement, plain, [wanted], simulation.workers)
-    off = simulation.base_at(1.2) - there.readings
-    assert np.abs(off).max() < 0.003 * np.abs(there.readings).max()
 
 
 @pytest.mark.parametrize(

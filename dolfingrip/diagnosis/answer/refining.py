@@ -1,0 +1,91 @@
+"""Which hypothesis is simulated next: one rule for coupons and fingers, from the first to the last.
+
+Readings at a fit are extrapolated from the nearest simulation. That may miss a part of the change
+from there, and so some ln of evidence. The hypothesis that could be most probable with that much
+more is simulated at its fit, until none that is extrapolated could matter.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.core.evidence import MapFit, Subset
+from dolfingrip.diagnosis.core.search import ModelPosterior, search
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.simulator import Simulator
+from dolfingrip.jobs.run import Say
+
+
+def refined[S: Simulator](
+    analysis: Analysis[S], posterior: ModelPosterior, say: Say, most: int
+) -> tuple[Analysis[S], ModelPosterior]:
+    """Simulate hypotheses at their fits until no extrapolated one could matter.
+
+    Args:
+        analysis: the readings with the first simulations.
+        posterior: of all hypotheses by these.
+        say: told what is being done.
+        most: hypotheses that are simulated, at most.
+
+    Returns:
+        The analysis with all simulations, and its posterior.
+    """
+    tried, made = Counter[Subset](), 0
+    while True:
+        free, others = doubtful(analysis, posterior, tried)
+        fits = free or others[: min(analysis.simulation.at_once, most - made)]
+        if not fits:
+            break
+        made += 0 if free else len(fits)
+        names = [" with ".join(fit.subset) or "the model" for fit in fits]
+        say(f"simulating {', '.join(names)} at {'its' if len(fits) == 1 else 'their'} best numbers")
+        problem, changed = analysis.problem, []
+        for fit, told in zip(fits, analysis.simulated(fits, free=bool(free)), strict=True):
+            causes = problem.causes(fit.subset)
+            tried[causes] += 1
+            if told is None:
+                problem = problem.without(causes)
+                continue
+            problem = problem.beside([(causes, told)])
+            changed.append(causes)
+        analysis = replace(analysis, problem=problem)
+        posterior = search(
+            problem, np.random.default_rng(0), sample=False, before=posterior, changed=changed
+        )
+    return analysis, posterior
+
+
+def doubtful(
+    analysis: Analysis[Any], posterior: ModelPosterior, tried: Counter[Subset]
+) -> tuple[list[MapFit], list[MapFit]]:
+    """List fits that simulations may change.
+
+    Args:
+        analysis: the readings.
+        posterior: of all hypotheses.
+        tried: simulations of each set of causes so far.
+
+    Returns:
+        Those whose simulation costs nothing, and others, those first that could be likeliest.
+    """
+    problem, free, others = posterior.problem, list[MapFit](), list[MapFit]()
+    could: dict[Subset, tuple[float, MapFit]] = {}
+    for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
+        causes, missed = problem.causes(fit.subset), problem.extrapolated(fit)
+        if missed > POLICY.exactly and causes not in problem.impossible:
+            most = posterior.log_probability(fit) + missed
+            could[causes] = max(could.get(causes, (most, fit)), (most, fit), key=lambda e: e[0])
+    for causes, (most, fit) in sorted(could.items(), key=lambda each: -each[1][0]):
+        alone = len(causes) == 1
+        costs = not alone or analysis.simulation.free(analysis.point(fit)) is None
+        left = POLICY.tries * (1 if costs else 2) - tried[causes]
+        if left > POLICY.tries:
+            free.append(fit)
+        elif left > 0 and most > np.log(POLICY.matters):
+            others.append(fit)
+    return free, others

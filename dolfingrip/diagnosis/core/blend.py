@@ -1,0 +1,158 @@
+"""Readings between simulations: a blend of the tangents at those that were made.
+
+    Δ(u) = Φ g(u),    g(u) = Σ wᵢ (gᵢ + Jᵢ (u − uᵢ)),    wᵢ ∝ |u − uᵢ|⁻⁴
+
+It goes through all values and slopes that were simulated (Shepard's interpolation of Taylor
+polynomials: Farwig, Math. Comp. 46, 1986). u are coordinates in which readings are nearly straight:
+:meth:`~dolfingrip.diagnosis.core.unknown.Unknown.coordinate`. Φ are right singular vectors of what
+was simulated, by the noise. A blend that corrects others fades away from its simulations: zero has
+the weight ℓ⁻⁴ in the sum then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from dolfingrip.diagnosis.core.unknown import Unknown
+from dolfingrip.diagnosis.policy import POLICY
+
+
+@dataclass(frozen=True, eq=False)
+class Tangents:
+    """Simulated readings, or changes of readings, with their derivatives.
+
+    Attributes:
+        u: coordinates of each simulation, shape (m, d).
+        told: values and derivatives by u, shape (m, n, 1 + d).
+    """
+
+    u: np.ndarray
+    told: np.ndarray
+
+    def beside(self, more: Tangents) -> Tangents:
+        """Return these with others."""
+        return Tangents(np.vstack([self.u, more.u]), np.concatenate([self.told, more.told]))
+
+    def rows(self, kept: np.ndarray) -> Tangents:
+        """Restrict them to some of the readings."""
+        return replace(self, told=self.told[:, kept])
+
+
+@dataclass(frozen=True, eq=False)
+class TangentBlend:
+    """A function of some unknowns that goes through simulated tangents.
+
+    Attributes:
+        numbers: the unknowns, d of them.
+        bent: ln's standard deviation, and mean by spread, of those whose coordinate is not ζ; else
+            0, shape (2, d).
+        columns: Φ, shape (n, k), in the units of the readings.
+        u: coordinates of the simulations, shape (m, d).
+        values, slopes: g there, shape (m, k), and its derivatives by u, shape (m, k, d).
+        fading: ℓ⁻⁴; 0 where it does not fade.
+    """
+
+    numbers: Sequence[Unknown]
+    bent: np.ndarray
+    columns: np.ndarray
+    u: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    fading: float
+
+    @classmethod
+    def of(
+        cls, numbers: Sequence[Unknown], known: Tangents, noise: np.ndarray, length: float = np.inf
+    ) -> TangentBlend:
+        """TangentBlend simulations.
+
+        Args:
+            numbers: that they are functions of.
+            known: the simulations.
+            noise: of the readings, by which components count, shape (n,).
+            length: ℓ, in standard deviations of the numbers.
+        """
+        rows = np.moveaxis(known.told, 2, 1) / noise  # (m, 1 + d, n)
+        ways = components(rows.reshape(-1, len(noise)))
+        inner = rows @ ways.T
+        bent = [
+            (each.log_std, each.prior.mean / each.prior.spread) if each.bent else (0.0, 0.0)
+            for each in numbers
+        ]
+        return cls(
+            numbers, np.array(bent).reshape(-1, 2).T, ways.T * noise[:, None], known.u, inner[:, 0],
+            np.moveaxis(inner[:, 1:], 1, 2), length**-4.0,
+        )  # fmt: skip
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        """g at many places, shape (places, k).
+
+        Args:
+            zeta: shape (places, d).
+        """
+        return self.with_slopes(zeta)[0]
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """g at many places, shape (places, k), and its derivatives by ζ, shape (places, k, d).
+
+        Args:
+            zeta: shape (places, d).
+        """
+        log_std, ratio = self.bent
+        value = ratio * np.exp(log_std * zeta - log_std**2 / 2)
+        u = np.where(ratio > 0, value - ratio, zeta)
+        rate = np.where(ratio > 0, log_std * value, 1.0)
+        value, slopes = self.at_coordinates(u)
+        return value, slopes * rate[:, None]
+
+    def at_coordinates(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """g at many places, shape (places, k), and its derivatives by u, shape (places, k, d).
+
+        Args:
+            u: shape (places, d).
+        """
+        off = u[:, None] - self.u
+        square = np.square(off).sum(axis=2) + 1e-9
+        weight = square**-2.0
+        weight /= weight.sum(axis=1, keepdims=True) + self.fading
+        m, k, d = self.slopes.shape
+        steps = np.matmul(off.swapaxes(0, 1), self.slopes.swapaxes(1, 2)).swapaxes(0, 1)
+        each = self.values + steps  # (places, m, k)
+        found = (weight[:, None] @ each)[:, 0]
+        slopes = (weight @ self.slopes.reshape(m, k * d)).reshape(-1, k, d)
+        pull = (each - found[:, None]) * (-4 * weight / square)[..., None]
+        return found, slopes + pull.swapaxes(1, 2) @ off
+
+    def rows(self, kept: np.ndarray) -> TangentBlend:
+        """Restrict it to some of the readings."""
+        return replace(self, columns=self.columns[kept])
+
+
+def components(rows: np.ndarray) -> np.ndarray:
+    """The components without which no row would miss more than it may, shape (k, n).
+
+    Args:
+        rows: values and derivatives by the noise, shape (rows, n).
+    """
+    _, sizes, right = np.linalg.svd(rows, full_matrices=False)
+    left = np.sqrt(np.cumsum((sizes**2)[::-1])[::-1])
+    k = int((left > POLICY.component_error * np.sqrt(rows.shape[1])).sum())
+    return np.asarray(right[: max(k, 1)])
+
+
+def places(box: np.ndarray, count: int) -> np.ndarray:
+    """Places that are evenly spread (Sobol's sequence), shape (count, d).
+
+    Args:
+        box: ranges of ζ, shape (d, 2).
+        count: how many.
+    """
+    sobol = qmc.Sobol(len(box), scramble=True, rng=np.random.default_rng(len(box)))
+    exponent = max(int(np.ceil(np.log2(count))), 1)
+    unit = sobol.random_base2(exponent)[:count]
+    edges = (1 + 0.02) * (unit - 0.5) + 0.5
+    return np.asarray(box[:, 0] + np.clip(edges, 0, 1) * (box[:, 1] - box[:, 0]))

@@ -1,0 +1,362 @@
+"""Fingers, and coupons beside them: simulations at the numbers of a hypothesis, with derivatives.
+
+Elements at edges are small where the mesh is graded. All simulations but one have ungraded
+elements, which take a third of the time; what grading changes is added to each, and a part of it is
+what the mesh may still get wrong. What an instrument shows follows from the simulated readings, so
+its errors cost no simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Final
+
+import numpy as np
+
+from dolfingrip.channels import TIME
+from dolfingrip.config import Change, Config, changed
+from dolfingrip.diagnosis.core.blend import Tangents
+from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.policy import MODEL
+from dolfingrip.diagnosis.simulation.nuisances import keys, nuisances
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.simulated import (
+    ModelVariant,
+    SimulatedGroup,
+    SimulatedReadings,
+    SimulationGroup,
+    groups,
+    simulate,
+)
+from dolfingrip.diagnosis.simulation.simulator import Point
+from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.experiments.request import MESH
+from dolfingrip.extensions.effect import Displaying
+from dolfingrip.extensions.index import effect
+from dolfingrip.parameter.nuisances import changes, modulus_keys, neutral_stages
+
+STEP: Final = 1e-3
+"""Of ζ, by which what an instrument shows is differentiated."""
+
+DIGITS: Final = 5
+"""Of numbers that are simulated: like fits ask for the same simulations."""
+
+
+@dataclass(eq=False)
+class FingerSimulation:
+    """Simulates fingers, and coupons beside them.
+
+    Attributes:
+        measurement: what is simulated.
+        config: the model as configured.
+        workers: where simulations are computed and kept.
+        flat: change to the mesh that all is simulated on but one simulation.
+        start: that the model without causes is simulated at; None: as configured.
+        graded: whether what the mesh changes is told by a simulation on the mesh as configured.
+    """
+
+    measurement: Measurement
+    config: Config
+    workers: Workers
+    flat: Change
+    start: Point | None = None
+    graded: bool = True
+
+    closed_form: ClassVar = False
+
+    @property
+    def at_once(self) -> int:
+        """Simulations that are made side by side."""
+        return max(self.workers.where.workers, 1)
+
+    @cached_property
+    def applied(self) -> Config:
+        """Configuration of the first test's set-up; its material is that of all."""
+        return self.measurement.tests[0].applied(self.config)
+
+    @cached_property
+    def groups(self) -> Sequence[SimulationGroup]:
+        return groups(self.measurement, self.config)
+
+    # -- the model without causes -----------------------------------------------------------------
+
+    @cached_property
+    def first(self) -> SimulatedReadings:
+        """The model without causes at its start, on the mesh of all simulations."""
+        start = {} if self.start is None else self.start.change(self.applied)
+        values = {**self.flat, **neutral_stages(self.config), **_rounded(start)}
+        variant = ModelVariant(values, keys(self.measurement, self.config))
+        return simulate(self.measurement, self.config, [variant], self.workers)[0]
+
+    @cached_property
+    def fine(self) -> SimulatedReadings:
+        """The model without causes at its start, on the mesh as configured."""
+        start = {} if self.start is None else self.start.change(self.applied)
+        values = {**neutral_stages(self.config), **_rounded(start)}
+        variant = ModelVariant(values, mesh_check=not self.flat)
+        return simulate(self.measurement, self.config, [variant], self.workers)[0]
+
+    @property
+    def begun(self) -> Point:
+        """The model's own numbers at its start."""
+        assert self.start is not None
+        return self.start
+
+    @property
+    def has_coarser(self) -> bool:
+        """Tell whether the mesh of all simulations is another one than that configured."""
+        return bool(self.flat) and self.graded
+
+    @cached_property
+    def delta(self) -> np.ndarray:
+        """(n,) what the mesh as configured changes; 0 where no other tells it."""
+        none = np.zeros(len(self.first.readings))
+        return self.fine.readings - self.first.readings if self.has_coarser else none
+
+    @cached_property
+    def base(self) -> SimulatedReadings:
+        """The model without causes at its start."""
+        return replace(self.first, readings=self.first.readings + self.delta)
+
+    @cached_property
+    def configured(self) -> np.ndarray:
+        """(n,) readings of the model as configured; NaN where it does not come so far."""
+        if self.start is None:
+            return self.base.readings
+        return replace(self, start=None, graded=False).base.readings + self.delta
+
+    @property
+    def mesh(self) -> np.ndarray:
+        """(n,) what the mesh may get wrong, with its sign; 0 where it cannot be told.
+
+        It is a part of what grading changes; of a mesh that is not graded one bisection tells it.
+        """
+        if self.flat or not self.graded:
+            return np.nan_to_num(MODEL.mesh_share * self.delta)
+        return np.nan_to_num(self.fine.slopes.get(MESH, self.delta))
+
+    @property
+    def rig(self) -> Sequence[Nuisance]:
+        """Numbers of rig and body by which the readings change, too."""
+        found = nuisances(self.measurement, self.base)
+        return [replace(each, change=np.nan_to_num(each.change)) for each in found]
+
+    def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
+        """Return what the rig's numbers change about another measurement; the plate is set anew."""
+        other = self.of(measurement, known_mesh=known_mesh)
+        return [each for each in other.rig if not each.name.startswith("plate_gap")]
+
+    def free(self, point: Point) -> Point | None:
+        """Return the start with errors of instruments, which follow from its simulation."""
+        alone = all(shown(cause) for cause, _ in point.causes)
+        return replace(self.begun, causes=point.causes) if point.causes and alone else None
+
+    def of(self, measurement: Measurement, *, known_mesh: bool = True) -> FingerSimulation:
+        """Return the simulation of another measurement, on either mesh."""
+        return replace(self, measurement=measurement, graded=known_mesh, start=None)
+
+    # -- with causes ------------------------------------------------------------------------------
+
+    def at(self, points: Sequence[Point]) -> list[Tangents | None]:
+        """Simulate other numbers, with exact derivatives; None where readings are not reached."""
+        planned = [[*self._variants(point)] for point in points]
+        flat = [each for row in planned for each in row]
+        told = iter(simulate(self.measurement, self.config, flat, self.workers))
+        found: list[Tangents | None] = []
+        for point, row in zip(points, planned, strict=True):
+            runs = [run for _ in row for run in next(told).runs]
+            tangents = self._told(point, runs)
+            solved = np.isfinite(tangents.told[0, :, 0]).all()
+            found.append(tangents if solved else None)
+        return found
+
+    def plain(self, point: Point) -> Tangents:
+        """The model without causes at its start, which is a point."""
+        return self._told(point, self.first.runs)
+
+    def resting(self, causes: Sequence[Cause], start: Point) -> dict[str, Tangents] | None:
+        """Simulate causes where they do nothing: derivatives by the amplitudes of each.
+
+        Args:
+            causes: that are smooth there.
+            start: the model's own numbers.
+
+        Returns:
+            By the name of each cause that is felt; None where readings are not reached.
+        """
+        on: Change = {}
+        for cause in causes:
+            on = {**on, **cause.resting(start.moduli)}
+        wanted = tuple(n.gradient for cause in causes for n in cause.numbers if n.amplitude)
+        values = {**self.flat, **_rounded(start.change(self.applied)), **on}
+        variant = ModelVariant(values, (*wanted, *self._own_keys(start)))
+        (told,) = simulate(self.measurement, self.config, [variant], self.workers)
+        if not np.isfinite(told.readings).all():
+            return None
+        plain, found = self._told(start, told.runs), {}
+        for cause in causes:
+            keys_of = [n.gradient if n.amplitude else "" for n in cause.numbers]
+            if any(key in told.slopes for key in keys_of):
+                zero = [cause.resting_coordinate(n) for n in cause.numbers]
+                c = start.moduli
+                slopes = [
+                    told.slopes.get(key, np.zeros(len(told.readings)))
+                    * n.coordinate_of(cause.neutral(n))[1]
+                    * (c if n.modulus else 1.0) if key else np.zeros(len(told.readings))
+                    for key, n in zip(keys_of, cause.numbers, strict=True)
+                ]  # fmt: skip
+                u = np.hstack([plain.u, np.array([zero])])
+                own = np.concatenate([plain.told, np.stack(slopes, axis=1)[None]], axis=2)
+                found[cause.name] = Tangents(u, own)
+        return found
+
+    def _variants(self, point: Point) -> Iterable[ModelVariant]:
+        """Simulations of a point: of each experiment with the causes that it feels."""
+        solid = [(cause, zeta) for cause, zeta in point.causes if not shown(cause)]
+        for experiment in dict.fromkeys(group.experiment for group in self.groups):
+            felt = tuple(each for each in solid if _felt(each[0], experiment, self.config))
+            own = replace(point, causes=felt)
+            gradients = [n.gradient for n, _ in own.numbers]
+            yield ModelVariant(
+                {**self.flat, **_rounded(own.change(self.applied))},
+                (*gradients, *self._own_keys(point)), only_in=frozenset({experiment}),
+            )  # fmt: skip
+
+    def _own_keys(self, point: Point) -> tuple[str, ...]:
+        return (*(n.gradient for n, _ in point.own), *modulus_keys(self.applied))
+
+    def _told(self, point: Point, runs: Sequence[SimulatedGroup]) -> Tangents:
+        """Readings and derivatives by coordinates from simulations of all tests."""
+        count, m = len(self.measurement.readings), self.measurement
+        keys_of = [n.gradient for n, _ in point.numbers]
+        rows: dict[tuple[int, ...], dict[str, np.ndarray]] = {}
+        for run in runs:
+            stiff = {**changes(run.config, MODULUS, 1.0)}
+            for number, _ in point.numbers:
+                if number.modulus and number.gradient not in stiff:
+                    stiff[number.gradient] = _value(run.config, number.gradient)
+            for name, values in run.columns().items():
+                if name == TIME.name or not len(values):
+                    continue
+                slopes = {
+                    key: np.nan_to_num(run.result.slopes.get((name, key), np.zeros(len(values))))
+                    for key in (*stiff, *keys_of)
+                }
+                parts = [slopes[key] * value for key, value in stiff.items()]
+                every = np.array([values, np.sum(parts, axis=0), *(slopes[k] for k in keys_of)])
+                at = run.schedule.at_rows(every, count, force=run.force(name))
+                rows.setdefault(run.group.tests, {})[name] = at
+        exact = m.collected(rows)
+        exact[1:] = np.nan_to_num(exact[1:])
+        by = point.rates()
+        told = np.column_stack([exact[0] + self.delta, *(exact[1:] * by[:, None])])
+        instruments = [(cause, zeta) for cause, zeta in point.causes if shown(cause)]
+        if instruments:
+            told = self._displayed(point, instruments, rows, by, told)
+        return Tangents(point.u, told[None])
+
+    def _displayed(
+        self,
+        point: Point,
+        instruments: Sequence[tuple[Cause, np.ndarray]],
+        rows: Mapping[tuple[int, ...], Mapping[str, np.ndarray]],
+        by: np.ndarray,
+        told: np.ndarray,
+    ) -> np.ndarray:
+        """Readings and derivatives, (n, 1 + d), as instruments show them."""
+        numbers = [*point.numbers]
+
+        def shows(place: int | None = None) -> np.ndarray:
+            """(n,) readings with one number by a step of its coordinate on."""
+            moved: list[tuple[Cause, np.ndarray]] = []
+            at = len(numbers) - sum(len(zeta) for _, zeta in point.causes)
+            for cause, zeta in point.causes:
+                step = np.array([STEP * (place == at + 1 + i) for i in range(len(zeta))])
+                at += len(zeta)
+                if shown(cause):
+                    moved.append((cause, zeta + step))
+            on: Change = {}
+            for cause, zeta in moved:
+                on = {**on, **cause.overrides(zeta)}
+            config = changed(self.applied, on)
+            found = {}
+            for tests, columns in rows.items():
+                true = {name: each[0].copy() for name, each in columns.items()}
+                if place is not None:
+                    for name, each in columns.items():
+                        true[name] += STEP * by[place] * each[1 + place]
+                found[tests] = self._shown_rows(config, tests, true)
+            return self.measurement.collected(found)
+
+        here = shows()
+        slopes = [(shows(place) - here) / STEP for place in range(len(by))]
+        for place, (number, zeta) in enumerate(numbers, 1):
+            instrument = any(number in cause.numbers for cause, _ in instruments)
+            if instrument:  # its step was of ζ
+                slopes[place] /= float(number.coordinate(np.array(zeta))[1])
+        return np.column_stack([here + self.delta, *slopes])
+
+    def _shown_rows(
+        self, config: Config, tests: Sequence[int], true: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Rows of some tests as instruments show them, by column."""
+        readings = self.measurement.readings
+        found = {name: np.full(len(readings), np.nan) for name in true}
+        test, time_s = readings["test"].to_numpy(), readings["time_s"].to_numpy()
+        for number in tests:
+            mine = test == number
+            own = {name: each[mine] for name, each in true.items()}
+            own[TIME.name] = time_s[mine] - time_s[mine][0]
+            for name, each in config.extensions.displayed(own).items():
+                if name in found:
+                    found[name][mine] = each
+        return found
+
+
+def shown(cause: Cause) -> bool:
+    """Tell whether a cause acts on what instruments show alone.
+
+    Args:
+        cause: an effect of the catalogue.
+    """
+    return issubclass(effect(cause.name), Displaying)
+
+
+def _felt(cause: Cause, experiment: str, config: Config) -> bool:
+    kind = effect(cause.name)
+    felt: bool = kind.felt_on(EXPERIMENTS[experiment].parts)
+    return felt and (experiment != "bending" or kind.felt_in_bending(config))
+
+
+def _value(config: Config, key: str) -> float:
+    """Value of a modulus by its key."""
+    section, _, name = key.partition(".")
+    return float(getattr(config, section).number_at(name))
+
+
+def _rounded(values: Change) -> Change:
+    """Numbers of a simulation at so many digits that like fits share it."""
+
+    def one(value: object) -> object:
+        if isinstance(value, list | tuple):
+            return [one(each) for each in value]
+        return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+    return {key: one(value) for key, value in values.items()}
+
+
+def coarser(config: Config) -> list[Change]:
+    """Changes to the meshes that causes may be simulated on, the coarsest first.
+
+    The first is not graded at all, the last is the mesh as configured. Those between are for thick
+    walls: of a cast block one element, 4 mm wide, does not bear 5 kPa.
+    """
+    if config.mesh.file is not None or not config.hexahedra:
+        return [{}]
+    size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
+    between = [by * edge_mm for by in MODEL.edges if by * edge_mm < size_mm]
+    sizes_mm = [size_mm, *between] if edge_mm < size_mm else []
+    return [*({"mesh.edge_size_mm": each} for each in sizes_mm), {}]

@@ -1,1 +1,0 @@
-"""Fingers, and coupons beside them: emulators from finite-element simulations."""

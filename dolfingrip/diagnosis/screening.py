@@ -1,0 +1,297 @@
+"""The first simulations of fingers: the model without causes, then each cause.
+
+The model is simulated where its own numbers follow the readings (Gauss and Newton's method). There
+one simulation has the derivatives by the amplitudes of all causes that are smooth where they do
+nothing. Any other cause is simulated once at its ordinary strength, on either side where these
+differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.answer.analysis import Analysis
+from dolfingrip.diagnosis.answer.discrepancy import kernel
+from dolfingrip.diagnosis.answer.errors import Errors, errors_of
+from dolfingrip.diagnosis.core.blend import Tangents, places
+from dolfingrip.diagnosis.core.evidence import LEVELS, NONE, InferenceProblem, MapFit
+from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.finger import FingerSimulation, coarser, shown
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
+from dolfingrip.diagnosis.simulation.simulator import Point
+from dolfingrip.diagnosis.simulation.unknowns import rig_numbers, told_as
+from dolfingrip.extensions.index import effect
+from dolfingrip.jobs.run import Say, silent
+from dolfingrip.parameter import moduli
+
+
+def analyse_fingers(
+    measurement: Measurement,
+    config: Config,
+    workers: Workers,
+    causes: Sequence[Cause],
+    names: Sequence[str] | None = None,
+    say: Say = silent,
+    *,
+    quick: bool = False,
+) -> Analysis[FingerSimulation]:
+    """Simulate the model where it follows the readings, and what causes change there.
+
+    Args:
+        measurement: of fingers, and of coupons beside them.
+        config: the model that is diagnosed.
+        workers: where simulations are computed and kept.
+        causes: that are tried.
+        names: of those and of numbers of the rig; everything where None.
+        say: told what is being done.
+        quick: leave out causes that need simulations of their own.
+
+    Raises:
+        ConfigError: one line, where nothing can be simulated.
+    """
+    say("simulating the measurement as configured")
+    simulation, left_out = _reaching(measurement, config, workers)
+    numbers = rig_numbers(simulation.measurement, config, names)
+    simulation, off, problem, start = _followed(simulation, *numbers, say)
+    left = [each.name for each in causes if quick and not (each.smooth or shown(each))]
+    causes = [each for each in causes if each.name not in left]
+    say(f"simulating what {len(causes)} causes change")
+    found, failed = _first(simulation, causes, start, off.noise)
+    problem = replace(problem, numbers={name: _named(causes, name).numbers for name in found})
+    problem = problem.beside(((name,), own) for name, own in found.items())
+    felt = {name: _named(causes, name) for name in found}
+    unseen = tuple(c.name for c in causes if c.name not in found and c.name not in failed)
+    return Analysis(problem, felt, off, simulation, unseen, failed, left_out, tuple(left))
+
+
+def _named(causes: Sequence[Cause], name: str) -> Cause:
+    return next(each for each in causes if each.name == name)
+
+
+def _reaching(
+    measurement: Measurement, config: Config, workers: Workers
+) -> tuple[FingerSimulation, list[str]]:
+    """The simulation on the coarsest mesh that bears the load, and readings that none reaches."""
+    best: FingerSimulation | None = None
+    for mesh in coarser(config):
+        found = FingerSimulation(measurement, config, workers, mesh, graded=False)
+        if best is None or _count(found.first) > _count(best.first):
+            best = found
+        if _count(found.first) == len(found.first.readings):
+            break
+    assert best is not None
+    reached = np.isfinite(best.first.readings)
+    lost = not_reached(measurement, reached, best.first)
+    if not lost:
+        return best, []
+    kept = np.where(reached, measurement.listed["value"], np.nan)
+    return replace(best, measurement=measurement.reading(kept)), lost
+
+
+def _count(simulated: SimulatedReadings) -> int:
+    return int(np.isfinite(simulated.readings).sum())
+
+
+def not_reached(
+    measurement: Measurement, reached: np.ndarray, simulated: SimulatedReadings
+) -> list[str]:
+    """For each test, readings that the model does not come to, and why.
+
+    Args:
+        measurement: all that was measured.
+        reached: which of its readings are, (n,) of bool.
+        simulated: the model as configured.
+
+    Raises:
+        ConfigError: one line, where a test has none left.
+    """
+    every, found = measurement.listed["test"].to_numpy(), []
+    for test in measurement.tests:
+        mine = every == test.number
+        ended = (each.why for each in simulated.failures if test.number in each.group.tests)
+        why = "; ".join(filter(None, ended))
+        who = f"{test.experiment} of {test.specimen}: the base simulation"
+        count, left = int(mine.sum()), int((mine & reached).sum())
+        if not left:
+            raise ConfigError(f"{who} reaches no reading: {why}")
+        if left < count:
+            lost = count - left
+            found.append(
+                f"{who} does not reach {lost} of {count} readings, which are left out: {why}"
+            )
+    return found
+
+
+def _followed(
+    simulation: FingerSimulation, own: Sequence[Unknown], linear: Sequence[Unknown], say: Say
+) -> tuple[FingerSimulation, Errors, InferenceProblem, Point]:
+    """The model without causes at the numbers that follow the readings, on both meshes."""
+    factor = _factor(simulation)
+    start, runs = Point(factor, 0.0, tuple((n, 0.0) for n in own)), list[Tangents]()
+    simulation = replace(simulation, start=start)
+    for _ in range(POLICY.passes):
+        found = simulation.plain(start)
+        if not np.isfinite(found.told).all():
+            break
+        runs.append(found)
+        _, problem = _problem(simulation, (factor, *own), linear, runs)
+        fit = _best(problem)
+        if problem.extrapolated(fit) <= POLICY.exactly:
+            break
+        here = zip(own, map(float, fit.zeta[1:]), strict=False)
+        start = Point(factor, float(fit.zeta[0]), tuple(here))
+        say(f"the moduli are about {start.moduli:.3g} times those configured; simulating there")
+        simulation = replace(simulation, start=start)
+    if len(runs) and not np.isfinite(found.told).all():
+        # numbers at which a finger ends before its readings are excluded by these
+        last = runs[-1].u[0]
+        zeta = [n.zeta_of(float(u)) for n, u in zip((factor, *own), last, strict=True)]
+        start = Point(factor, zeta[0], tuple(zip(own, zeta[1:], strict=True)))
+        simulation = replace(simulation, start=start)
+    if not runs:
+        raise ConfigError("the base simulation does not reach the readings with its own numbers")
+    say("simulating the measurement on a graded mesh")
+    whole = replace(simulation, graded=True)
+    if whole.has_coarser and not np.isfinite(whole.fine.readings).all():
+        whole = replace(simulation, flat={})
+        runs = [whole.plain(start)]
+    elif whole.has_coarser and _off(whole) > POLICY.coarse:
+        every = coarser(whole.config)
+        finer = every[min(every.index(whole.flat) + 1, len(every) - 1)]
+        whole = replace(whole, flat=finer)
+        runs = [whole.plain(start)]
+    else:
+        told = [each.told.copy() for each in runs]
+        for each in told:
+            each[..., 0] += whole.delta
+        runs = [Tangents(run.u, each) for run, each in zip(runs, told, strict=True)]
+    off, problem = _problem(whole, (factor, *own), linear, runs)
+    return whole, off, problem, start
+
+
+def _off(found: FingerSimulation) -> float:
+    """Largest difference of a channel between both meshes, by its size; root mean squares."""
+    off = []
+    for own in found.measurement.channels().values():
+        size = float(np.square(found.fine.readings[own]).mean())
+        off.append(float(np.square(found.delta[own]).mean()) / size if size else 0.0)
+    return float(np.sqrt(max(off)))
+
+
+def _factor(simulation: FingerSimulation) -> Unknown:
+    measurement = simulation.measurement
+    std = max(t.setup.nuisances["modulus"] for t in measurement.tests)
+    # one factor changes the moduli of one material
+    applied = measurement.applied(simulation.config)
+    free = len({str(moduli(each)) for each in applied}) == 1 and std > 0
+    reach = float(np.log(POLICY.stiffest) / std) if free else 1.0
+    return factor_of_moduli(std if free else 1e-6, -reach, reach, (MODULUS,) if free else ())
+
+
+def _problem(
+    simulation: FingerSimulation,
+    solid: Sequence[Unknown],
+    linear: Sequence[Unknown],
+    runs: Sequence[Tangents],
+) -> tuple[Errors, InferenceProblem]:
+    """The problem without causes, and everything but causes that readings differ by.
+
+    Args:
+        simulation: of the model.
+        solid: numbers that simulations are made at.
+        linear: numbers that readings are linear in.
+        runs: simulations.
+    """
+    off = errors_of(simulation)
+    changes = {each.name: each.change for each in off.shared}
+    seen = [each for each in linear if told_as(each) in changes]
+    columns = [changes[told_as(each)] for each in seen]
+    rest = off.without([told_as(each) for each in (*solid, *seen)])
+    value = simulation.measurement.listed["value"].to_numpy()
+    problem = InferenceProblem(
+        value, np.nan_to_num(simulation.configured), off.noise, (*solid, *seen),
+        np.column_stack([np.zeros((len(value), 0)), *columns]), {}, rest.covariance,
+        kernel(off.along),
+    )  # fmt: skip
+    every = Tangents(np.vstack([e.u for e in runs]), np.concatenate([e.told for e in runs]))
+    return rest, problem.beside([(NONE, every)])
+
+
+def _best(problem: InferenceProblem) -> MapFit:
+    """The fit without causes under whichever discrepancy it needs; its numbers may be far off."""
+    names, start = tuple(problem.implausible), np.zeros(problem.nuisance_count)
+    fits = [level.of(names).fit([start]) for level in problem.levels.values()]
+    return max(fits, key=lambda fit: fit.log_evidence + np.log(LEVELS[fit.level]))
+
+
+def _first(
+    simulation: FingerSimulation, causes: Sequence[Cause], start: Point, noise: np.ndarray
+) -> tuple[Mapping[str, Tangents], Mapping[str, str]]:
+    """Simulations of each cause that some reading feels; and why others could not be made."""
+    smooth = [each for each in causes if each.smooth]
+    found: dict[str, Tangents] = {}
+    failed: dict[str, str] = {}
+    resting = simulation.resting(smooth, start) if smooth else {}
+    others = [each for each in causes if not each.smooth]
+    if resting is None:  # one of them does not let the others be simulated
+        others = list(causes)
+    else:
+        found |= resting
+    base = simulation.plain(start)
+    strong: list[tuple[Cause, Point]] = []
+    for cause in others:
+        if shown(cause):
+            box = np.clip(
+                cause.box(),
+                -POLICY.reach * cause.tails[:, None],
+                POLICY.reach * cause.tails[:, None],
+            )
+            near = np.clip(cause.box(), -POLICY.reach, POLICY.reach)
+            count = POLICY.closed_form_places ** min(len(cause.numbers), 2)
+            every = np.vstack([places(near, count), places(box, count)])
+        else:
+            every = np.array([cause.at_strength(cause.box())])
+            if effect(cause.name).lopsided:
+                every = np.vstack([every, cause.at_strength(cause.box(), -1.0)])
+        strong += [(cause, replace(start, causes=((cause, zeta),))) for zeta in every]
+    told = simulation.at([point for _, point in strong])
+    for (cause, _), own in zip(strong, told, strict=True):
+        if own is None:
+            failed.setdefault(cause.name, "its simulation does not reach all readings")
+            continue
+        failed.pop(cause.name, None)
+        first = found.get(cause.name)
+        if first is None and not shown(cause):
+            first = _at_rest(cause, base, own)
+        found[cause.name] = own if first is None else first.beside(own)
+    return {name: own for name, own in found.items() if _felt(own, base, noise)}, failed
+
+
+def _at_rest(cause: Cause, base: Tangents, own: Tangents) -> Tangents:
+    """Where a cause does nothing, with the secant to a simulation of it in place of derivatives."""
+    rest = np.array([cause.resting_coordinate(number) for number in cause.numbers])
+    count = base.u.shape[1]
+    off = own.u[0, count:] - rest
+    off = np.where([number.amplitude for number in cause.numbers], off, 0.0)
+    change = own.told[0, :, 0] - base.told[0, :, 0]
+    secant = np.outer(change, off / max(float(off @ off), 1e-12))
+    told = np.column_stack([base.told[0], secant])
+    return Tangents(np.hstack([base.u, rest[None]]), told[None])
+
+
+def _felt(own: Tangents, base: Tangents, noise: np.ndarray) -> bool:
+    """Tell whether some reading feels a cause by a standard deviation of its numbers."""
+    changes = (own.told[..., 0] - base.told[..., 0]) / noise
+    slopes = own.told[:, :, 1 + base.u.shape[1] :] / noise[:, None]
+    most = [
+        np.sqrt(np.square(each).mean(axis=1)).max()
+        for each in (changes, np.moveaxis(slopes, 2, 1).reshape(-1, len(noise)))
+    ]
+    return bool(max(most) > POLICY.invisible)

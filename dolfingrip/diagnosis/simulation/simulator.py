@@ -1,0 +1,161 @@
+"""A simulator of a measurement: readings at the numbers of any hypothesis, with derivatives.
+
+Coupons are simulated in closed form, fingers by requests to a store. A simulator knows nothing of
+inference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, Self
+
+import numpy as np
+
+from dolfingrip import parameter
+from dolfingrip.config import Change, Config
+from dolfingrip.diagnosis.core.blend import Tangents
+from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """Numbers that a simulation is of.
+
+    Attributes:
+        factor: of all moduli.
+        zeta: of it.
+        own: further numbers of the body and the rig, with ζ of each.
+        causes: that act, with ζ of their numbers, shape (d,) each.
+    """
+
+    factor: Unknown
+    zeta: float
+    own: tuple[tuple[Unknown, float], ...] = ()
+    causes: tuple[tuple[Cause, np.ndarray], ...] = ()
+
+    @property
+    def moduli(self) -> float:
+        """Factor of all moduli, by those configured."""
+        return float(self.factor.at(self.zeta))
+
+    @property
+    def numbers(self) -> Iterator[tuple[Unknown, float]]:
+        """All numbers but the factor, and ζ of each, in the order of a hypothesis."""
+        yield from self.own
+        for cause, zeta in self.causes:
+            yield from zip(cause.numbers, map(float, zeta), strict=True)
+
+    @property
+    def u(self) -> np.ndarray:
+        """Coordinates of all numbers, shape (1, 1 + d)."""
+        every = [(self.factor, self.zeta), *self.numbers]
+        return np.array([[float(n.coordinate(np.array(zeta))[0]) for n, zeta in every]])
+
+    def rates(self) -> np.ndarray:
+        """Derivatives of ln c, and of what is configured, by the coordinates, shape (1 + d,)."""
+        c = self.moduli
+        found = [self.factor.coordinate_of(c)[1] / c]
+        for number, zeta in self.numbers:
+            rate = number.coordinate_of(float(number.at(zeta)))[1]
+            found.append(rate * (c if number.modulus else 1.0))
+        return np.array(found)
+
+    def change(self, config: Config) -> Change:
+        """Return the change of a configuration to these numbers.
+
+        Args:
+            config: whose moduli are scaled.
+        """
+        c = self.moduli
+        found: dict[str, Any] = {**scaled_moduli(config, c)}
+        for number, zeta in self.own:
+            found |= number.change(float(number.at(zeta)) * (c if number.modulus else 1.0))
+        for cause, own in self.causes:
+            found |= cause.overrides(own, c)
+        return found
+
+
+class Simulator(Protocol):
+    """Simulates a measurement.
+
+    Attributes:
+        measurement: what is simulated.
+        config: the model as configured.
+        closed_form: whether a simulation costs nothing.
+    """
+
+    measurement: Measurement
+    config: Config
+    closed_form: ClassVar[bool]
+
+    @property
+    def at_once(self) -> int:
+        """Simulations that are made side by side."""
+
+    @property
+    def groups(self) -> Sequence[SimulationGroup]:
+        """Tests that are simulated together."""
+
+    @property
+    def base(self) -> ModelReadings:
+        """The model without causes."""
+
+    @property
+    def configured(self) -> np.ndarray:
+        """(n,) readings of the model as configured; NaN where it does not come so far."""
+
+    @property
+    def rig(self) -> Sequence[Nuisance]:
+        """Numbers of rig and body that readings are linear in."""
+
+    @property
+    def mesh(self) -> np.ndarray:
+        """(n,) what the mesh may get wrong, one standard deviation with its sign."""
+
+    def at(self, points: Sequence[Point]) -> list[Tangents | None]:
+        """Simulate the model at other numbers.
+
+        Args:
+            points: the numbers.
+
+        Returns:
+            Readings and derivatives of each; None where a simulation does not reach all readings.
+        """
+
+    def free(self, point: Point) -> Point | None:
+        """Return a point of the same causes that costs nothing; None where there is none."""
+
+    def of(self, measurement: Measurement, *, known_mesh: bool) -> Self:
+        """Return the simulator of another measurement of the same model.
+
+        Args:
+            measurement: what is simulated.
+            known_mesh: whether on the mesh of the fits; else on the one that costs least.
+        """
+
+    def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
+        """Return what the rig's numbers change about another measurement, made later by the rig.
+
+        Args:
+            measurement: what is simulated.
+            known_mesh: see :meth:`of`.
+        """
+
+
+def scaled_moduli(config: Config, factor: float) -> dict[str, float]:
+    """Return the change that makes all moduli ``factor`` times as large, contacts' stiffness too.
+
+    Args:
+        config: whose moduli they are.
+        factor: above 0; 1 changes nothing.
+    """
+    if factor == 1.0:
+        return {}
+    return {
+        **parameter.scaled(config, factor),
+        "contact.stiffness_MPa": config.contact.stiffness_MPa * factor,
+        "plate.stiffness_MPa": config.plate.stiffness_MPa * factor,
+    }
