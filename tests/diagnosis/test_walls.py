@@ -76,7 +76,7 @@ def test_a_fit_finds_the_walls(measurement: Measurement, store: Path, tmp_path: 
     found = diagnose_measurement(
         measured, finger(), workers, DiagnosisSettings(quick=True, effects=("angle_gain",))
     )
-    assert len(workers.spent_s) <= 12  # a first answer
+    assert len(workers.spent_s) <= 16  # a first answer, free and blocked, of sharp readings
     files = delivered(found, tmp_path / "out")
     assert files.verdict.answer == "none"
     numbers = files.numbers
