@@ -299,8 +299,7 @@ def _first(
     box = cause.box()
     zeta = places(box, POLICY.training[min(len(box), len(POLICY.training)) - 1])
     points = [Point(factor, 0.0, (), ((cause, each),)) for each in zeta]
-    every = simulation.tangents([cause], zeta, points)
-    known = Tangents(np.vstack([e.u for e in every]), np.concatenate([e.told for e in every]))
+    known = Tangents.stacked(simulation.tangents([cause], zeta, points))
     solved = np.isfinite(known.told).all(axis=(1, 2))
     found = Tangents(known.u[solved], known.told[solved])
     sizes = (found.told[..., 0] - simulation.base.readings) / noise

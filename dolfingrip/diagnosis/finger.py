@@ -83,27 +83,24 @@ class FingerSimulation:
 
     # -- the model without causes -----------------------------------------------------------------
 
+    @property
+    def _started(self) -> Change:
+        """Change to the start, with the regulator's numbers as parameters."""
+        start = {} if self.start is None else self.start.change(self.applied)
+        return {**neutral_stages(self.config), **_rounded(start)}
+
     @cached_property
     def first(self) -> SimulatedReadings:
         """The model without causes at its start, on the mesh of all simulations."""
-        start = {} if self.start is None else self.start.change(self.applied)
-        values = {**self.flat, **neutral_stages(self.config), **_rounded(start)}
+        values = {**self.flat, **self._started}
         variant = ModelVariant(values, keys(self.measurement, self.config))
         return simulate(self.measurement, self.config, [variant], self.workers)[0]
 
     @cached_property
     def fine(self) -> SimulatedReadings:
         """The model without causes at its start, on the mesh as configured."""
-        start = {} if self.start is None else self.start.change(self.applied)
-        values = {**neutral_stages(self.config), **_rounded(start)}
-        variant = ModelVariant(values, mesh_check=not self.flat)
+        variant = ModelVariant(self._started, mesh_check=not self.flat)
         return simulate(self.measurement, self.config, [variant], self.workers)[0]
-
-    @property
-    def begun(self) -> Point:
-        """The model's own numbers at its start."""
-        assert self.start is not None
-        return self.start
 
     @property
     def has_coarser(self) -> bool:
@@ -151,8 +148,9 @@ class FingerSimulation:
 
     def free(self, point: Point) -> Point | None:
         """Return the start with errors of instruments, which follow from its simulation."""
-        alone = all(shown(cause) for cause, _ in point.causes)
-        return replace(self.begun, causes=point.causes) if point.causes and alone else None
+        if self.start is None or not point.causes or not all(shown(c) for c, _ in point.causes):
+            return None
+        return replace(self.start, causes=point.causes)
 
     def of(self, measurement: Measurement, *, known_mesh: bool = True) -> FingerSimulation:
         """Return the simulation of another measurement, on either mesh."""
@@ -255,7 +253,7 @@ class FingerSimulation:
         told = np.column_stack([exact[0] + self.delta, *(exact[1:] * by[:, None])])
         instruments = [(cause, zeta) for cause, zeta in point.causes if shown(cause)]
         if instruments:
-            told = self._displayed(point, instruments, rows, by, told)
+            told = self._displayed(point, instruments, rows, by)
         return Tangents(point.u, told[None])
 
     def _displayed(
@@ -264,7 +262,6 @@ class FingerSimulation:
         instruments: Sequence[tuple[Cause, np.ndarray]],
         rows: Mapping[tuple[int, ...], Mapping[str, np.ndarray]],
         by: np.ndarray,
-        told: np.ndarray,
     ) -> np.ndarray:
         """Readings and derivatives, (n, 1 + d), as instruments show them."""
         numbers = [*point.numbers]

@@ -64,15 +64,12 @@ def analyse_fingers(
     causes = [each for each in causes if each.name not in left]
     say(f"simulating what {len(causes)} causes change")
     found, failed = _first(simulation, causes, start, off.noise)
-    problem = replace(problem, numbers={name: _named(causes, name).numbers for name in found})
+    by_name = {each.name: each for each in causes}
+    felt = {name: by_name[name] for name in found}
+    problem = replace(problem, numbers={name: each.numbers for name, each in felt.items()})
     problem = problem.beside(((name,), own) for name, own in found.items())
-    felt = {name: _named(causes, name) for name in found}
     unseen = tuple(c.name for c in causes if c.name not in found and c.name not in failed)
     return Analysis(problem, felt, off, simulation, unseen, failed, left_out, tuple(left))
-
-
-def _named(causes: Sequence[Cause], name: str) -> Cause:
-    return next(each for each in causes if each.name == name)
 
 
 def _reaching(
@@ -220,8 +217,7 @@ def _problem(
         np.column_stack([np.zeros((len(value), 0)), *columns]), {}, rest.covariance,
         kernel(off.along),
     )  # fmt: skip
-    every = Tangents(np.vstack([e.u for e in runs]), np.concatenate([e.told for e in runs]))
-    return rest, problem.beside([(NONE, every)])
+    return rest, problem.beside([(NONE, Tangents.stacked(runs))])
 
 
 def _best(problem: InferenceProblem) -> MapFit:
@@ -248,14 +244,9 @@ def _first(
     strong: list[tuple[Cause, Point]] = []
     for cause in others:
         if shown(cause):
-            box = np.clip(
-                cause.box(),
-                -POLICY.reach * cause.tails[:, None],
-                POLICY.reach * cause.tails[:, None],
-            )
             near = np.clip(cause.box(), -POLICY.reach, POLICY.reach)
             count = POLICY.closed_form_places ** min(len(cause.numbers), 2)
-            every = np.vstack([places(near, count), places(box, count)])
+            every = np.vstack([places(near, count), places(cause.box(), count)])
         else:
             every = np.array([cause.at_strength(cause.box())])
             if effect(cause.name).lopsided:
@@ -270,7 +261,7 @@ def _first(
         first = found.get(cause.name)
         if first is None and not shown(cause):
             first = _at_rest(cause, base, own)
-        found[cause.name] = own if first is None else first.beside(own)
+        found[cause.name] = own if first is None else Tangents.stacked([first, own])
     return {name: own for name, own in found.items() if _felt(own, base, noise)}, failed
 
 

@@ -75,10 +75,11 @@ def doubtful(
     """
     problem, free, others = posterior.problem, list[MapFit](), list[MapFit]()
     could: dict[Subset, tuple[float, MapFit]] = {}
+    probability = {id(fit): p for p, fit in posterior.weighed}
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
         causes, missed = problem.causes(fit.subset), problem.extrapolated(fit)
         if missed > POLICY.exactly and causes not in problem.impossible:
-            most = posterior.log_probability(fit) + missed
+            most = float(np.log(probability[id(fit)] + np.finfo(float).tiny)) + missed
             could[causes] = max(could.get(causes, (most, fit)), (most, fit), key=lambda e: e[0])
     for causes, (most, fit) in sorted(could.items(), key=lambda each: -each[1][0]):
         alone = len(causes) == 1

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import qmc
 
-from dolfingrip.diagnosis.core.unknown import Unknown
+from dolfingrip.diagnosis.core.unknown import Unknown, coordinates
 from dolfingrip.diagnosis.policy import POLICY
 
 
@@ -33,9 +33,14 @@ class Tangents:
     u: np.ndarray
     told: np.ndarray
 
-    def beside(self, more: Tangents) -> Tangents:
-        """Return these with others."""
-        return Tangents(np.vstack([self.u, more.u]), np.concatenate([self.told, more.told]))
+    @classmethod
+    def stacked(cls, every: Sequence[Tangents]) -> Tangents:
+        """Put several of the same numbers one below the other.
+
+        Args:
+            every: one or more.
+        """
+        return cls(np.vstack([e.u for e in every]), np.concatenate([e.told for e in every]))
 
     def rows(self, kept: np.ndarray) -> Tangents:
         """Restrict them to some of the readings."""
@@ -68,7 +73,7 @@ class TangentBlend:
     def of(
         cls, numbers: Sequence[Unknown], known: Tangents, noise: np.ndarray, length: float = np.inf
     ) -> TangentBlend:
-        """TangentBlend simulations.
+        """Blend simulations.
 
         Args:
             numbers: that they are functions of.
@@ -79,10 +84,7 @@ class TangentBlend:
         rows = np.moveaxis(known.told, 2, 1) / noise  # (m, 1 + d, n)
         ways = components(rows.reshape(-1, len(noise)))
         inner = rows @ ways.T
-        bent = [
-            (each.log_std, each.prior.mean / each.prior.spread) if each.bent else (0.0, 0.0)
-            for each in numbers
-        ]
+        bent = [each.bend for each in numbers]
         return cls(
             numbers, np.array(bent).reshape(-1, 2).T, ways.T * noise[:, None], known.u, inner[:, 0],
             np.moveaxis(inner[:, 1:], 1, 2), length**-4.0,
@@ -102,10 +104,7 @@ class TangentBlend:
         Args:
             zeta: shape (places, d).
         """
-        log_std, ratio = self.bent
-        value = ratio * np.exp(log_std * zeta - log_std**2 / 2)
-        u = np.where(ratio > 0, value - ratio, zeta)
-        rate = np.where(ratio > 0, log_std * value, 1.0)
+        u, rate = coordinates(zeta, *self.bent)
         value, slopes = self.at_coordinates(u)
         return value, slopes * rate[:, None]
 

@@ -129,7 +129,7 @@ class InferenceProblem:
         """The problem with further simulations, by the causes that act in them."""
         runs, new = dict(self.runs), set[Subset]()
         for causes, own in more:
-            runs[causes] = runs[causes].beside(own) if causes in runs else own
+            runs[causes] = Tangents.stacked([runs[causes], own]) if causes in runs else own
             new.add(causes)
         blends: dict[Subset, TangentBlend] = {}
         found = replace(self, runs=runs, blends=blends)
@@ -230,22 +230,21 @@ class InferenceProblem:
         return found
 
     def extrapolated(self, fit: MapFit) -> float:
-        """ln of evidence that a fit's readings may miss, as they are not simulated (module search).
+        """ln of evidence that a fit's readings may miss, as they are not simulated.
 
         The readings change by some length, in standard deviations, from those simulated of the
         same causes that are nearest; a part of the length may be wrong.
         """
         causes = self.causes(fit.subset)
-        rest = fit.zeta[self.simulated_count : self.nuisance_count]
-        here = self.predicted(fit.subset, fit.zeta) - self.linear @ rest
+        here = self.predicted(fit.subset, fit.zeta)
         if causes in self.runs:
-            off = here - self.runs[causes].told[..., 0]
+            rest = fit.zeta[self.simulated_count : self.nuisance_count]
+            off = here - self.linear @ rest - self.runs[causes].told[..., 0]
             off = off[np.argmin(np.square(off / self.noise).sum(axis=1))]
         else:  # two causes that were not simulated together, by the weaker one
             without = {name: tuple(n for n in fit.subset if n != name) for name in causes}
             every = [
-                here + self.linear @ rest - self.predicted(each, self._part(fit, each))
-                for each in without.values()
+                here - self.predicted(each, self._part(fit, each)) for each in without.values()
             ]
             off = min(every, key=lambda each: float(np.square(each / self.noise).sum()))
         length = float(np.linalg.norm(self.levels[fit.level].whitened(off)))

@@ -52,11 +52,6 @@ class ModelPosterior:
         """All causes that some reading feels, and the model's own numbers."""
         return *self.problem.numbers, *self.problem.implausible
 
-    def log_probability(self, fit: MapFit) -> float:
-        """ln of the probability of a fit that is among these."""
-        place = next(i for i, each in enumerate(self.fits) if each is fit)
-        return float(np.log(self.probability[place] + np.finfo(float).tiny))
-
     @property
     def weighed(self) -> Iterator[tuple[float, MapFit]]:
         """Each hypothesis' fit with its probability."""

@@ -98,9 +98,14 @@ class Unknown:
         return self.amplitude or not self.prior.positive
 
     @property
-    def bent(self) -> bool:
-        """Tell whether its coordinate is another one than ζ."""
-        return self.straight and self.prior.positive
+    def bend(self) -> tuple[float, float]:
+        """Arguments of :func:`coordinates`: ln's standard deviation, and mean by spread.
+
+        Both are 0 where its coordinate is ζ.
+        """
+        if not (self.straight and self.prior.positive):
+            return 0.0, 0.0
+        return self.log_std, self.prior.mean / self.prior.spread
 
     def coordinate(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinate in which readings are nearly straight, and its derivative by ζ.
@@ -111,11 +116,7 @@ class Unknown:
         Args:
             zeta: any shape; so are both.
         """
-        if not self.bent:
-            return zeta, np.ones_like(zeta)
-        ratio = self.prior.mean / self.prior.spread
-        value = np.exp(self.log_std * zeta - self.log_std**2 / 2) * ratio
-        return value - ratio, self.log_std * value
+        return coordinates(zeta, *self.bend)
 
     def zeta_of(self, u: float) -> float:
         """Standard normal number at a coordinate."""
@@ -158,6 +159,21 @@ class Unknown:
     def change(self, value: float) -> Change:
         """Return the change of the configuration that gives it a value."""
         return {self.key: [value] if self.listed else value}
+
+
+def coordinates(
+    zeta: np.ndarray, log_std: float | np.ndarray, ratio: float | np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers by their standard deviations, of lognormal ones, and the derivatives by ζ.
+
+    Args:
+        zeta: standard normal numbers, shape (…, d); so are both.
+        log_std: standard deviations of their logarithms, shape (d,) or one for all.
+        ratio: means by standard deviations, alike; 0 for a number whose coordinate is ζ.
+    """
+    value = ratio * np.exp(log_std * zeta - np.square(log_std) / 2)
+    bent = np.greater(ratio, 0)
+    return np.where(bent, value - ratio, zeta), np.where(bent, log_std * value, 1.0)
 
 
 def _at_each(function: Callable[[float], float], zeta: float | np.ndarray) -> np.ndarray:
@@ -270,11 +286,6 @@ class Cause:
                 zeta = 0.0 if rng is None else float(rng.standard_normal())
             found.append(np.clip(zeta, low, high))
         return np.array(found)
-
-    @property
-    def tails(self) -> np.ndarray:
-        """Standard deviations of the wide parts of its numbers' priors, (numbers,)."""
-        return np.array([each.tail for each in self.numbers])
 
 
 def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:

@@ -5,15 +5,6 @@ variants = [ModelVariant(), viscous, ModelVariant(gradients=("material.mu_MPa",)
 base, prony, slopes = simulate(measurement, config, variants, Workers(folder, Where(workers=2)))
 prony.readings - base.readings     # (n,), aligned with measurement.listed
 slopes.slopes["material.mu_MPa"]   # (n,)
-
-The base model at other moduli follows exactly and without a new simulation.
-
-Without weight and without time, equilibrium depends on pressure by modulus alone:
-
-    α(p; cμ) = α(p/c; μ),    F(p; cμ) = c F(p/c; μ),    coupon: F(u; cμ) = c F(u; μ)
-
-where the contacts' stiffness, an energy per volume, too, is c times as large. A change of ±20 %
-taken as linear leaves 1.6 standard deviations unexplained, this none.
 """
 
 from __future__ import annotations
@@ -33,7 +24,6 @@ from dolfingrip.diagnosis.simulation.runner import Workers, request
 from dolfingrip.diagnosis.simulation.stops import ControlSegment, StopSchedule
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Answer, Request
-from dolfingrip.parameter.nuisances import changes
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.protocol_file import key as key_of
 
@@ -217,8 +207,7 @@ class ModelReadings:
         by_control: (n,) derivative of the reading by the control, for each kPa or mm; 0 in waits of
             models with memory.
         slopes: (n,) derivative by each parameter that is felt, for each unit of it; entries of a
-            list are numbered, as in ``extensions.prony.g[0]``. That by the logarithm of a factor of
-            all moduli is by :data:`~dolfingrip.diagnosis.core.unknown.MODULUS`.
+            list are numbered, as in ``extensions.prony.g[0]``.
     """
 
     readings: np.ndarray
@@ -239,21 +228,6 @@ class SimulatedReadings(ModelReadings):
     variant: ModelVariant
     failures: Sequence[SimulatedGroup]
     runs: Sequence[SimulatedGroup]
-
-    def by_log_modulus(self, measurement: Measurement) -> np.ndarray:
-        """(n,) derivative of readings by the logarithm of a factor of all moduli.
-
-        Args:
-            measurement: that was simulated, with the gradients :func:`modulus_keys`.
-        """
-        test = measurement.listed["test"].to_numpy()
-        found = np.zeros(len(test))
-        for run in self.runs:
-            mine = np.isin(test, run.group.tests)
-            for key, amount in changes(run.config, "modulus", 1.0).items():
-                if (slope := self.slopes.get(key)) is not None:
-                    found[mine] += slope[mine] * amount
-        return found
 
 
 def simulate(

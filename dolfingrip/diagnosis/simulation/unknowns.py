@@ -129,8 +129,8 @@ def rig_numbers(
         number("plate_gap", GAP, prior, (0.0, np.inf), POLICY.implausible_width)
     solid += _own(measurement, config)
     linear = []
-    for name, (key, told_as, middle) in RIG.items():
-        if (std := told(name, told_as)) and name not in on:
+    for name, (key, in_setup, middle) in RIG.items():
+        if (std := told(name, in_setup)) and name not in on:
             prior, reach = (
                 Prior(middle, std, "as reported"),
                 POLICY.reach * POLICY.implausible_width,
