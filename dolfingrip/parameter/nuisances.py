@@ -65,15 +65,6 @@ def wall_key(config: Config) -> str | None:
     return key if config.mesh.file is None and key in WALLS else None
 
 
-def wall(config: Config) -> tuple[str, float]:
-    """Return key and value of the walls' thickness (mm).
-
-    Args:
-        config: of a finger.
-    """
-    return f"{config.geometry_table}.wall_mm", config.geometry.wall_mm
-
-
 def modulus_keys(config: Config) -> tuple[str, ...]:
     """Return the keys of all moduli that grow with the material's stiffness.
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from support.measured_files import written
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.worth import BASE_OFFSET, WALL_OFFSET, checks
+from dolfingrip.diagnosis.additions.worth import BASE_OFFSET, checks
 from dolfingrip.diagnosis.answer.analysis import Analysis, _taken, alternatives, hidden_effects
 from dolfingrip.diagnosis.answer.diagnosis import in_words
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
@@ -20,6 +22,8 @@ from dolfingrip.diagnosis.core.decision import sensitivity
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Visibility
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.unknown import Unknown, cause, factor_of_moduli
+from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
@@ -67,7 +71,6 @@ def diagnosed(value: np.ndarray) -> Any:
     analysis = SimpleNamespace(
         problem=problem, causes=causes, errors=errors, unseen=("mullins",), closed_form=False,
         applied=config, measurement=None,
-        configured_number=lambda each: (each.name, each.std),
     )  # fmt: skip
     analysis.numbers = partial(Analysis.numbers, analysis)
     print("seed", SEED)
@@ -135,11 +138,32 @@ def test_what_cannot_be_seen_is_told_by_what_hides_it() -> None:
     assert "too faint for these readings: mullins, plate_tilt" in words
 
 
+def test_each_number_of_the_rig_is_read_by_a_check(tmp_path: Path) -> None:
+    """Numbers that every hypothesis fits; reference: the names in the list of checks."""
+    told = 'experiment = ["bending", "blocked_force"]\nmax_pressure_kPa = 40'
+    bent = "experiment,pressure_kPa,angle_deg,force_N\nbending,20,10,\nbending,40,20,\n"
+    csv = f"{bent}blocked_force,20,,0.1\nblocked_force,40,,0.2\n"
+    measurement = read([written(tmp_path, csv, told)], Config())
+    solid, linear = rig_numbers(measurement, Config())
+    reads = {
+        name: [each.name for each in checks(Config()) if each.read({number.key: 1.0}).any()]
+        for number in (*solid, *linear)
+        for name in number.names
+    }
+    assert set(reads) == {"wall_offset", "plate_gap", "pressure_gain", "pressure_offset"}
+    assert reads["plate_gap"] == ["a gauge block between finger and plate"]
+    assert [each[:5] for each in reads["wall_offset"]] == ["weigh", "cut a"]
+    for name in ("pressure_gain", "pressure_offset"):
+        assert reads[name] == [
+            "a manometer at the finger's inlet, at rest and at the highest pressure"
+        ]
+
+
 def test_a_mass_tells_walls_and_base_layer_by_its_derivative() -> None:
     """Against differences of the mesh's mass."""
     config, step = Config(), 0.01
     (weigh,) = (each for each in checks(config) if each.name == "weigh the finger")
-    for key, by in (("finger.wall_mm", WALL_OFFSET), ("finger.base_layer_mm", BASE_OFFSET)):
+    for key, by in (("finger.wall_mm", "finger.wall_mm"), ("finger.base_layer_mm", BASE_OFFSET)):
         name = key.partition(".")[2]
         middle = getattr(config.finger, name)
         more, less = (

@@ -39,11 +39,9 @@ from dolfingrip.diagnosis.simulation.nuisances import BASE_LAYER
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.files.diagnosis import NextExperiment
 from dolfingrip.parameter import every
-from dolfingrip.parameter.nuisances import GAIN, OFFSET, wall_key
+from dolfingrip.parameter.nuisances import GAIN, GAP, OFFSET, wall_key
 
-WALL_OFFSET: Final = "extensions.wall_offset.offset_mm"
 BASE_OFFSET: Final = "extensions.base_layer_offset.offset_mm"
-GAP_OFFSET: Final = "extensions.plate_gap.offset_mm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,7 @@ INSTRUMENTS: Final = (
           {GAIN: 0.0025, OFFSET: 0.3}),
     _each("a known weight on the load cell, and none", 5.0,
           {"extensions.force_gain.gain": 0.002, "extensions.force_offset.offset_N": 0.005}),
-    _each("a gauge block between finger and plate", 5.0, {GAP_OFFSET: 0.05}),
+    _each("a gauge block between finger and plate", 5.0, {GAP: 0.05}),
     _each("a square of known angle in the camera's picture", 5.0,
           {"extensions.angle_gain.gain": 0.003, "extensions.angle_offset.offset_deg": 0.1}),
     _each("the tip's face read beside the markers", 10.0,
@@ -116,8 +114,8 @@ def checks(config: Config) -> Sequence[NumberCheck]:
     known = {each.key: each for each in every(config)}
     parameters = [known[key] for key in (wall, BASE_LAYER) if key in known]
     mass_g, by = shape_number(MASS, config, parameters)
-    walls, base = {wall: 1.0, WALL_OFFSET: 1.0}, {BASE_OFFSET: 1.0}
-    of_mass = {wall: by[wall], WALL_OFFSET: by[wall], BASE_OFFSET: by.get(BASE_LAYER, 0.0)}
+    walls, base = {wall: 1.0}, {BASE_OFFSET: 1.0}
+    of_mass = {wall: by[wall], BASE_OFFSET: by.get(BASE_LAYER, 0.0)}
     return [
         *found,
         NumberCheck("weigh the finger", 2.0, (of_mass,), (MASS_SHARE * mass_g,)),

@@ -26,14 +26,14 @@ from dolfingrip.diagnosis.core.evidence import (
     taken,
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
-from dolfingrip.diagnosis.core.unknown import Cause, Nuisance, Unknown
+from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, shows_memory
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
 from dolfingrip.diagnosis.simulation.unknowns import told_as
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect
-from dolfingrip.parameter.nuisances import GAP, WALL, wall
+from dolfingrip.parameter.nuisances import GAP
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,13 +186,6 @@ class Analysis[S: Simulator]:
     def fitted_names(self) -> tuple[str, ...]:
         """The model's own numbers by what a laboratory tells them as."""
         return tuple(map(told_as, self.problem.always))
-
-    def configured_number(self, each: Nuisance) -> tuple[str, float]:
-        """Key of a nuisance, of the configuration where it is one, and its deviation there."""
-        if each.name != WALL:
-            return each.name, each.std
-        key, wall_mm = wall(self.applied)
-        return key, each.std * wall_mm
 
     # -- exact simulations ------------------------------------------------------------------------
 

@@ -9,7 +9,6 @@ import numpy as np
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import (
-    GAP_OFFSET,
     INSTRUMENTS,
     Comparison,
     NumberCheck,
@@ -26,7 +25,7 @@ from dolfingrip.diagnosis.data.measurement import shows_memory
 from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.files.diagnosis import NextExperiment
 from dolfingrip.jobs.run import Say
-from dolfingrip.parameter.nuisances import GAIN, OFFSET
+from dolfingrip.parameter.nuisances import changes
 
 
 def settled_by(
@@ -128,9 +127,7 @@ def _checked(
     own = np.diag(np.square(check.std))
     cross = np.zeros((len(analysis.problem.value), len(check.std)))
     for each in analysis.errors.shared:
-        key, std = analysis.configured_number(each)
-        known = {"pressure_gain": GAIN, "pressure_offset_kPa": OFFSET, "plate_gap_mm": GAP_OFFSET}
-        read = check.read({known.get(key, key): std})
+        read = check.read(changes(analysis.applied, each.name, each.std))
         own += np.outer(read, read)
         cross += np.outer(each.change, read)
     return comparison.worth(check, after, own, cross)
