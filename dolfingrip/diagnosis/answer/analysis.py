@@ -206,10 +206,10 @@ class Analysis[S: Simulator]:
         Returns:
             None for each that does not reach all readings.
         """
+        points = [self.point(fit) for fit in fits]
         if addition is not None:
             other = self.simulation.of(addition.measurement, known_mesh=addition.known_mesh)
-            return other.at([self.point(fit) for fit in fits])
-        points = [self.point(fit) for fit in fits]
+            return other.at(points)
         if free:
             points = [self.simulation.free(each) or each for each in points]
         return self.simulation.at(points)
@@ -224,31 +224,37 @@ class Analysis[S: Simulator]:
         causes = [(self.causes[name], fit.zeta[own_places]) for name, own_places in places]
         return Point(problem.factor, float(fit.zeta[0]), tuple(own), tuple(causes))
 
-    def expected(self, fit: MapFit, addition: Proposal) -> tuple[np.ndarray, np.ndarray] | None:
-        """Simulate an addition at a fit: readings, (m,), and derivatives by ζ, (m, d).
+    def expected(
+        self, fits: Sequence[MapFit], addition: Proposal
+    ) -> list[tuple[np.ndarray, np.ndarray]] | None:
+        """Simulate an addition at fits: readings, (m,), and derivatives by ζ, (m, d), of each.
 
         Args:
-            fit: the hypothesis.
+            fits: the hypotheses, which are simulated side by side.
             addition: what may be measured, by a rig that is as reported.
 
         Returns:
-            None where a simulation does not reach all readings.
+            None where one of them does not reach all readings.
         """
-        (told,) = self.simulated([fit], addition)
-        if told is None:
-            return None
         problem, count = self.problem, self.problem.simulated_count
-        slopes = np.zeros((told.told.shape[1], len(fit.zeta)))
-        at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
-        for place, (number, zeta), slope in zip(
-            at, self._solid(fit), told.told[0, :, 1:].T, strict=True
-        ):
-            slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
+        every = [told for told in self.simulated(fits, addition) if told is not None]
+        if len(every) < len(fits):
+            return None
         anew = self.simulation.anew(addition.measurement, known_mesh=addition.known_mesh)
         changes = {each.name: each.change for each in anew}
-        for place in range(count, problem.nuisance_count):
-            slopes[:, place] = changes.get(told_as(problem.always[place]), 0.0)
-        return told.told[0, :, 0], slopes
+        found = []
+        for fit, tangents in zip(fits, every, strict=True):
+            (told,) = tangents.told
+            slopes = np.zeros((len(told), len(fit.zeta)))
+            at = np.r_[:count, problem.nuisance_count : len(fit.zeta)]
+            for place, (number, zeta), slope in zip(
+                at, self._solid(fit), told[:, 1:].T, strict=True
+            ):
+                slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
+            for place in range(count, problem.nuisance_count):
+                slopes[:, place] = changes.get(told_as(problem.always[place]), 0.0)
+            found.append((told[:, 0], slopes))
+        return found
 
     def _solid(self, fit: MapFit) -> list[tuple[Unknown, float]]:
         """Numbers that simulations are functions of, and ζ at a fit."""

@@ -102,12 +102,10 @@ def _tested(
     Raises:
         ConfigError: one line, where a simulation does not reach all readings.
     """
-    after = []
-    for fit in fits:
-        told = analysis.expected(fit, proposal)
-        if told is None:
-            raise ConfigError("a simulation of a likely cause does not reach all readings")
-        after.append(_rival(analysis, fit, *told))
+    expected = analysis.expected(fits, proposal)
+    if expected is None:
+        raise ConfigError("a simulation of a likely cause does not reach all readings")
+    after = [_rival(analysis, fit, *own) for fit, own in zip(fits, expected, strict=True)]
     shared, cross = analysis.covariances(proposal, after[0].readings)
     # along one loading a law with memory follows any elastic one, fitted anew
     seen = shows_memory(analysis.measurement, proposal.measurement)
