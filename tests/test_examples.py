@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -110,7 +111,9 @@ def test_diagnose_actuator(tmp_path: Path) -> None:
     told = load("diagnose_actuator").main(tmp_path)
     assert told.verdict.answer == "none"
     assert told.brief is not None
-    assert "As configured the model is 38 % off" in told.brief.result
+    off = re.match(r"As configured the model is (\d+) % off", told.brief.result)
+    assert off is not None
+    assert int(off[1]) == pytest.approx(37.5, abs=2)  # docs/measured_actuators.md: a third
     fitted = {each.key: each for each in told.fits[0].parameters}
     modulus = fitted["material.mu_MPa"]
     assert modulus.low < 0.0204 < modulus.high  # the coupon's

@@ -74,8 +74,7 @@ def asked(own: Scene, truth: dict[str, np.ndarray]) -> TrackAsked:
         told["count"] = own.count * own.fingers
     if not own.sheet:
         ends = np.round(truth["scale_px"] + rng.normal(0, 0.5, (2, 2)))
-        away = float(np.linalg.norm(ends[1] - ends[0]))
-        told["scales"] = [Length(ends, LENGTH_MM, LENGTH_MM * float(np.hypot(1 / away, 0.002)))]
+        told["scales"] = [Length.pointed_at(ends, LENGTH_MM)]
         told["clamp_px"] = truth["clamp_px"]
     return TrackAsked(**told)
 

@@ -7,12 +7,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final
 
-import av
 import cv2
 import numpy as np
 import pyvista as pv
 
 from benchmarks.track.shapes import BACK_MM, Shapes
+from dolfingrip.files import video
 from dolfingrip.tracking.sheet import SHEETS
 
 MARGIN_PX: Final = 24
@@ -457,18 +457,12 @@ def render(scene: Scene, shapes: Shapes, stem: Path) -> dict[str, np.ndarray]:
     )
     event_s = 0.06 * scene.seconds + 0.37 / scene.rate_hz
     stem.parent.mkdir(parents=True, exist_ok=True)
-    with av.open(str(stem.with_suffix(".mp4")), "w") as container:
-        stream = container.add_stream(
-            "libx264", rate=Fraction(scene.rate_hz).limit_denominator(1000)
-        )
-        stream.width, stream.height = scene.size_px
-        stream.pix_fmt = "yuv420p"
-        stream.options = {"crf": str(scene.crf), "preset": "fast"}
+    rate = Fraction(scene.rate_hz).limit_denominator(1000)
+    options = {"crf": str(scene.crf), "preset": "fast"}
+    with video.growing(stem.with_suffix(".mp4"), rate, "bgr24", options) as add:
         for t in time_s:
             p = pressure_kPa(t + exposures - scene.lag_s, most, scene.seconds)
-            picture = stage.frame(shapes.at(p), float(t >= event_s))
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
-        container.mux(stream.encode())
+            add(stage.frame(shapes.at(p), float(t >= event_s)))
     stage.plotter.close()
     skins = shapes.at(pressure_kPa(time_s - scene.lag_s, most, scene.seconds))
     marks, turns = stage.marks(skins)

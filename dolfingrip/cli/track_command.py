@@ -108,7 +108,7 @@ def _told(asked: TrackSettings, source: frames.FrameSource) -> TrackAsked:
             raise ConfigError(
                 f'--scale "{text}": allowed: points at least 10 px apart, and above 0 mm'
             )
-        scales.append(Length(ends, length, length * float(np.hypot(1.0 / away, 0.002))))
+        scales.append(Length.pointed_at(ends, length))
     states: dict[str, dict[str, float]] = {}
     if asked.states is not None:
         names = [file.name for file in asked.files]

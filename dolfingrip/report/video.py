@@ -19,7 +19,7 @@ from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
 from dolfingrip.charts.theme import INK
-from dolfingrip.files import whole
+from dolfingrip.files import video, whole
 from dolfingrip.report.scene import Image
 
 _LOG = logging.getLogger(__name__)
@@ -81,26 +81,19 @@ def write(
     """
     height, width = (length // 2 for length in images[0].shape[:2])
     frames = [Pillow.fromarray(image).resize((width, height)) for image in images]
-    moving, film = stem.with_suffix(".gif"), stem.with_suffix(".mp4")
+    moving, shown = stem.with_suffix(".gif"), stem.with_suffix(".mp4")
     shown_ms, packed = frame_ms, _gif(frames, frame_ms)
     while len(packed) > policy.gif_bytes and len(frames) > 2:
         frames, shown_ms = frames[::2], 2 * shown_ms
         packed = _gif(frames, shown_ms)
     whole.write(moving, packed)
     if find_spec("av") is None:
-        _LOG.warning("no %s: pip install av (dolfingrip's extra video)", film)
+        _LOG.warning("no %s: pip install av (dolfingrip's extra video)", shown)
         return [moving]
-    import av
-
-    height, width = 2 * height, 2 * width  # even, as H.264 needs
-    with whole.stream(film) as content, av.open(content, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=Fraction(1000, frame_ms))
-        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+    with video.growing(shown, Fraction(1000, frame_ms), "rgb24") as add:
         for image in images:
-            cut = np.ascontiguousarray(image[:height, :width])
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(cut, format="rgb24")))
-        container.mux(stream.encode())
-    return [moving, film]
+            add(image)
+    return [moving, shown]
 
 
 def _gif(frames: Sequence[Pillow.Image], frame_ms: int) -> bytes:

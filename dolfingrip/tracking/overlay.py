@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.files import whole
+from dolfingrip.files import video, whole
 from dolfingrip.tracking.frames import Frame, Image
 
 COLOURS: Final = ((255, 120, 0), (0, 140, 255), (40, 180, 40), (200, 60, 200))
@@ -77,52 +78,28 @@ def picture(file: Path, image: Image) -> None:
     whole.write(file, cv2.imencode(".png", image)[1].tobytes())
 
 
-class Overlay:
-    """A video that grows by frames, of at most :data:`HEIGHT_PX` and 15 frames a second.
+@contextmanager
+def overlaid(
+    file: Path, rate_hz: float
+) -> Iterator[Callable[[Frame, Sequence[np.ndarray], str], None]]:
+    """Write a video of at most :data:`HEIGHT_PX` and 15 frames a second.
 
     Args:
         file: target, an MP4; it is whole when the block ends.
         rate_hz: frames per second of the source.
+
+    Yields:
+        A function that adds a frame, with the points and the line of :func:`drawn`; frames between
+        those that are shown are passed over.
     """
+    every = max(1, round(rate_hz / 15))
+    rate = Fraction(rate_hz / every).limit_denominator(1000)
+    options = {"preset": "veryfast", "crf": "26"}
+    with video.growing(file, rate, "bgr24", options) as add_picture:
 
-    def __init__(self, file: Path, rate_hz: float) -> None:
-        self._every = max(1, round(rate_hz / 15))
-        self._rate = Fraction(rate_hz / self._every).limit_denominator(1000)
-        self._writing = whole.replacing(file)
-        self._stream: Any = None
+        def add(frame: Frame, fingers: Sequence[np.ndarray], text: str) -> None:
+            if frame.number % every == 0:
+                scale = min(1.0, HEIGHT_PX / frame.image.shape[0])
+                add_picture(drawn(frame.image, fingers, text, scale))
 
-    def __enter__(self) -> Overlay:
-        import av
-
-        (partial,) = self._writing.__enter__()
-        self._container = av.open(str(partial), "w", format="mp4")
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        if self._stream is not None:
-            self._container.mux(self._stream.encode())
-        self._container.close()
-        self._writing.__exit__(*error)
-
-    def add(self, frame: Frame, fingers: Sequence[np.ndarray], text: str) -> None:
-        """Add a frame with what was found in it.
-
-        Args:
-            frame: of the source; frames between those that are shown are passed over.
-            fingers: as of :func:`drawn`.
-            text: one line.
-        """
-        if frame.number % self._every:
-            return
-        import av
-
-        image = drawn(frame.image, fingers, text, min(1.0, HEIGHT_PX / frame.image.shape[0]))
-        if self._stream is None:
-            self._stream = self._container.add_stream("libx264", rate=self._rate)
-            self._stream.height, self._stream.width = (n // 2 * 2 for n in image.shape[:2])
-            self._stream.pix_fmt, self._stream.options = (
-                "yuv420p",
-                {"preset": "veryfast", "crf": "26"},
-            )
-        cut = np.ascontiguousarray(image[: self._stream.height, : self._stream.width])
-        self._container.mux(self._stream.encode(av.VideoFrame.from_ndarray(cut, format="bgr24")))
+        yield add

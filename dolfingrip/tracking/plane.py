@@ -45,7 +45,6 @@ class CameraPolicy:
         plane_deg: of the plane of bending against the sheet.
         corner_px: of a corner of the sheet, at least.
         least_corners: fewer corners are no sheet.
-        doubt_deg: angle between camera and plane from which it is doubted without a sheet.
     """
 
     focal: float = 0.9
@@ -57,7 +56,6 @@ class CameraPolicy:
     plane_deg: float = 0.5
     corner_px: float = 0.06
     least_corners: int = 8
-    doubt_deg: float = 15.0
 
 
 POLICY: Final = CameraPolicy()
@@ -76,6 +74,17 @@ class Length:
     ends_px: Floats
     length_mm: float
     std_mm: float
+
+    @classmethod
+    def pointed_at(cls, ends_px: Floats, length_mm: float) -> Length:
+        """A length whose ends a person told: to a pixel between them, and to 0.2 % by a ruler.
+
+        Args:
+            ends_px: (2, 2).
+            length_mm: its length.
+        """
+        away_px = float(np.linalg.norm(ends_px[1] - ends_px[0]))
+        return cls(ends_px, length_mm, length_mm * float(np.hypot(1 / away_px, 0.002)))
 
 
 @dataclass(frozen=True)

@@ -27,19 +27,15 @@ class TrackedPoints:
         px: (frames, points, 2); NaN where a point was lost.
         seen: (frames, points) share of each that is seen.
         corners_px: (frames, points, 4, 2) of tags; None of dots.
-        labels: of the points.
         radius_px: of dots, whose middle is uncertain where a part is hidden; 0: of tags.
-        unit_mm: whether ``px`` is in mm already, as another program wrote it.
     """
 
     names: list[str]
     time_s: np.ndarray
     px: np.ndarray
     seen: np.ndarray
-    labels: list[str]
     corners_px: np.ndarray | None = None
     radius_px: float = 0.0
-    unit_mm: bool = False
 
     def part(self, points: np.ndarray) -> TrackedPoints:
         """Some of the points, in an order of their own.
@@ -48,9 +44,8 @@ class TrackedPoints:
             points: (n,) their numbers.
         """
         corners = None if self.corners_px is None else self.corners_px[:, points]
-        labels = [self.labels[i] for i in points]
         px, seen = self.px[:, points], self.seen[:, points]
-        return replace(self, px=px, seen=seen, labels=labels, corners_px=corners)
+        return replace(self, px=px, seen=seen, corners_px=corners)
 
     def noise_px(self) -> np.ndarray:
         """(frames, points) standard deviations of the places.

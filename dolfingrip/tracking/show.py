@@ -38,14 +38,14 @@ def show(source: FrameSource, tracked: Tracked, out: Path, progress: Show) -> li
         video = None
         if moving:
             written.append(out / "overlay.mp4")
-            video = stack.enter_context(overlay.Overlay(written[0], rate))
+            video = stack.enter_context(overlay.overlaid(written[0], rate))
         for frame in source:
             if frame.number >= len(points.names):
                 break
             fingers = [points.px[frame.number, own] for own in watched.fingers]
             text = _caption(tracked, frame)
             if video is not None:
-                video.add(frame, fingers, text)
+                video(frame, fingers, text)
             if frame.number == 0 or not moving:
                 stem = "first" if moving else re.sub(r"\W+", "_", Path(frame.name).stem)
                 written.append(out / f"overlay_{stem}.png")

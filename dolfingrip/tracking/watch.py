@@ -96,7 +96,7 @@ def watch(source: FrameSource, asked: TrackAsked, out: Path, show: Show) -> Watc
     assert first is not None
     points = TrackedPoints(
         names, np.array(times), np.array(places), np.array(shares),
-        [str(i + 1) for i in range(len(places[0]))], np.array(tags) if tags else None,
+        np.array(tags) if tags else None,
         follower.radius_px,
     )  # fmt: skip
     fingers = [own if body.clamp_end_first(points.px[:, own]) else own[::-1] for own in fingers]

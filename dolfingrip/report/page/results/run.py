@@ -56,12 +56,10 @@ class Runs(Contribution):
         finest = trust.finest(read)
         page.charts += _charts(read, given, scenes, finest)
         alone = [run for run, each in zip(read, found, strict=True) if not each.inside]
-        page.checks += [
-            check
-            for check in trust.checks(read, fields, finest, given.measured)
-            # what a run belongs to tells the error of its mesh
-            if check.name not in {trust.of_mesh(run) for run in read if run not in alone}
-        ]
+        # what a run belongs to tells the error of its mesh
+        told = {trust.of_mesh(run) for run, each in zip(read, found, strict=True) if each.inside}
+        checks = trust.checks(read, fields, finest, given.measured)
+        page.checks += [check for check in checks if check.name not in told]
         if alone:
             page.numbers += key_numbers.of_runs(read, fields)
         return [run.experiment.title.lower() for run in alone]
