@@ -266,7 +266,9 @@ class InferencePolicy:
         passes: simulations of the model at other moduli, at most, until these follow the readings.
         coarse: part of a channel that the mesh of the causes may be off by.
         component_error: error of a reading that columns may leave, by its noise.
-        pairs: pairs of effects that are fitted; the others are bounded from above.
+        law_misses: part of the largest reading that any elastic law misses of a material, root mean
+            square: laws that miss less are not told apart.
+        pairs: pairs of effects that are fitted well, the likeliest of all.
         pairs_level: levels of the discrepancy up to this one choose the pairs.
         hopeless: ln of how much less than the best evidence the likelihood of a pair may be.
         starts: ζ of the amplitudes from which a fit starts.
@@ -350,6 +352,7 @@ class InferencePolicy:
     passes: int = 5
     coarse: float = 0.25
     component_error: float = 0.03
+    law_misses: float = 0.01
     pairs: int = 24
     pairs_level: float = 0.01
     hopeless: float = 15.0
