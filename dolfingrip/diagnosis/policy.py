@@ -203,15 +203,12 @@ class PagePolicy:
 
     Attributes:
         band: of the largest load, of which the page says where something is left.
-        in_words: so many causes of a set are told in words, the rest by their names. As many
-            settings of a number of the rig are told in one sentence.
-        in_a_cell: names in a cell of a table.
+        fits: likeliest hypotheses that are told.
         designs: leading designs that are computed once more with the extended model.
     """
 
     band: float = 0.25
-    in_words: int = 3
-    in_a_cell: int = 4
+    fits: int = 8
     designs: int = 5
 
 

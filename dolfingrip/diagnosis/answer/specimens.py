@@ -169,15 +169,6 @@ class Apart:
     names: tuple[str, ...]
     log_odds: float
 
-    @property
-    def sentence(self) -> str:
-        """Statement that they do, with the odds."""
-        who = f"specimen {self.names[0]} stands" if len(self.names) == 1 else (
-            f"specimens {' and '.join(self.names)} stand"
-        )  # fmt: skip
-        odds = np.exp(min(self.log_odds, 99.0))
-        return f"{who} apart from the others (odds {odds:.2g} to 1)"
-
 
 def apart(own: Individual) -> Apart | None:
     """Find the specimens whose readings are far likelier apart from those of the others.
