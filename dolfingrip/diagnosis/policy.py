@@ -245,7 +245,6 @@ class InferencePolicy:
         implausible_odds: odds that such a number is implausible.
         implausible_sigma: standard deviations from which on such a number is among the first
             lines.
-        telling: part of what the model misses from which on a number that changes so much is, too.
         reach: largest |ζ| of an emulator.
         training: simulations by the number of arguments, where they cost nothing.
         tries: simulations of a set of causes at its best numbers, at most.
@@ -331,7 +330,6 @@ class InferencePolicy:
     mesh_decides: float = 0.5
     implausible_odds: float = 0.1
     implausible_sigma: float = 3.0
-    telling: float = 0.25
     reach: float = 3.3
     training: tuple[int, ...] = (16, 40, 40, 50, 60, 80)
     tries: int = 6

@@ -11,7 +11,7 @@ lines and tables of these fields for ``summary.md``, the command, the report and
 ``fits``            the leading hypotheses and their numbers, the answer's first
 ``misfit, bands``   how far and where the model is off
 ``rig, nuisances``  numbers that were told, and how far off they are
-``noise, apart``    noise and scatter; specimens that stand apart
+``noise_std``       noise, its sources, ``scatter`` of specimens, those that stand ``apart``
 ``slips``           doubts about units, signs and columns; ``artefacts`` of instruments
 ``hides, behind``   effects that are not seen, and the numbers they hide behind
 ``other_priors``    the answer under each
@@ -41,7 +41,7 @@ from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
-from dolfingrip.files.diagnosis_words import BODY, NUMBERS, lines, number_words, page
+from dolfingrip.files.diagnosis_words import BODY, NUMBERS, lines, number_words, page, sections
 from dolfingrip.files.plan import PlanFile
 
 
@@ -67,12 +67,7 @@ def plan_text(result: PlanFile) -> str:
         "",
     ]
     effects, *additions = result.tables()
-    text += effects.markdown()
-    for table in additions:
-        text += ["", f"## {table.title}", "", *table.markdown()]
-    if result.warnings:
-        text += ["", "## Beware", "", *(f"- {warning}" for warning in result.warnings)]
-    return "\n".join(text) + "\n"
+    return sections([*text, *effects.markdown()], additions, result.warnings)
 
 
 @dataclass(frozen=True)
@@ -180,7 +175,12 @@ def _content(
         unknown=min(max(decision.unknown, 0.0), 1.0),
         fits=fits, misfit=misfit(analysis, plain, analysis.fitted(best)),
         bands=bands(analysis, plain), rig=tuple(rig_numbers(analysis, best, deviations)),
-        nuisances=deviations, noise=_noise(found),
+        nuisances=deviations, noise_sources=analysis.errors.sources,
+        noise_std={
+            name: float(np.median(analysis.errors.noise[at]))
+            for name, at in analysis.measurement.channels().items()
+        },
+        scatter=analysis.errors.scatter,
         # which a slip makes up where there is none
         artefacts=() if found.slips else tuple(
             outcome.ArtefactSize(
@@ -222,21 +222,6 @@ def _causes(found: Diagnosis) -> tuple[outcome.CauseProbability, ...]:
             kind=effect(name).kind if name in NAMES else "", open=name in open_names,
         )
         for name, probability in sorted(inclusion.items(), key=lambda item: -item[1])
-    )  # fmt: skip
-
-
-def _noise(found: Diagnosis) -> outcome.Noise:
-    """The noise that was taken, and how far specimens differ."""
-    errors, measurement = found.analysis.errors, found.analysis.measurement
-    scatter = errors.scatter
-    return outcome.Noise(
-        std={
-            name: float(np.median(errors.noise[at])) for name, at in measurement.channels().items()
-        },
-        sources=errors.sources, specimens=len({test.specimen for test in measurement.tests}),
-        scale=scatter.scale, prior_scale=scatter.prior_scale, shape=scatter.shape,
-        estimated=scatter.estimated,
-        scattered=scatter.estimated and scatter.scale > POLICY.scatters * scatter.prior_scale,
     )  # fmt: skip
 
 

@@ -176,17 +176,15 @@ class NoiseSource(Part):
     source: Literal["scatter", "repeats", "guess"]
 
 
-class Noise(Part):
-    """The noise that was taken, and how far specimens differ."""
+class Scatter(Part):
+    """How far the specimens differ from one another."""
 
-    std: dict[str, float] = Field(description="independent part, by column of a test")
-    sources: tuple[NoiseSource, ...] = Field((), description="where the laboratory tells none")
-    specimens: int = 1
-    scale: float = Field(0.0, description="relative scatter of the specimens' stiffness")
-    prior_scale: float = Field(0.0, description="as it was reported, or usual")
-    shape: float = Field(0.0, description="of their curves' shapes")
-    estimated: bool = Field(False, description="whether their differences tell both")
-    scattered: bool = Field(False, description="whether they scatter more than is believed")
+    specimens: int
+    scale: float = Field(description="relative standard deviation of their stiffness")
+    prior_scale: float = Field(description="as the laboratory told, or usual")
+    shape: float = Field(description="individual deviation, by the root mean square of a channel")
+    estimated: bool = Field(description="whether their readings tell these")
+    wide: bool = Field(False, description="whether they differ by more than is believed")
 
 
 class OtherPrior(Part):
@@ -210,8 +208,6 @@ class HeldOutError(Part):
     cause: float = Field(description="the extended model")
     cause_low: float = Field(description="lower end of its 90 % interval (bootstrap over folds)")
     cause_high: float = Field(description="upper end")
-    by_nuisances_low: float = Field(description="cause by nuisances, lower end")
-    by_nuisances_high: float = Field(description="upper end")
     log_odds_nuisances: float | None = Field(
         None, description="ln of the odds for the cause, by all folds; null: not compared"
     )
@@ -307,7 +303,11 @@ class DiagnosisFile(ResultFile):
     bands: tuple[BandMisfit, ...] = Field((), description="where the model is off")
     rig: tuple[RigNumber, ...] = ()
     nuisances: dict[str, float] = Field({}, description="fitted, by their standard deviations")
-    noise: Noise
+    noise_std: dict[str, float] = Field({}, description="independent part, by column of a test")
+    noise_sources: tuple[NoiseSource, ...] = Field(
+        (), description="where the laboratory tells none"
+    )
+    scatter: Scatter | None = None
     artefacts: tuple[ArtefactSize, ...] = ()
     apart: SpecimensApart | None = Field(None, description="null: no specimens stand apart")
     hides: dict[str, tuple[str, ...]] = Field(

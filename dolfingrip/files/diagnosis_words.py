@@ -15,7 +15,6 @@ from typing import Final
 from dolfingrip.files.diagnosis import (
     Advice,
     CommonChange,
-    DesignChange,
     DiagnosisFile,
     Downstream,
     FittedNumber,
@@ -101,10 +100,24 @@ def page(result: DiagnosisFile) -> str:
     Returns:
         Markdown.
     """
-    text = [*lines(result)]
-    for table in tables(result):
+    return sections([*lines(result)], tables(result), cautions(result))
+
+
+def sections(start: Sequence[str], shown: Sequence[TextTable], doubts: Sequence[str]) -> str:
+    """Write lines, tables below headings, and what to beware of.
+
+    Args:
+        start: the lines.
+        shown: the tables.
+        doubts: what to beware of.
+
+    Returns:
+        Markdown.
+    """
+    text = [*start]
+    for table in shown:
         text += ["", f"## {table.title}", "", *table.markdown()]
-    if doubts := cautions(result):
+    if doubts:
         text += ["", "## Beware", "", *(f"- {doubt}" for doubt in doubts)]
     return "\n".join(text) + "\n"
 
@@ -184,11 +197,7 @@ def fate(downstream: Downstream) -> str:
     change = f"φ of the campaign's optimum {before.phi_before:.1%} → {before.phi_after:.1%}"
     if after is before:
         return f"{change}; it stays the best of the {len(downstream.designs)} that were computed"
-    return f"{change}; the best is now {_place(after)} with φ = {after.phi_after:.1%}"
-
-
-def _place(design: DesignChange) -> str:
-    return ", ".join(f"{key} = {value:.3g}" for key, value in design.inputs.items())
+    return f"{change}; the best is now {_cell(after.inputs)} with φ = {after.phi_after:.1%}"
 
 
 def _percent(share: float) -> str:
@@ -428,11 +437,11 @@ def _tables(result: DiagnosisFile) -> Iterator[TextTable]:
         "Artefacts of instruments, which are taken out", result.artefacts, "name size unit"
     )
     yield _listing(
-        "Noise that the laboratory does not tell", result.noise.sources, "column test std source"
+        "Noise that the laboratory does not tell", result.noise_sources, "column test std source"
     )
     yield _listing(
         "Relative scatter of specimens, by their differences or as usual",
-        [result.noise], "specimens scale shape estimated",
+        [result.scatter] if result.scatter else [], "specimens scale shape estimated",
     )  # fmt: skip
     if result.downstream:
         yield _listing(
@@ -499,10 +508,10 @@ def _limits(result: DiagnosisFile) -> Iterator[tuple[str, str]]:
         yield "left-out readings do not confirm it", ""
     if not result.mesh_known:
         yield "", MESH_UNKNOWN
-    noise = result.noise
-    if noise.scattered:
-        believed = f"{_percent(noise.prior_scale)} is believed (nuisance.specimen_scale)"
-        yield "", f"the specimens' stiffness scatters by {_percent(noise.scale)}, where {believed}"
+    if result.scatter and result.scatter.wide:
+        scale, prior = map(_percent, (result.scatter.scale, result.scatter.prior_scale))
+        believed = f"where {prior} is believed (nuisance.specimen_scale)"
+        yield "", f"the specimens' stiffness scatters by {scale}, {believed}"
     if result.extrapolated:
         yield "", "the leading fit was not simulated: its readings are extrapolated"
     if result.quick:

@@ -26,7 +26,7 @@ def test_tables_come_below_the_lines_and_doubts_last() -> None:
     found = outcome.DiagnosisFile(
         version="0", data=(), quick=False, readings=1, verdict=verdict, causes=(), none=0.9,
         headline=outcome.Headline(number=number, option=""), unknown=0.1,
-        noise=outcome.Noise(std={}), next_experiments=(proposed,), warnings=("beware",),
+        next_experiments=(proposed,), warnings=("beware",),
         simulated_s=0.0,
     )  # fmt: skip
     lines = page(found).splitlines()

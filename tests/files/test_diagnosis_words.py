@@ -22,7 +22,6 @@ from dolfingrip.files.diagnosis import (
     FittedNumber,
     Headline,
     NextExperiment,
-    Noise,
     Slip,
     SpecimensApart,
     Verdict,
@@ -70,7 +69,7 @@ def told(answer: Verdict, number: FittedNumber = MU, option: str = SET_MU, **mor
                            extended=0.33, noise=0.3)  # fmt: skip
     given = {
         "version": "0", "data": (), "quick": False, "readings": 18, "causes": (), "none": 0.0,
-        "unknown": 0.0, "misfit": (misfit,), "noise": Noise(std={}), "simulated_s": 0.0,
+        "unknown": 0.0, "misfit": (misfit,), "simulated_s": 0.0,
         "fits": (FittedHypothesis(effects=(), log_evidence=0.0, parameters=(number,)),),
         "next_experiments": (MANOMETER,),
     }  # fmt: skip

@@ -24,7 +24,6 @@ from dolfingrip.files.diagnosis import (
     FittedHypothesis,
     FittedNumber,
     Headline,
-    Noise,
     Verdict,
 )
 from dolfingrip.files.diagnosis_words import lines
@@ -57,7 +56,7 @@ def write_diagnosis(folder: Path, pressures: int = 9) -> None:
         headline=Headline(number=number, option="--config extended.toml"),
         causes=(CauseProbability(name="yeoh", words="softening at large strain", probability=0.9,
                                  strength_sigma=10.0),),
-        none=0.01, unknown=0.09, fits=(fit,), noise=Noise(std={}),
+        none=0.01, unknown=0.09, fits=(fit,),
         advice=Advice(way="other_channel"), simulated_s=0.0,
     ).write(folder)  # fmt: skip
     names = ("channel", "experiment", "specimen", "run", "branch", "pressure_kPa",

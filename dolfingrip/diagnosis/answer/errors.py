@@ -16,12 +16,12 @@ import pandas as pd
 from dolfingrip.diagnosis.answer.artefacts import Artefact, plays
 from dolfingrip.diagnosis.answer.discrepancy import Along, lying, smooth_curves
 from dolfingrip.diagnosis.answer.noise import drifting, instrument_noise
-from dolfingrip.diagnosis.answer.specimens import Scatter, between
+from dolfingrip.diagnosis.answer.specimens import between
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulator import Simulator
-from dolfingrip.files.diagnosis import NoiseSource
+from dolfingrip.files.diagnosis import NoiseSource, Scatter
 
 SLACK: Final = "coupon_slack_mm"
 
