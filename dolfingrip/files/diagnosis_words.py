@@ -349,12 +349,11 @@ def _next(result: DiagnosisFile) -> str:
     if result.next_experiments and not result.verdict.by_shape:
         first = result.next_experiments[0]
         start = f"Measure next: {first.name} ({first.minutes:.0f} minutes):"
-        alone = f"it leaves one answer with probability {chance(first.chance)}"
-        return _fitting(
-            *(f"{start} it may tell {listed(first.tells, most)}, and leaves one answer with "
-              f"probability {chance(first.chance)}" for most in (2, 1) if first.tells),
-            f"{start} {alone}",
-        )  # fmt: skip
+        tells = [f"may tell {listed(first.tells, most)}" for most in (2, 1) if first.tells]
+        if first.chance >= LEAST:
+            alone = f"leaves one answer with probability {chance(first.chance)}"
+            tells = [*(f"{text}, and {alone}" for text in tells), alone]
+        return _fitting(*(f"{start} it {text}." for text in tells or ["hardly tells them apart"]))
     return _fitting(*(advice_words(advice, most) for most in (NAMES, 2, 1))) if advice else ""
 
 
@@ -453,18 +452,18 @@ def _tables(result: DiagnosisFile) -> Iterator[TextTable]:
 def _listing(title: str, parts: Sequence[Part], keys: str) -> TextTable:
     """A row for each part, a column for each of its keys, which the file has, too."""
     names = keys.split()
-    rows = [[_cell(getattr(part, name)) for name in names] for part in parts]
+    rows = [[_cell(getattr(part, name), name) for name in names] for part in parts]
     return TextTable([name.replace("_", " ") for name in names], rows, title)
 
 
-def _cell(value: object) -> str:
-    """Write a value of a field."""
+def _cell(value: object, name: str = "") -> str:
+    """Write a value of a field, by its name."""
     if isinstance(value, Mapping):
         return ", ".join(f"{key} = {_cell(number)}" for key, number in value.items())
     if isinstance(value, tuple):
         return listed(value)
     if isinstance(value, float):
-        return f"{value:z.3g}"
+        return chance(value) if name in ("probability", "chance") else f"{value:z.3g}"
     return {None: "–", True: "yes", False: "no"}.get(value, f"{value}")  # type: ignore[call-overload]
 
 

@@ -30,7 +30,7 @@ def test_tables_come_below_the_lines_and_doubts_last() -> None:
         simulated_s=0.0,
     )  # fmt: skip
     lines = page(found).splitlines()
-    assert "| a hold | 3 | 0.3 | – | 4 |" in lines
+    assert "| a hold | 3 | 0.30 | – | 4 |" in lines
     assert lines[-1] == "- beware"
     bars = probabilities(found).series[-1]
     assert dict(zip(bars.said, bars.x, strict=True)) == {"0.40": 0.4, "0.50": 0.5, "0.10": 0.1}

@@ -223,12 +223,16 @@ def test_the_third_line_is_what_to_measure_and_what_it_tells() -> None:
     result = told(verdict("none"))
     assert lines(result)[2] == (
         "Measure next: a manometer at the finger's inlet, at rest and at the highest pressure (10 "
-        "minutes): it leaves one answer with probability 0.93"
+        "minutes): it leaves one answer with probability 0.93."
     )
     short = MANOMETER.model_copy(update={"name": "weigh the finger", "minutes": 2.0})
     assert lines(result.model_copy(update={"next_experiments": (short,)}))[2] == (
         "Measure next: weigh the finger (2 minutes): it may tell pressure_gain or plate_gap, and "
-        "leaves one answer with probability 0.93"
+        "leaves one answer with probability 0.93."
+    )
+    never = short.model_copy(update={"chance": 0.0})
+    assert lines(result.model_copy(update={"next_experiments": (never,)}))[2] == (
+        "Measure next: weigh the finger (2 minutes): it may tell pressure_gain or plate_gap."
     )
     asked = Advice(way="finger_or_channel", names=("yeoh", "gent"), unload=True)
     assert lines(result.model_copy(update={"next_experiments": (), "advice": asked}))[2] == (
