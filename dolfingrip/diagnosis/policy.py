@@ -298,7 +298,6 @@ class InferencePolicy:
         simulated_fits: how many fits are simulated, at most.
         quick_fits: the same of a quick diagnosis.
         interval: probability that intervals hold.
-        joint: probability from which on a page tells a cause as possible, too.
         verified: probability of causes from which on they are held against exact simulations.
         invisible: root mean square change, by the noise, below which no reading feels a cause.
         closed_form_places: places along each number of a closed form.
@@ -376,7 +375,6 @@ class InferencePolicy:
     simulated_fits: int = 24
     quick_fits: int = 2
     interval: float = 0.9
-    joint: float = 0.01
     verified: float = 0.03
     invisible: float = 0.05
     closed_form_places: int = 9

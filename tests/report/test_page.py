@@ -348,7 +348,7 @@ def test_no_probability_reads_one(tmp_path: Path) -> None:
         (tmp_path / "other").mkdir(exist_ok=True)
         (tmp_path / "other" / file.name).write_text(text, encoding="utf-8")
         said += [each.said for each in sources.build(sources.find([tmp_path / "other"])).numbers]
-    assert said == ["probability 0.9", "probability > 0.99"]
+    assert said == ["probability 0.90", "probability > 0.99"]
 
 
 def test_every_measured_reading_is_drawn_however_many_there_are(

@@ -127,7 +127,7 @@ def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
 
 
 def slips(raised: Sequence[Suspicion]) -> list[Slip]:
-    """What suspicions are about; what several specimens raise alike is told once.
+    """List what suspicions are about; what several specimens raise alike is told once.
 
     Args:
         raised: the suspicions.

@@ -11,7 +11,7 @@ import pandas as pd
 
 from dolfingrip.charts.chart import Chart
 from dolfingrip.files.diagnosis import DiagnosisFile
-from dolfingrip.files.diagnosis_words import cautions, lines, tables
+from dolfingrip.files.diagnosis_words import cautions, chance, lines, tables
 from dolfingrip.report.diagnosis import overlays, panels, probabilities
 from dolfingrip.report.page.content import (
     Contribution,
@@ -33,9 +33,6 @@ BAND_STD: Final = 2.0
 
 BY_CHANCE: Final = 0.046
 """Share of readings that noise alone puts outside two standard deviations."""
-
-CERTAIN: Final = 0.99
-"""Probability beyond which no more is told; two digits of one more would read 1."""
 
 VERDICTS: Final[dict[str, tuple[Verdict, str]]] = {
     "cause": ("fail", ""), "unknown": ("open", "unknown cause"), "none": ("pass", "no cause"),
@@ -60,8 +57,7 @@ class Diagnosed(Contribution):
             if content.verdict.answer == "none" and not content.verdict.claimed:
                 kind, words = "open", "cannot tell"
             value = words or " or ".join(content.verdict.effects).replace("_", " ")
-            p = content.verdict.probability
-            sure = f"probability {said(p) if p <= CERTAIN else f'> {CERTAIN:g}'}"
+            sure = f"probability {chance(content.verdict.probability)}"
             page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
         return self.named(found)
 
