@@ -92,7 +92,7 @@ ANSWERS: dict[str, tuple[DiagnosisFile, str, str]] = {
     ),
     "none": (
         told(verdict("none"), AS_TOLD, "--set material.mu_MPa=2.95"),
-        "The material is as configured: material.mu_MPa = 2.95 MPa (2.8 to 3.1): `--set "
+        "The material may be as configured: material.mu_MPa = 2.95 MPa (2.8 to 3.1): `--set "
         "material.mu_MPa=2.95`",
         "Probability 0.92 that nothing else is off: 1.1 times the noise is left.",
     ),
