@@ -43,11 +43,6 @@ class Sensitivity:
         """The smallest of these probabilities."""
         return min(self.probability.values())
 
-    @property
-    def lost(self) -> list[str]:
-        """Priors under which the answer is not more probable than not."""
-        return [name for name, p in self.probability.items() if p <= 0.5]
-
 
 OWN = "as reported"
 
