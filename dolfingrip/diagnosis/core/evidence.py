@@ -224,7 +224,7 @@ class InferenceProblem:
         return found
 
     def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
-        """What numbers leave of the readings beside the errors of rig and specimens, (n,)."""
+        """Return the residual at some numbers beside the errors of rig and specimens, (n,)."""
         off = self.value - self.predicted(subset, zeta)
         return self.noise**2 * self.levels[0.0].weighed(off)
 
