@@ -44,14 +44,11 @@ def in_closed_form(measurement: Measurement, config: Config) -> bool:
     applied = measurement.applied(config)
     known = {FORCE.name, TRANSVERSE_STRAIN.name}
     return set(measurement.listed["column"]) <= known and all(
-        test.experiment == "coupon" and own.coupon.grip != "clamped" and not _sheared(own)
+        test.experiment == "coupon"
+        and own.coupon.grip != "clamped"
+        and not any(effect.shears_bars for effect in own.extensions.active())
         for test, own in zip(measurement.tests, applied, strict=True)
     )
-
-
-def _sheared(config: Config) -> bool:
-    raster = getattr(config.extensions, "print_anisotropy")  # noqa: B009
-    return raster is not None and bool(raster.raster_deg)
 
 
 Solved = Sequence[tuple[SimulationGroup, Mapping[str, np.ndarray]]]

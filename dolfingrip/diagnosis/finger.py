@@ -35,7 +35,7 @@ from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Displaying
-from dolfingrip.extensions.index import effect
+from dolfingrip.extensions.index import effect, fitted_effects
 from dolfingrip.parameter.nuisances import changes, modulus_keys, neutral_stages
 
 STEP: Final = 1e-3
@@ -144,7 +144,8 @@ class FingerSimulation:
     def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
         """Return what the rig's numbers change about another measurement; the plate is set anew."""
         other = self.of(measurement, known_mesh=known_mesh)
-        return [each for each in other.rig if not each.name.startswith("plate_gap")]
+        anew = {effect.told.key for effect in fitted_effects() if effect.told.each_time}
+        return [each for each in other.rig if each.name.partition(" at ")[0] not in anew]
 
     def free(self, point: Point) -> Point | None:
         """Return the start with errors of instruments, which follow from its simulation."""

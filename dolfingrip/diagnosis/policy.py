@@ -236,13 +236,9 @@ class InferencePolicy:
             catalogue lacks is often followed by one of its causes: of 98 outsiders in coupons nine
             were claimed with the square, three with this power, one with the sixth, with which
             fewer pairs would be named.
-        implausible_width: prior standard deviation of a number of rig or finger that is
-            implausible, by that of its ordinary prior.
-        rare: probability that the strength of a cause is of the wide part of its prior, which is
-            ``implausible_width`` times as wide as the ordinary one.
+        rare: probability that a number is of the wide part of its prior.
         mesh_decides: part of what the model is off by from which on the mesh's own error leaves
             nothing to decide.
-        implausible_odds: odds that such a number is implausible.
         implausible_sigma: standard deviations from which on such a number is among the first
             lines.
         reach: largest |ζ| of an emulator.
@@ -324,10 +320,8 @@ class InferencePolicy:
     both: float = 0.9
     likelier: float = 0.5
     doubt: float = 4.0
-    implausible_width: float = 4.0
     rare: float = 0.1
     mesh_decides: float = 0.5
-    implausible_odds: float = 0.1
     implausible_sigma: float = 3.0
     reach: float = 3.3
     training: tuple[int, ...] = (16, 40, 40, 50, 60, 80)

@@ -26,7 +26,7 @@ from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 from dolfingrip.diagnosis.simulation.simulator import Point
-from dolfingrip.diagnosis.simulation.unknowns import rig_numbers, told_as
+from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.extensions.index import effect
 from dolfingrip.jobs.run import Say, silent
 from dolfingrip.parameter import moduli
@@ -208,9 +208,9 @@ def _problem(
     """
     off = errors_of(simulation)
     changes = {each.name: each.change for each in off.shared}
-    seen = [each for each in linear if told_as(each) in changes]
-    columns = [changes[told_as(each)] for each in seen]
-    rest = off.without([told_as(each) for each in (*solid, *seen)])
+    seen = [each for each in linear if each.told_as in changes]
+    columns = [changes[each.told_as] for each in seen]
+    rest = off.without([each.told_as for each in (*solid, *seen)])
     value = simulation.measurement.listed["value"].to_numpy()
     problem = InferenceProblem(
         value, np.nan_to_num(simulation.configured), off.noise, (*solid, *seen),

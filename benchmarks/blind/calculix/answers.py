@@ -19,7 +19,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis_words import number_words
-from dolfingrip.parameter.nuisances import USUAL, WALL
+from dolfingrip.parameter.nuisances import WALL, usual
 
 SEED: Final = 20261128
 ANSWERS: Final = Path(__file__).with_name("answers.csv")
@@ -182,13 +182,14 @@ def strengths() -> dict[str, float]:
         for name, own in stored().items()
     }
     changes = {name: each - read["nothing"] for name, each in read.items()}
-    usual = {"modulus": USUAL["modulus"] / (CASES["modulus"].modulus - 1),
-             "walls": USUAL[WALL] / (CASES["walls"].walls - 1)}  # fmt: skip
-    columns = np.column_stack([usual[name] * changes[name] for name in usual])
+    told = usual()
+    stds = {"modulus": told["modulus"] / (CASES["modulus"].modulus - 1),
+            "walls": told[WALL] / (CASES["walls"].walls - 1)}  # fmt: skip
+    columns = np.column_stack([stds[name] * changes[name] for name in stds])
     covariance = np.eye(len(columns)) + columns @ columns.T
     return {
         name: float(np.sqrt(each @ np.linalg.solve(covariance, each)))
-        for name, each in changes.items() if name not in {"nothing", *usual}
+        for name, each in changes.items() if name not in {"nothing", *stds}
     }  # fmt: skip
 
 

@@ -37,6 +37,7 @@ from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
+from dolfingrip.extensions.effect import Prior
 
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
     "development": {"one": 4, "with_outsider": 6, "outsider": 6, "nuisance": 6, "two": 4,
@@ -215,9 +216,11 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     rng = np.random.default_rng(seed)
     wide = is_wide(kind, number)
     # by the analyser's priors each number is far from what was told, or is not
-    chance = POLICY.implausible_odds / (1 + POLICY.implausible_odds) if kind == "prior" else 0.0
+    chance = POLICY.rare / (1 + POLICY.rare) if kind == "prior" else 0.0
     far = tuple(name for name in NUISANCES if chance and rng.random() < chance)
-    width = {name: POLICY.implausible_width if name in far else 1.0 for name in NUISANCES}
+    width = {
+        name: Prior(0.0, 1.0, "as reported").wide if name in far else 1.0 for name in NUISANCES
+    }
     modulus = width["modulus"] * float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":

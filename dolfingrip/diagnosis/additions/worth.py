@@ -17,7 +17,8 @@ Which further experiment would tell tied causes apart.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final
@@ -26,7 +27,7 @@ import numpy as np
 import pandas as pd
 from scipy.linalg import cholesky, solve_triangular
 
-from dolfingrip.channels import CHANNELS
+from dolfingrip.channels import CHANNELS, Part
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.decision import Decision
@@ -35,13 +36,12 @@ from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import BASE_LAYER
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
+from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.extensions.kinds import DimensionOffset
 from dolfingrip.files.diagnosis import NextExperiment
-from dolfingrip.parameter import every
-from dolfingrip.parameter.nuisances import GAIN, GAP, OFFSET, wall_key
-
-BASE_OFFSET: Final = "extensions.base_layer_offset.offset_mm"
+from dolfingrip.parameter import find
+from dolfingrip.sections.section import EVERYWHERE
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,61 +67,48 @@ class NumberCheck:
         ])  # fmt: skip
 
 
-def _each(name: str, minutes: float, numbers: Mapping[str, float]) -> NumberCheck:
-    """A check that reads each number by itself, each with its standard deviation."""
-    return NumberCheck(name, minutes, tuple({key: 1.0} for key in numbers), tuple(numbers.values()))
+COUPON: Final = NumberCheck("a coupon in uniaxial tension", 15.0, ({MODULUS: 1.0},), (0.05,))
+"""Of another print, by which a modulus is known to a twentieth."""
 
 
-INSTRUMENTS: Final = (
-    _each("a manometer at the finger's inlet, at rest and at the highest pressure", 10.0,
-          {GAIN: 0.0025, OFFSET: 0.3}),
-    _each("a known weight on the load cell, and none", 5.0,
-          {"extensions.force_gain.gain": 0.002, "extensions.force_offset.offset_N": 0.005}),
-    _each("a gauge block between finger and plate", 5.0, {GAP: 0.05}),
-    _each("a square of known angle in the camera's picture", 5.0,
-          {"extensions.angle_gain.gain": 0.003, "extensions.angle_offset.offset_deg": 0.1}),
-    _each("the tip's face read beside the markers", 10.0,
-          {"extensions.angle_definition.chord_share": 0.02}),
-    _each("a spirit level at the clamp, and how the finger hung told under [gravity]", 2.0,
-          {"extensions.gravity_pitch.pitch_deg": 0.5,
-           "extensions.gravity_pitch.acceleration_m_s2": 0.1}),
-    _each("a square between plate and clamp", 5.0, {"extensions.plate_tilt.offset_deg": 0.3}),
-    _each("a pressure sensor at the finger beside the regulator's, along a fast ramp", 15.0,
-          {"extensions.line_lag.tau_s": 0.02}),
-    _each("a camera's angle beside the sensor's, along a fast ramp", 15.0,
-          {"extensions.angle_lag.tau_s": 0.02}),
-)  # fmt: skip
-"""Those that need nothing of the finger's shape."""
-
-CUT_MM: Final = 0.05
-"""Standard deviation of callipers at a cut finger."""
-MASS_SHARE: Final = 0.01
-"""Relative standard deviation of what a mass tells: the print's density is not better known."""
-COUPON_SHARE: Final = 0.05
-"""Relative standard deviation of a modulus by coupons of another print."""
-
-
-def checks(config: Config) -> Sequence[NumberCheck]:
-    """List what can be measured by itself of a finger and its rig.
+def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberCheck]:
+    """List what can be measured by itself of a body and its rig, as its effects tell.
 
     Args:
-        config: of the finger, as it was drawn.
+        config: of the body, as it was drawn.
+        parts: of the rigs that it is measured on.
     """
-    found = [*INSTRUMENTS, _each("a coupon in uniaxial tension", 15.0, {MODULUS: COUPON_SHARE})]
-    wall = wall_key(config)
-    if wall is None:
-        return found
-    known = {each.key: each for each in every(config)}
-    parameters = [known[key] for key in (wall, BASE_LAYER) if key in known]
-    mass_g, by = shape_number(MASS, config, parameters)
-    walls, base = {wall: 1.0}, {BASE_OFFSET: 1.0}
-    of_mass = {wall: by[wall], BASE_OFFSET: by.get(BASE_LAYER, 0.0)}
-    return [
-        *found,
-        NumberCheck("weigh the finger", 2.0, (of_mass,), (MASS_SHARE * mass_g,)),
-        NumberCheck("cut a finger of this print: callipers at walls and base layer", 15.0,
-              (walls, base), (CUT_MM, CUT_MM)),
-    ]  # fmt: skip
+    read: dict[tuple[str, float], dict[str, float]] = defaultdict(dict)
+    shapes: dict[str, str] = {}
+    for each in (effect for effect in EFFECTS if effect.felt_on(parts)):
+        fitted = each.fitted(config) if each.told.key else None
+        number = fitted.key if fitted else f"extensions.{each.name()}."
+        if issubclass(each, DimensionOffset):
+            dimension = each.dimension_key(config)
+            if dimension is None:
+                continue
+            shapes[dimension] = number if fitted else f"{number}offset_mm"
+        for check in each.checks:
+            own = {number if fitted else number + key: std for key, std in check.std.items()}
+            read[check.name, check.minutes] |= own
+    found = [
+        NumberCheck(name, minutes, tuple({key: 1.0} for key in own), tuple(own.values()))
+        for (name, minutes), own in read.items()
+    ]
+    return [_weighed(config, shapes), *found] if shapes else found
+
+
+def _weighed(config: Config, shapes: Mapping[str, str]) -> NumberCheck:
+    """The mass, which tells the sum of what all dimensions change of it.
+
+    Args:
+        config: of the body.
+        shapes: number of the hypotheses that changes a dimension, by the dimension's key.
+    """
+    check = DimensionOffset.weighed
+    mass_g, by = shape_number(MASS, config, find(config, tuple(shapes)))
+    reading = {shapes[key]: slope for key, slope in by.items()}
+    return NumberCheck(check.name, check.minutes, (reading,), (check.std[MASS] * mass_g,))
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,10 +30,8 @@ from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, shows_memory
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
-from dolfingrip.diagnosis.simulation.unknowns import told_as
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.extensions.index import NAMES, effect
-from dolfingrip.parameter.nuisances import GAP
+from dolfingrip.extensions.index import NAMES, effect, fitted_effects
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,8 +154,10 @@ class Analysis[S: Simulator]:
     def overrides(self, fit: MapFit) -> Change:
         """Return the change of the configuration to the numbers of a fit."""
         problem, found = self.problem, dict(self.point(fit).change(self.applied))
-        if "plate_gap" not in fit.subset:  # each time that the plate is set it is another one
-            found.pop(GAP, None)
+        for each in fitted_effects():
+            if each.told.each_time and each.name() not in fit.subset:
+                anew = each.fitted(self.applied)
+                found.pop(anew.key if anew else "", None)
         linear = enumerate(problem.always[problem.simulated_count :], problem.simulated_count)
         for place, number in linear:  # as told, but where they are far off
             if {*number.names} & {*NAMES} & {*fit.subset}:
@@ -185,7 +185,7 @@ class Analysis[S: Simulator]:
     @property
     def fitted_names(self) -> tuple[str, ...]:
         """The model's own numbers by what a laboratory tells them as."""
-        return tuple(map(told_as, self.problem.always))
+        return tuple(each.told_as for each in self.problem.always)
 
     # -- exact simulations ------------------------------------------------------------------------
 
@@ -252,7 +252,7 @@ class Analysis[S: Simulator]:
             ):
                 slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
             for place in range(count, problem.nuisance_count):
-                slopes[:, place] = changes.get(told_as(problem.always[place]), 0.0)
+                slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
             found.append((told[:, 0], slopes))
         return found
 

@@ -41,7 +41,7 @@ class Artefact:
     @property
     def wide(self) -> Artefact:
         """Artefact whose size has the wide part of its prior."""
-        own, by = self.nuisance, POLICY.implausible_width
+        own, by = self.nuisance, self.nuisance.unknown.prior.wide
         prior = replace(own.unknown.prior, spread=by * own.std)
         return replace(self, nuisance=Nuisance(replace(own.unknown, prior=prior), by * own.change))
 
@@ -65,7 +65,7 @@ def possible_artefacts(
     new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
     usual, rare = (
-        float(np.log(POLICY.implausible_odds * part / max(len(new), 1)))
+        float(np.log(POLICY.rare * part / max(len(new), 1)))
         for part in (1 - POLICY.rare, POLICY.rare)
     )
     return [

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial import chebyshev
 
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulator import Simulator
@@ -110,6 +111,6 @@ def smooth_curves(along: Along) -> np.ndarray:
     columns = []
     for block in np.unique(along.block):
         own = along.block == block
-        shapes = np.polynomial.chebyshev.chebvander(2 * along.load - 1, POLICY.smooth - 1)
+        shapes = chebyshev.chebvander(2 * along.load - 1, POLICY.smooth - 1)
         columns.append((own * along.load * along.size)[:, None] * shapes)
     return np.hstack(columns)

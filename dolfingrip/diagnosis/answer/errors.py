@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial import chebyshev
 
 from dolfingrip.diagnosis.answer.artefacts import Artefact, plays
 from dolfingrip.diagnosis.answer.discrepancy import Along, lying, smooth_curves
@@ -180,11 +181,11 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
     for at in along.ways(listed):
         x = 2 * along.load[at] - 1
         degree = int(np.clip(len(np.unique(np.round(x / 2, 4))) // 4, 0, POLICY.smooth))
-        powers = np.polynomial.chebyshev.chebvander(x, degree)
+        powers = chebyshev.chebvander(x, degree)
         weights, *_ = np.linalg.lstsq(base[at, None] * powers, value[at], rcond=1e-8)
         found[at] = powers @ weights
-        by_x = np.polynomial.chebyshev.chebder(weights)
-        turned[at] = 2 * np.polynomial.chebyshev.chebval(x, by_x)
+        by_x = chebyshev.chebder(weights)
+        turned[at] = 2 * chebyshev.chebval(x, by_x)
     return found, turned
 
 

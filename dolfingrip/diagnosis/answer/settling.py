@@ -9,7 +9,7 @@ import numpy as np
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import (
-    INSTRUMENTS,
+    COUPON,
     Comparison,
     NumberCheck,
     Rival,
@@ -23,6 +23,7 @@ from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import shows_memory
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.files.diagnosis import Advice, NextExperiment, Way
 from dolfingrip.jobs.run import Say
 from dolfingrip.parameter.nuisances import changes
@@ -56,7 +57,10 @@ def settled_by(
             for fit in fits
         ],
     )  # fmt: skip
-    possible = INSTRUMENTS if analysis.closed_form else checks(analysis.applied)
+    possible = (
+        checks(analysis.applied, EXPERIMENTS["coupon"].parts) if analysis.closed_form
+        else [*checks(analysis.applied), COUPON]
+    )  # fmt: skip
     weighed = [_checked(analysis, comparison, each, fits) for each in possible]
     now = chance_alone(comparison.probability, comparison.apart)
     helpful = [each for each in weighed if each is not None and (each.chance > now or each.tells)]

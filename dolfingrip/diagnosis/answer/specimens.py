@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import scipy.linalg
+from numpy.polynomial import chebyshev
 from scipy.special import logsumexp
 
 from dolfingrip.channels import TRANSVERSE_STRAIN
@@ -135,7 +136,7 @@ def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
         degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
         own = np.zeros((len(along.load), degree + 1))
         span = max(float(np.ptp(x)), 1e-9)
-        own[at] = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
+        own[at] = chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
         columns.append(own)
     return np.hstack(columns)
 
@@ -178,7 +179,7 @@ def apart(own: Individual) -> Apart | None:
     names = sorted(set(own.specimen))
     # two at least share a curve; which two, four specimens tell where the others differ
     log = {
-        each: own.evidence(each) + len(each) * float(np.log(POLICY.implausible_odds))
+        each: own.evidence(each) + len(each) * float(np.log(POLICY.rare))
         for count in range(min(POLICY.apart, len(names) - 2) + 1)
         for each in combinations(names, count)
     }

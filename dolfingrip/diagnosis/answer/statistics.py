@@ -15,8 +15,6 @@ from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.data.motion import smallest_change
 from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import UNITS
-from dolfingrip.diagnosis.simulation.unknowns import told_as
 from dolfingrip.files.diagnosis import (
     BandMisfit,
     ChannelMisfit,
@@ -48,7 +46,7 @@ def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
         for modulus in find(model, modulus_keys(model))
     ]
     always = [
-        (_part(told_as(number)), number, place)
+        (_part(number.told_as), number, place)
         for place, number in enumerate(problem.always[1:], 1)
     ]
     of_causes = [(cause.name, number, place) for cause, number, place in analysis.numbers(fit)]
@@ -114,13 +112,13 @@ def rig_numbers(
     ]
     here = problem.predicted(fit.subset, fit.zeta)
     for place, number in enumerate(problem.always):
-        if place and told_as(number) != WALL:
+        if place and number.told_as != WALL:
             as_told = np.where(np.arange(len(fit.zeta)) == place, 0.0, fit.zeta)
             changes.append((number, here - problem.predicted(fit.subset, as_told)))
     listed = []
     for number, change in changes:
-        name = told_as(number)
-        text = number.unit or UNITS.get(name) or (named(name).unit if "." in name else "")
+        name = number.told_as
+        text = number.unit or (named(name).unit if "." in name else unit(name))
         # a number of the configuration is absolute, all others without a unit are relative
         size, text = (1.0, text) if text or "." in name else (100.0, "%")
         std = size * number.prior.spread

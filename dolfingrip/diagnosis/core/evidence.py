@@ -181,7 +181,7 @@ class InferenceProblem:
         found = np.ones(self.nuisance_count)
         for name, place in self.implausible.items():
             if name in subset:
-                found[place] = POLICY.implausible_width
+                found[place] = self.always[place].prior.wide
         return found
 
     def tail(self, subset: Subset) -> np.ndarray:

@@ -177,17 +177,18 @@ def _fits(
                 far = [each for each in problem.implausible if each in {name, *fit.subset}]
                 key = (*subset, *far), fit.level
                 known = name in fit.subset or key in fresh
-                if not known and _log_odds_of_implausible(fit, place) >= np.log(POLICY.rival):
+                wide = problem.always[place].prior.wide
+                if not known and _log_odds_of_implausible(fit, place, wide) >= np.log(POLICY.rival):
                     fresh[key] = [fit.zeta, *starts[fit.level]]
     return found
 
 
-def _log_odds_of_implausible(fit: MapFit, place: int) -> float:
+def _log_odds_of_implausible(fit: MapFit, place: int, wide: float) -> float:
     """ln of the odds that one of the model's own numbers is far rather than as told (Laplace)."""
-    relaxed = 1 - POLICY.implausible_width**-2
+    relaxed = 1 - wide**-2
     left = 1 - relaxed * float(np.linalg.inv(fit.hessian)[place, place])
     gain = 0.5 * relaxed * float(fit.zeta[place]) ** 2 / left - 0.5 * np.log(left)
-    return gain - float(np.log(POLICY.implausible_width)) + float(np.log(POLICY.implausible_odds))
+    return gain - float(np.log(wide)) + float(np.log(POLICY.rare))
 
 
 def one_at_a_time(
@@ -318,7 +319,7 @@ def _weighed(
         logs = np.array([
             -np.inf if problem.causes(fit.subset) in problem.impossible
             else fit.log_evidence + np.log(LEVELS[fit.level] * by_size[size])
-            + np.log(POLICY.implausible_odds) * (len(fit.subset) - size)
+            + np.log(POLICY.rare) * (len(fit.subset) - size)
             for size, fit in zip(sizes, all_fits, strict=True)
         ])  # fmt: skip
         total = float(np.logaddexp.reduce(logs))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import comb, sqrt
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.ndimage import label
 
 from dolfingrip.diagnosis.policy import DATA, ROUTES
@@ -178,7 +179,7 @@ def _resting(value: np.ndarray, time_s: np.ndarray, change: float, within: float
         if not lasts_s > 0:  # or where nobody told times
             waits.append(False)
             continue
-        slope = np.polynomial.Polynomial.fit(time_s[group], value[group], 1).deriv()(0.0)
+        slope = Polynomial.fit(time_s[group], value[group], 1).deriv()(0.0)
         waits.append(
             bool(abs(slope) * lasts_s <= change / 2 and lasts_s * rate >= ROUTES.waits * change)
         )

@@ -16,6 +16,7 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial import Polynomial
 
 from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
 from dolfingrip.config import Config
@@ -165,7 +166,7 @@ def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspici
 def _unevenness(rows: pd.DataFrame, column: str) -> float:
     """Largest distance of a column from a line in time, by its range."""
     value, time_s = rows[column].to_numpy(), rows["time_s"].to_numpy()
-    line = np.polynomial.Polynomial.fit(time_s, value, 1)(time_s)
+    line = Polynomial.fit(time_s, value, 1)(time_s)
     return float(np.abs(value - line).max() / max(np.ptp(value), 1e-12))
 
 

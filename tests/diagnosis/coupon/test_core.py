@@ -37,7 +37,7 @@ def case(
 ) -> InferenceProblem:
     """Readings that are BASE at any modulus, with causes and numbers of a rig that are linear."""
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    factor, wide = factor_of_moduli(0.1, -8.0, 8.0), POLICY.implausible_width * 3.3
+    factor, wide = factor_of_moduli(0.1, -8.0, 8.0), 4.0 * 3.3
     far = [
         Unknown(name, Prior(0.0, 1.0, "invented"), -wide, wide, role="always", names=(name,))
         for name in rig

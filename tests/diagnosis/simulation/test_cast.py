@@ -195,7 +195,7 @@ def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"^\[nuisance\] plate_gap_mm = 0.5: nothing in these"):
         keys(plate, block())
     twice = read([written(tmp_path, lines, told + "cast.wall_mm = 0.5\n")], block())
-    with pytest.raises(ConfigError, match=r"^\[nuisance\] cast.wall_mm = 0.5: walls are fitted"):
+    with pytest.raises(ConfigError, match=r"^\[nuisance\] cast.wall_mm = 0.5: every hypothesis"):
         keys(twice, block())
     lone = Config().changed(mesh={"file": "finger.msh"})
     with pytest.raises(ConfigError, match=r"^\[nuisance\] wall = 0.1: nothing .*; allowed: modu"):
