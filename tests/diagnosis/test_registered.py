@@ -62,11 +62,11 @@ import numpy as np
 from dolfingrip.config import Config, from_dict
 from dolfingrip.diagnosis.answer.diagnosis import diagnosed
 from dolfingrip.diagnosis.answer.settling import settled_by
-from dolfingrip.diagnosis.answer.ten_lines import ten_lines
-from dolfingrip.diagnosis.core.evidence import Visibility
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
+from dolfingrip.files.diagnosis_words import page
 from dataclasses import replace
 
 folder = Path(sys.argv[2])
@@ -79,12 +79,11 @@ noise = pulled.errors.noise * np.random.default_rng(3).standard_normal(len(hidde
 own = replace(pulled, problem=replace(pulled.problem, value=hidden + noise))
 found = diagnosed(own, Config(), quick=True)
 found.next, _ = settled_by(found, print, simulating=False)
-page = ten_lines(found, folder)
 print(json.dumps({
     "answer": found.decision.answer, "first": found.decision.first,
     "numbers": {each.key: each.value for each in found.numbers(found.decision.best)},
-    "result": page.result, "next": [each.name for each in found.next], "do_next": page.do_next,
-    "tells": [list(each.tells) for each in found.next],
+    "next": [each.name for each in found.next],
+    "page": page(write(found, [folder / "coupon.csv"], folder).result),
 }))
 """
 TOLD = """experiment = "coupon"
@@ -121,12 +120,14 @@ def test_an_effect_from_outside_is_named(tmp_path: Path) -> None:
     numbers = found["numbers"]
     assert isinstance(numbers, dict)
     assert numbers["extensions.load_curve.bend_per_N"] == pytest.approx(0.02, rel=0.1)
-    assert "a load cell that reads ever more as the load grows" in str(found["result"])
+    assert "a load cell that reads ever more as the load grows" in str(found["page"])
 
 
 @needs_checkout
 def test_it_is_checked_and_advised_where_laws_do_the_same(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, 0.002, "load_curve", "ogden_terms", "yeoh")
-    assert "load_curve" in str(found["result"])
+    assert "load_curve" in str(found["page"])
     assert "several weights on the load cell" in str(found["next"])
-    assert "several weights on the load cell" in str(found["do_next"])
+    third = str(found["page"]).splitlines()[2]
+    assert "several weights on the load cell" in third
+    assert "10 minutes" in third

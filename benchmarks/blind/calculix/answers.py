@@ -17,7 +17,7 @@ from dolfingrip.channels import ANGLE, FORCE, PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis_words import number_words
 from dolfingrip.parameter.nuisances import WALL, usual
 
@@ -102,7 +102,7 @@ class Answered:
     def false_and_sure(self) -> bool:
         """Tell if a claim has a set without what is hidden, or is of nothing where something is."""
         hidden = set().union(*self.truths)
-        if float(self.probability) < POLICY.claimed or self.answer == "unknown":
+        if float(self.probability) < Policy().claimed or self.answer == "unknown":
             return False
         return any(not each & hidden for each in self.sets) if self.sets else bool(hidden)
 

@@ -21,7 +21,6 @@ from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -35,7 +34,7 @@ from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.extensions.kinds import DimensionOffset
@@ -67,8 +66,15 @@ class NumberCheck:
         ])  # fmt: skip
 
 
-COUPON: Final = NumberCheck("a coupon in uniaxial tension", 15.0, ({MODULUS: 1.0},), (0.05,))
-"""Of another print, by which a modulus is known to a twentieth."""
+def coupon_check(policy: Policy) -> NumberCheck:
+    """The modulus by a coupon of another print, to a twentieth.
+
+    Args:
+        policy: how long it takes.
+    """
+    minutes = policy.set_up_min["coupon"]
+    std = (0.5 * 0.1,)
+    return NumberCheck("a coupon in uniaxial tension", minutes, ({MODULUS: 1.0},), std)
 
 
 def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberCheck]:
@@ -148,7 +154,11 @@ class Expected:
 
     @classmethod
     def of(
-        cls, fits: Sequence[Rival], covariance: np.ndarray, noise: np.ndarray | None = None
+        cls,
+        fits: Sequence[Rival],
+        covariance: np.ndarray,
+        noise: np.ndarray | None = None,
+        least: float = Policy().visible,
     ) -> Expected:
         """From the readings of each fit.
 
@@ -156,6 +166,7 @@ class Expected:
             fits: the hypotheses.
             covariance: of the readings, shape (n, n).
             noise: of the readings so far, which come first; by the covariance where None.
+            least: length of a change below which nothing can be seen.
         """
         size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
@@ -171,7 +182,7 @@ class Expected:
             misfit[:, j] = 0.5 * off
             evidence[:, j] = -0.5 * (2 * np.log(np.diag(own)).sum() + scatter.sum() + left)
             more = np.array([true.acting < other.acting for true in fits])
-            nothing[:, j] = more & (_room(other, factor, size) < POLICY.visible_sigma)
+            nothing[:, j] = more & (_room(other, factor, size) < least)
         return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing)
 
 
@@ -197,7 +208,11 @@ def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
 
 
 def told_apart(
-    probability: np.ndarray, now: Expected, then: Expected, unseen: bool | np.ndarray = False
+    probability: np.ndarray,
+    now: Expected,
+    then: Expected,
+    unseen: bool | np.ndarray = False,
+    policy: Policy = Policy(),
 ) -> np.ndarray:
     """Tell if each column's effect is refuted where the row's acts, (effects, effects) of bool.
 
@@ -206,10 +221,11 @@ def told_apart(
         now, then: without and with an addition.
         unseen: pairs that differ in what the readings do not show, shape (effects, effects) of
             bool; one value for all will do.
+        policy: what tells two of them apart.
     """
     log = np.log(probability)
     odds = log[:, None] - log[None, :] + then.log_odds - now.log_odds
-    apart = (then.misfit > ADDITIONS.tied) | (odds > ADDITIONS.refutes) | then.nothing
+    apart = (then.misfit > policy.log_odds) | (odds > np.log(1000)) | then.nothing
     return np.asarray((apart & ~np.asarray(unseen)) | np.eye(len(log), dtype=bool))
 
 
@@ -233,6 +249,7 @@ class Comparison:
         covariance: of its readings, shape (n, n).
         probability: of each hypothesis.
         here: each at the readings so far.
+        policy: what tells two of them apart.
     """
 
     measurement: Measurement
@@ -240,28 +257,28 @@ class Comparison:
     covariance: np.ndarray
     probability: np.ndarray
     here: Sequence[Rival]
+    policy: Policy = Policy()
 
     @cached_property
     def now(self) -> Expected:
         """Expected evidence of the readings so far."""
-        return Expected.of(self.here, self.covariance, self.noise)
+        return Expected.of(self.here, self.covariance, self.noise, self.policy.visible)
 
     @cached_property
     def apart(self) -> np.ndarray:
         """Which are told apart already, (effects, effects) of bool."""
-        return told_apart(self.probability, self.now, self.now)
+        return told_apart(self.probability, self.now, self.now, policy=self.policy)
 
     def errors(self, proposal: Proposal, readings: np.ndarray) -> np.ndarray:
         """(m, m) covariance of an addition's readings by noise and by what a model may be off.
 
-        The noise is the median of a channel's so far.
+        The noise is the median of a channel's so far. A model may be off by a hundredth where
+        nothing was measured, independent between readings, so that no tie is split by less.
         """
         here, there = self.measurement.listed, proposal.measurement.listed
-        coupon = there["experiment"] == "coupon"
-        error = np.where(coupon, ADDITIONS.law_error, ADDITIONS.model_error)
         known = pd.Series(self.noise).groupby(here["column"].to_numpy()).median()
         noise = np.array([known.get(name, CHANNELS[name].noise) for name in there["column"]])
-        return np.diag(noise**2 + (error * readings) ** 2)
+        return np.diag(noise**2 + (0.01 * readings) ** 2)
 
     def worth(
         self,
@@ -292,14 +309,13 @@ class Comparison:
             )
             for a, b in zip(self.here, after, strict=True)
         ]
-        then = Expected.of(together, joint, self.noise)
-        apart = told_apart(self.probability, self.now, then, unseen)
+        then = Expected.of(together, joint, self.noise, self.policy.visible)
+        apart = told_apart(self.probability, self.now, then, unseen, self.policy)
         weights = np.outer(self.probability, self.probability)
         np.fill_diagonal(weights, 0.0)
         weights /= max(weights.sum(), 1e-300)
-        useful = np.minimum(then.misfit, ADDITIONS.enough) - np.minimum(
-            self.now.misfit, ADDITIONS.enough
-        )
+        enough = self.policy.hopeless
+        useful = np.minimum(then.misfit, enough) - np.minimum(self.now.misfit, enough)
         return NextExperiment(
             name=addition.name, minutes=addition.minutes,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
@@ -307,7 +323,7 @@ class Comparison:
             chance=chance_alone(self.probability, apart),
             excludes=self._names(apart[0] & ~self.apart[0]),
             shows=self._names(
-                (apart & ~self.apart | (then.misfit - self.now.misfit > ADDITIONS.tied))[:, 0]
+                (apart & ~self.apart | (then.misfit - self.now.misfit > self.policy.log_odds))[:, 0]
             ),
         )  # fmt: skip
 
@@ -324,8 +340,9 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     def acting_in(fit: MapFit) -> frozenset[str]:
         return frozenset({*decision.first, *decision.second}.intersection(fit.subset))
 
+    policy = posterior.problem.policy
     total = {acting: p for acting, p in posterior.by(acting_in).items() if acting}
-    least = POLICY.rival * max(total.values(), default=0.0)
+    least = policy.matters * max(total.values(), default=0.0)
     # members of a set are the less probable ones, too
     members = {*decision.first} if len(decision.first) > 1 else set()
     likely = [acting for acting, p in total.items() if p > least or acting & members]
@@ -333,4 +350,4 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     alone = [acting for acting in likely if not any(other < acting for other in likely)]
     alone.sort(key=lambda acting: -total[acting])
     leaders = posterior.leaders(acting_in)
-    return [(total[acting], leaders[acting]) for acting in alone[: POLICY.compared]]
+    return [(total[acting], leaders[acting]) for acting in alone[: policy.leading]]

@@ -17,7 +17,6 @@ from dolfingrip.diagnosis.answer.errors import Errors, without_memory
 from dolfingrip.diagnosis.answer.specimens import Apart, Individual, apart
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import (
-    LEVELS,
     NONE,
     InferenceProblem,
     MapFit,
@@ -28,7 +27,6 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, shows_memory
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect, fitted_effects
@@ -109,7 +107,9 @@ class Analysis[S: Simulator]:
             return None
         every = Individual(self.measurement, errors.covariance, errors.along, errors.signal)
         alike = errors.covariance - every.apart(errors.scatter.scale, errors.scatter.shape)
-        some = np.arange(0, len(errors.signal), -(-len(errors.signal) // POLICY.some))
+        some = np.arange(
+            0, len(errors.signal), -(-len(errors.signal) // self.measurement.policy.some_readings)
+        )
         return apart(Individual(self.measurement, alike, errors.along, errors.signal, some))
 
     # -- artefacts of instruments -----------------------------------------------------------------
@@ -344,7 +344,7 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
     found: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.causes.items():
         zeta = cause.at_strength(cause.box())
-        if seen.strength(name, zeta) < POLICY.visible_sigma:
+        if seen.strength(name, zeta) < problem.policy.visible:
             _, found[name] = _taken(analysis, seen, seen.change(name, zeta))
     return found
 
@@ -355,7 +355,7 @@ def _taken(
     """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
     noise = analysis.errors.noise
     alone = float(np.linalg.norm(change / noise))
-    if alone < POLICY.visible_sigma:
+    if alone < analysis.problem.policy.visible:
         return alone, ()
     always, shared = analysis.problem.always, analysis.errors.shared
     names = [each.names[0] if each.names else each.key for each in always]
@@ -385,7 +385,7 @@ def alternatives(
     found = []
     for subset, log in evidence.items():
         factor = float(np.exp(log - against))
-        if len(subset) != 1 or problem.causes(subset) != subset or factor < np.exp(-ADDITIONS.tied):
+        if len(subset) != 1 or problem.causes(subset) != subset or factor < 1 / problem.policy.odds:
             continue
         fit, own = fits[subset, 0.0], problem.nuisance_count
         seen = Visibility(problem, fit.zeta[:own])
@@ -393,7 +393,7 @@ def alternatives(
         more = _room(analysis, fit, change)
         more_of_readings = problem.slopes(subset, fit.zeta)[:, own:] @ more[own:]
         alone, behind = _taken(analysis, seen, change + more_of_readings)
-        if alone >= POLICY.implausible_sigma:
+        if alone >= problem.policy.unlikely:
             stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
             found.append(Alternative(fit, factor, behind, stronger))
     return sorted(found, key=lambda each: -each.factor)
@@ -417,6 +417,7 @@ def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
 def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:
     """ln p(y) of each set of causes, by all levels of a discrepancy."""
     logs: dict[Subset, list[float]] = defaultdict(list)
+    prior = posterior.problem.policy.levels
     for fit in posterior.fits:
-        logs[fit.subset].append(fit.log_evidence + float(np.log(LEVELS[fit.level])))
+        logs[fit.subset].append(fit.log_evidence + float(np.log(prior[fit.level])))
     return {subset: float(np.logaddexp.reduce(each)) for subset, each in logs.items()}

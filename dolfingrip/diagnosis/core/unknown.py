@@ -14,7 +14,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from dolfingrip.config import Change, Config, ConfigError
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.effect import Displaying, Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
@@ -81,8 +81,8 @@ class Unknown:
     @classmethod
     def marginal(cls, key: str, std: float, unit: str) -> Unknown:
         """Make a number that is integrated out, from its standard deviation in a unit."""
-        prior, reach = Prior(0.0, std, "as reported"), POLICY.reach
-        return cls(key, prior, -reach, reach, role="marginal", unit=unit)
+        prior = Prior(0.0, std, "as reported")
+        return cls(key, prior, -np.inf, np.inf, role="marginal", unit=unit)
 
     def implausible(self, name: str = "") -> Cause:
         """Make a cause of the number where it is implausible by its prior, by its key or a name."""
@@ -295,12 +295,15 @@ class Cause:
         return np.array(found)
 
 
-def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:
+def causes(
+    config: Config, names: Sequence[str] | None = None, policy: Policy = Policy()
+) -> list[Cause]:
     """The effects that are not on in ``config`` and may be named.
 
     Args:
         config: the model that is diagnosed.
         names: of those that are tried; the whole catalogue where None.
+        policy: how far their numbers reach.
     """
     on = {each.name() for each in config.extensions.active()}
     found = []
@@ -308,23 +311,30 @@ def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:
         each = effect(name)
         if name in on or each.told.key or not each.tried or each.kind == "numerical":
             continue
-        found.append(cause(each, config))
+        found.append(cause(each, config, policy.reach))
     return found
 
 
-def cause(each: type[Effect], config: Config) -> Cause:
-    """An effect with its priors at the stiffness of the configuration's material."""
+def cause(each: type[Effect], config: Config, reach: float = Policy().reach) -> Cause:
+    """An effect with its priors at the stiffness of the configuration's material.
+
+    Args:
+        each: the effect.
+        config: the model that is diagnosed.
+        reach: largest |ζ| of its numbers.
+    """
     priors, given = scaled_priors(each, config.material.shear_MPa), each.given(config)
     amplitudes = [key for key in each.neutral if key in priors and key not in given]
     amplitudes = amplitudes or [key for key in priors if key not in given][:1]
     shapes = [key for key in priors if key not in amplitudes]
     free = [key for key in shapes if key not in {*each.shapeless, *each.alike, *given}]
     numbers = tuple(
-        _number(each, key, priors[key], amplitude=key in amplitudes) for key in [*amplitudes, *free]
+        _number(each, key, priors[key], reach, amplitude=key in amplitudes)
+        for key in [*amplitudes, *free]
     )
     held = tuple(
         (
-            _number(each, key, priors[key], amplitude=False),
+            _number(each, key, priors[key], reach, amplitude=False),
             given.get(key, priors[key].at(0.0) if key in each.alike else priors[key].mean),
         )
         for key in shapes
@@ -338,10 +348,12 @@ def _listed(each: type[Effect], key: str) -> bool:
     return isinstance(default, tuple)
 
 
-def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> Unknown:
+def _number(
+    each: type[Effect], key: str, prior: Prior, reach: float, *, amplitude: bool
+) -> Unknown:
     tail = prior.tail if amplitude else 1.0
     # what an instrument shows follows from the readings, however far it is off
-    reach = POLICY.reach * (tail if issubclass(each, Displaying) else 1.0)
+    reach *= tail if issubclass(each, Displaying) else 1.0
     return Unknown(
         f"extensions.{each.name()}.{key}", prior, -reach, reach, bounds_of(each, key), amplitude,
         _listed(each, key), each.is_modulus(key), tail=tail,

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 from dolfingrip.config import Config, ConfigError, changed
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import feels, fitted_in
 from dolfingrip.extensions.effect import Prior, Stage
 from dolfingrip.extensions.index import effect, fitted_effects
 from dolfingrip.parameter import every
 from dolfingrip.parameter.nuisances import modulus_keys
 from dolfingrip.sections.section import Entry, Role
+
+STEP: Final = 0.1
+"""Of ζ, by which the range is searched that a body can be built in."""
 
 
 def unknowns(
@@ -37,7 +40,7 @@ def unknowns(
             which = "a blocked finger" if each.felt_by == ("plate",) else "a finger"
             raise ConfigError(f"--effects {each.name()}: allowed: with readings of {which}")
     applied = measurement.applied(config)
-    every_cause = causes(measurement.lab(config), names)
+    every_cause = causes(measurement.lab(config), names, measurement.policy)
     return [each for each in every_cause if all(map(effect(each.name).possible, applied))]
 
 
@@ -54,7 +57,7 @@ def rig_numbers(
     Returns:
         Those that simulations are made at, and those that readings are linear in.
     """
-    on = measurement.lab(config).extensions.inner
+    on, policy = measurement.lab(config).extensions.inner, measurement.policy
     solid: list[Unknown] = []
     linear: list[Unknown] = []
     for each in fitted_effects():
@@ -68,7 +71,7 @@ def rig_numbers(
         # a shape is fitted, whichever causes are tried
         shape = each.entry_of(number.key) is Entry.SHAPE
         tried = names is None or name in names or shape
-        reach = POLICY.walls_reach if shape else POLICY.reach * prior.tail
+        reach = policy.shape_reach if shape else policy.reach * prior.tail
         made = Unknown(
             number.key, prior, -reach, reach, (number.low, number.high), role="always",
             names=(name,) if tried and name not in on else (), told=told.key,
@@ -94,7 +97,7 @@ def _own(measurement: Measurement, config: Config) -> list[Unknown]:
             continue
         assert values[0] is not None
         value, parameter = values[0]
-        reach = POLICY.walls_reach
+        reach = measurement.policy.shape_reach
         number = Unknown(
             key, Prior(value, std, "as reported"), -reach, reach, (parameter.low, parameter.high),
             role="always", modulus=key in modulus_keys(bodies[0]),
@@ -110,10 +113,10 @@ def _feasible(config: Config, number: Unknown) -> Unknown:
         end = 0.0
         while end < most:
             try:
-                changed(config, number.change(float(number.at(sign * (end + POLICY.read_beyond)))))
+                changed(config, number.change(float(number.at(sign * (end + STEP)))))
             except ConfigError:
                 break
-            end += POLICY.read_beyond
+            end = min(end + STEP, most)
         ends.append(sign * end)
     low, high = ends
     return replace(number, low=low, high=high)

@@ -19,7 +19,7 @@ from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
 from dolfingrip.diagnosis.core.sampling import drawn as sampled_draws
 from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.unknown import Unknown, factor_of_moduli
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.effect import Prior
 
 SEED = 5
@@ -393,9 +393,9 @@ def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
     found = [0.0, 0.0, 0.0]
     for subset, probability in posterior.subsets.items():
         found[len(own.causes(subset))] += probability
-    assert found == pytest.approx(POLICY.prior_by_size, rel=0.01)
+    assert found == pytest.approx(Policy().prior_by_size, rel=0.01)
     twos = [p for subset, p in posterior.subsets.items() if subset == ("bent", "wave")]
-    assert twos == pytest.approx([POLICY.prior_by_size[2] / 3], rel=0.1)
+    assert twos == pytest.approx([Policy().prior_by_size[2] / 3], rel=0.1)
 
 
 @pytest.mark.parametrize(("change", "by_shape"), [(0.8 * X**3, True), (0.8 * (X > 0.5), False)])
