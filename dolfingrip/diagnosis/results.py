@@ -263,8 +263,7 @@ def _headline(
     if decision.answer == "cause":
         kinds = {effect(name).kind if name in NAMES else "" for name in decision.first}
         fits = [analysis.fitted(fit) for fit in (best, *found.members.values())]
-        changes = np.array(fits) - found.with_best_modulus()
-        common = common_change(analysis, changes, of_body=kinds <= {*BODY})
+        common = common_change(analysis, np.array(fits), of_body=kinds <= {*BODY})
     return outcome.Headline(number=number, common=common, option=option)
 
 
