@@ -138,13 +138,11 @@ def test_diagnose_coupons(tmp_path: Path) -> None:
     found = load("diagnose_coupons").main(tmp_path)
     assert found.verdict.answer == "cause"
     assert found.verdict.effects == ("mooney_rivlin",)
-    text = (tmp_path / "extended.toml").read_text(encoding="utf-8")
-    values = dict(
-        line.removeprefix("# ").split(" (")[0].split(" = ")
-        for line in text.splitlines()
-        if line.startswith("# ") and " = " in line and " to " in line
-    )
-    ratio = 2 * float(values["extensions.mooney_rivlin.C01_MPa"]) / float(values["material.mu_MPa"])
+    values = {each.key: each.value for each in found.fits[0].parameters}
+    assert found.headline.number.key == "extensions.mooney_rivlin.C01_MPa"
+    extended = config.load(tmp_path / "extended.toml")
+    assert extended.material.mu_MPa == pytest.approx(values["material.mu_MPa"])
+    ratio = 2 * values["extensions.mooney_rivlin.C01_MPa"] / values["material.mu_MPa"]
     assert ratio == pytest.approx(0.9, abs=0.05)
 
 

@@ -231,7 +231,8 @@ def _headline(
 ) -> outcome.Headline:
     """The number that the answer is about, and the option of other commands that uses it.
 
-    It is that of the first cause that is named, else the first that is not as configured.
+    It is that of the first cause that is named, else the model's own number that changes the
+    readings most. The option sets it alone where nothing else that was fitted is seen.
 
     Args:
         found: the diagnosis.
@@ -239,26 +240,45 @@ def _headline(
         file: extended configuration; None where it is refused.
     """
     decision, analysis, problem = found.decision, found.analysis, found.analysis.problem
-    names = (*decision.first, *decision.second)
-    far = {problem.always[at].key for name, at in problem.implausible.items() if name in names}
-    first = [number for number in numbers if number.part in names or number.key in far]
-    number = next(iter([*first, *(number for number in numbers if number.off), *numbers]))
+    best, values = decision.best, found.overrides(decision.best)
+    names, causes = (*decision.first, *decision.second), problem.causes(decision.best.subset)
+    by_key = {number.key: number for number in reversed(numbers)}
+    # which of ζ each of the model's own numbers is; all moduli are one
+    places = {place: by_key[number.key] for place, number in enumerate(problem.always) if place}
+    places[0] = numbers[0]
+    used = [place for place in places if place == 0 or places[place].key in values]
+    far = [places[at] for name, at in problem.implausible.items() if name in names]
+    of_causes = [number for number in numbers if number.part in names]
+    most = max(used, key=lambda place: _change(found, [place]))
+    number = [*of_causes, *far, places[most]][0]
+    others = [place for place in used if places[place] is not number]
+    alike = [other for other in numbers if other.part in (causes or ["material"])]
+    held = any(analysis.causes[name].held for name in causes)
+    alone = not held and (alike == [number] or (not causes and number.part != "material"))
+    option = f"--config {file}" if file else ""
+    if file and alone and number.key in values and _change(found, others) < POLICY.visible_sigma:
+        value = f"{number.value:.3g}"
+        listed = isinstance(values[number.key], list)
+        option = f"--set {number.key}={f'[{value}]' if listed else value}"
     common = None
     if decision.answer == "cause":
         kinds = {effect(name).kind if name in NAMES else "" for name in decision.first}
-        fits = [analysis.fitted(fit) for fit in (decision.best, *found.members.values())]
-        changes = np.array(fits) - found.with_best_modulus()
-        common = common_change(analysis, changes, of_body=kinds <= {*BODY})
-    values, causes = found.overrides(decision.best), problem.causes(decision.best.subset)
-    others = [other for other in numbers if other.off and other.key in {*values} - {number.key}]
-    alone = not others and not any(analysis.causes[name].held for name in causes)
-    option = f"--config {file}" if file else ""
-    if file and alone and number.key in values:
-        value = f"{number.value:.3g}"
-        option = f"--set {number.key}=" + (
-            f"[{value}]" if isinstance(values[number.key], list) else value
-        )
+        fits = [analysis.fitted(fit) for fit in (best, *found.members.values())]
+        common = common_change(analysis, np.array(fits), of_body=kinds <= {*BODY})
     return outcome.Headline(number=number, common=common, option=option)
+
+
+def _change(found: Diagnosis, places: Sequence[int]) -> float:
+    """Length of the readings' change by some of the model's own numbers, standard deviations.
+
+    Args:
+        found: the diagnosis.
+        places: which of ζ these are.
+    """
+    problem, fit = found.analysis.problem, found.decision.best
+    as_told = np.where(np.isin(np.arange(len(fit.zeta)), places), 0.0, fit.zeta)
+    change = problem.predicted(fit.subset, as_told) - problem.predicted(fit.subset, fit.zeta)
+    return float(np.linalg.norm(change / found.analysis.errors.noise))
 
 
 def _readings(found: Diagnosis) -> pd.DataFrame:

@@ -38,10 +38,10 @@ BODY: Final = ("elastic", "dissipative", "geometry")
 """Kinds of effects of instruments, and of the body."""
 
 COMPARED: Final = {
-    "material": ("The material is", "stiffer", "softer"),
-    "walls": ("The walls are", "thicker", "thinner"),
+    "material": ("The material", "is", "stiffer", "softer"),
+    "walls": ("The walls", "are", "thicker", "thinner"),
 }
-"""Numbers in words, by their part: what they are, above and below what is configured."""
+"""Numbers in words, by their part: subject, verb, above and below what is configured."""
 
 NUMBERS: Final = {
     "modulus": "the material is stiffer or softer",
@@ -270,23 +270,26 @@ def common_words(change: CommonChange) -> str:
     Args:
         change: that all of them make.
     """
-    value, low, high = (f"{share:.3g}" for share in (change.percent, change.low, change.high))
+    value, low, high = (
+        f"{share:.3g}" if share < 999.5 else f"{share:.0f}"
+        for share in (change.percent, change.low, change.high)
+    )
     where = _load(change.above, change.below, change.control_unit)
-    return f"{value} % ({low} to {high} %) {change.way} {where}"
+    return f"{value} % ({low} to {high} %) {change.way} than configured {where}"
 
 
 def _compared(number: FittedNumber) -> str:
     """A number by what is configured."""
-    subject, above, below = COMPARED.get(number.part, (f"{number.key} is", "larger", "smaller"))
+    subject, verb, above, below = COMPARED.get(number.part, (number.key, "is", "larger", "smaller"))
     if not number.off:
-        return f"{subject} as configured"
+        return f"{subject} may be as configured"
     ratio = number.value / number.configured if number.configured else 0.0
     if ratio <= 0:
-        return f"{subject} not as configured"
+        return f"{subject} {verb} not as configured"
     way, factor = (above, ratio) if ratio > 1 else (below, 1 / ratio)
-    if factor < 2:
-        return f"{subject} {_percent(abs(ratio - 1))} {way} than configured"
-    return f"{subject} {factor:.{1 if factor < 10 else 0}f} times {way} than configured"
+    times = f"{factor:.{1 if factor < 10 else 0}f} times"
+    much = _percent(abs(ratio - 1)) if factor < 2 else times
+    return f"{subject} {verb} {much} {way} than configured"
 
 
 def _sure(result: DiagnosisFile) -> str:
@@ -387,7 +390,7 @@ def _tables(result: DiagnosisFile) -> Iterator[TextTable]:
         result.misfit, "channel unit configured fitted extended noise mesh",
     )  # fmt: skip
     yield _listing(
-        "Change of the readings by what is named, against the model with its numbers fitted",
+        "Change of the readings by what is named, against the model as configured",
         [result.headline.common] if result.headline.common else [],
         "experiment channel percent low high way above below control_unit",
     )

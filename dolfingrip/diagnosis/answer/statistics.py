@@ -250,41 +250,43 @@ def bands(analysis: Analysis[Any], plain: np.ndarray) -> tuple[BandMisfit, ...]:
 
 
 def common_change(
-    analysis: Analysis[Any], changes: np.ndarray, *, of_body: bool
+    analysis: Analysis[Any], readings: np.ndarray, *, of_body: bool
 ) -> CommonChange | None:
     """Find what several hypotheses change alike: where they change most, by the noise.
 
     Args:
         analysis: readings with all that could explain them.
-        changes: by each hypothesis, (hypotheses, n), of the readings of the model without causes;
-            the leading one first.
+        readings: of each hypothesis, (hypotheses, n), the leading one first.
         of_body: whether all of them change the body, no instrument.
 
     Returns:
-        None where they change the readings of no band of load to the same side.
+        The change of the model as configured; None where no band of load has one to the same side.
     """
-    best, most = None, 0.0
+    reference, noise = analysis.configured, analysis.errors.noise
+    changes, best, most = readings - reference, None, 0.0
     for band in _bands(analysis):
-        mean = changes[:, band.at].mean(axis=1)
-        by_noise = np.abs(changes[:, band.at] / analysis.errors.noise[band.at]).mean(axis=1).min()
+        at = band.at & np.isfinite(reference)
+        mean = changes[:, at].mean(axis=1) if at.any() else np.zeros(len(changes))
+        by_noise = float(np.abs(mean / np.median(noise[at] if at.any() else noise)).min())
         if (np.sign(mean) == np.sign(mean[0])).all() and by_noise > most:
-            best, most = band, float(by_noise)
+            share = mean / reference[at].mean()
+            best, most = (band, share), by_noise
     if best is None:
         return None
-    mean = changes[:, best.at].mean(axis=1)
-    percent = 100 * np.abs(mean) / max(abs(analysis.problem.value[best.at].mean()), 1e-300)
-    up = bool(mean[0] * analysis.problem.value[best.at].mean() > 0)
+    band, share = best
+    up = bool(share[0] > 0)
     stiffer = {("coupon", FORCE): up, ("bending", ANGLE): not up}.get(
-        (best.experiment, best.channel)
+        (band.experiment, band.channel)
     )
     way = ("higher" if up else "lower") if stiffer is None or not of_body else (
         "stiffer" if stiffer else "softer"
     )  # fmt: skip
+    percent = 100 * np.abs(share)
     return CommonChange.model_validate(
         {
-            "experiment": best.experiment, "channel": best.channel.name, "way": way,
+            "experiment": band.experiment, "channel": band.channel.name, "way": way,
             "percent": percent[0], "low": percent.min(), "high": percent.max(),
-            "above": best.start, "below": None if best.last else best.end,
-            "control_unit": best.control.unit,
+            "above": band.start, "below": None if band.last else band.end,
+            "control_unit": band.control.unit,
         }
     )  # fmt: skip
