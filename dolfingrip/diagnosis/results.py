@@ -256,7 +256,7 @@ def _headline(
     held = any(analysis.causes[name].held for name in causes)
     alone = not held and (alike == [number] or (not causes and number.part != "material"))
     option = f"--config {file}" if file else ""
-    if file and alone and number.key in values and _change(found, others) < POLICY.visible_sigma:
+    if file and alone and number.key in values and _change(found, others) < found.policy.visible:
         value = f"{number.value:.3g}"
         listed = isinstance(values[number.key], list)
         option = f"--set {number.key}={f'[{value}]' if listed else value}"
