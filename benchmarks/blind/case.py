@@ -11,7 +11,7 @@ import scipy.linalg
 
 from dolfingrip.config import Change
 from dolfingrip.diagnosis.core.unknown import Cause
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.index import effect
 
 SEEN: Final = 6.0
@@ -79,7 +79,7 @@ def truncated(rng: np.random.Generator, box: np.ndarray, width: float | np.ndarr
 
 
 def ordinary(
-    rng: np.random.Generator, cause: Cause, width: float, reach: float = POLICY.reach
+    rng: np.random.Generator, cause: Cause, width: float, reach: float = Policy().reach
 ) -> np.ndarray:
     """ζ of a cause's numbers, drawn from the ordinary part of their priors alone."""
     return truncated(rng, np.clip(cause.box(), -reach, reach), width)

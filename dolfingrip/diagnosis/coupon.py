@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from dolfingrip.diagnosis.core.blend import Tangents, places
 from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, Subset
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulated import ModelReadings, SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.index import EXPERIMENTS
@@ -32,6 +31,9 @@ from dolfingrip.extensions.effect import Energetic
 from dolfingrip.extensions.index import effect
 from dolfingrip.jobs.run import Say, silent
 from dolfingrip.parameter import named
+
+STEP: Final = 0.01
+"""Of ζ, by which simulations of coupons are differentiated."""
 
 
 def in_closed_form(measurement: Measurement, config: Config) -> bool:
@@ -44,14 +46,11 @@ def in_closed_form(measurement: Measurement, config: Config) -> bool:
     applied = measurement.applied(config)
     known = {FORCE.name, TRANSVERSE_STRAIN.name}
     return set(measurement.listed["column"]) <= known and all(
-        test.experiment == "coupon" and own.coupon.grip != "clamped" and not _sheared(own)
+        test.experiment == "coupon"
+        and own.coupon.grip != "clamped"
+        and not any(effect.shears_bars for effect in own.extensions.active())
         for test, own in zip(measurement.tests, applied, strict=True)
     )
-
-
-def _sheared(config: Config) -> bool:
-    raster = getattr(config.extensions, "print_anisotropy")  # noqa: B009
-    return raster is not None and bool(raster.raster_deg)
 
 
 Solved = Sequence[tuple[SimulationGroup, Mapping[str, np.ndarray]]]
@@ -140,7 +139,7 @@ class CouponSimulation:
         """
         count, d = zeta.shape
         box = np.vstack([np.zeros((0, 2)), *(cause.box() for cause in causes)])
-        step = np.where(zeta + POLICY.step > box[:, 1], -POLICY.step, POLICY.step)
+        step = np.where(zeta + STEP > box[:, 1], -STEP, STEP)
         moved = np.concatenate([np.zeros((count, 1, d)), step[:, :, None] * np.eye(d)], axis=1)
         every = (zeta[:, None] + moved).reshape(count * (1 + d), d)
         told = self._readings(causes, every).reshape(count, 1 + d, -1)
@@ -265,14 +264,14 @@ def analyse_coupons(
             "coupons: the configured material has no equilibrium at some reading; allowed: a "
             "smaller coupon.max_strain, or another material"
         )
-    off = errors_of(simulation)
+    off, policy = errors_of(simulation), measurement.policy
     seen = [
         each for each in off.shared
-        if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible
+        if np.abs(each.change / off.noise).max(initial=0.0) > policy.invisible
     ]  # fmt: skip
     setups = [test.setup.nuisances for test in measurement.tests]
     std = float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups))
-    reach = float(np.log(POLICY.scaled_by) / max(std, POLICY.least_std))
+    reach = float(np.log(1000) / max(std, 0.01))  # moduli scale exactly
     factor = factor_of_moduli(std, -reach, reach, (MODULUS, "coupon_area"))
     rest = off.without([each.name for each in seen])
     felt = {
@@ -284,20 +283,27 @@ def analyse_coupons(
     assert plain is not None
     problem = InferenceProblem(
         measurement.listed["value"].to_numpy(), base, off.noise,
-        (factor, *(replace(each.unknown, role="always", names=(each.name,)) for each in seen)),
+        (factor, *(_rig_number(each, policy.reach) for each in seen)),
         np.column_stack([np.zeros((len(base), 0)), *(each.change for each in seen)]),
         {name: felt[name].numbers for name in runs}, rest.covariance, kernel(off.along),
+        policy=policy,
     ).beside([(NONE, plain), *(((name,), own) for name, own in runs.items())])  # fmt: skip
     unseen = tuple(each.name for each in causes if each.name not in runs)
     return Analysis(problem, {name: felt[name] for name in runs}, rest, simulation, unseen)
+
+
+def _rig_number(each: Nuisance, reach: float) -> Unknown:
+    """A number of the rig that is fitted, and may be far off."""
+    fitted = replace(each.unknown, low=-reach, high=reach)
+    return replace(fitted, role="always", names=(each.name,))
 
 
 def _first(
     simulation: CouponSimulation, cause: Cause, factor: Unknown, noise: np.ndarray
 ) -> Tangents | None:
     """Simulations of a cause all over its prior; None where no reading feels it."""
-    box = cause.box()
-    zeta = places(box, POLICY.training[min(len(box), len(POLICY.training)) - 1])
+    box, policy = cause.box(), simulation.measurement.policy
+    zeta = places(box, policy.training[min(len(box), len(policy.training)) - 1])
     points = [Point(factor, 0.0, (), ((cause, each),)) for each in zeta]
     known = Tangents.stacked(simulation.tangents([cause], zeta, points))
     solved = np.isfinite(known.told).all(axis=(1, 2))
@@ -305,7 +311,7 @@ def _first(
     sizes = (found.told[..., 0] - simulation.base.readings) / noise
     if (
         len(found.u) < 2 * len(box) + 2
-        or np.sqrt(np.square(sizes).mean(axis=1)).max() < POLICY.invisible
+        or np.sqrt(np.square(sizes).mean(axis=1)).max() < policy.invisible
     ):
         return None
     return found

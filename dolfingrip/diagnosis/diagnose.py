@@ -24,6 +24,7 @@ from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import reversed_signs, slips, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse_fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
@@ -45,6 +46,7 @@ class DiagnosisSettings:
         say: told what is being done.
         progress: called with each simulation that is done.
         specimens: whether those that stand apart from the others are looked for.
+        policy: numbers that readings are read, simulated, compared and told by.
     """
 
     workers: int = 2
@@ -55,6 +57,7 @@ class DiagnosisSettings:
     say: Callable[[str], None] = silent
     progress: Progress = silent
     specimens: bool = True
+    policy: Policy = Policy()
 
 
 def diagnose(
@@ -76,7 +79,7 @@ def diagnose(
     check_effects(settings.effects)
     if settings.campaign:
         read_campaign(settings.campaign)
-    measurement, notes = measured.selected(measured.read(files, config), config)
+    measurement, notes = measured.selected(measured.read(files, config, settings.policy), config)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)
@@ -123,7 +126,7 @@ def diagnose_measurement(
         others = {test.number for test in measurement.tests if test.specimen not in outside.names}
         alone = replace(settings, quick=True, specimens=False)
         rest = diagnose_measurement(measurement.of(others), config, workers, alone)
-        odds = float(np.exp(min(outside.log_odds, 99.0)))
+        odds = float(np.exp(min(outside.log_odds, 100.0)))
         found.apart = SpecimensApart(specimens=outside.names, odds=odds, without=rest.verdict)
     found.warnings = [*measurement.warnings]
     whole = not quick and found.decision.answer == "cause"
@@ -170,7 +173,7 @@ def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Work
     try:
         with workers.pool() as pool:
             found.downstream = compare(
-                folder, found.config, found.extended(found.decision.best), out, pool
+                folder, found.config, found.extended(found.decision.best), out, pool, found.policy
             )
     except ConfigError as error:
         found.warnings.append(f"--campaign {folder}: {error}")

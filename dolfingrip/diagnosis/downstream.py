@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, changed, felt, from_dict
-from dolfingrip.diagnosis.policy import PAGE
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import DesignChange, Downstream
 from dolfingrip.jobs.job import Data, Job, content_key
 from dolfingrip.jobs.pool import Pool
@@ -22,11 +22,11 @@ from dolfingrip.jobs.store import Store, same
 from dolfingrip.parameter import scaled
 
 COG: Final = "cog_offset_mm"
-LARGEST_COG_mm: Final = 3.0
-"""The paper's limit."""
 
 
-def compare(folder: Path, config: Config, extended: Config, out: Path, pool: Pool) -> Downstream:
+def compare(
+    folder: Path, config: Config, extended: Config, out: Path, pool: Pool, policy: Policy = Policy()
+) -> Downstream:
     """Compute a campaign's leading designs with the extended model.
 
     Args:
@@ -35,6 +35,7 @@ def compare(folder: Path, config: Config, extended: Config, out: Path, pool: Poo
         extended: the same with the cause at its fitted numbers.
         out: folder of the designs that are computed.
         pool: workers.
+        policy: which designs are leading.
 
     Raises:
         ConfigError: one line, where there is no such campaign, or nothing to compare.
@@ -44,10 +45,12 @@ def compare(folder: Path, config: Config, extended: Config, out: Path, pool: Poo
     base = from_dict(facts["base"])
     if all(name.startswith("morph.") for name in parameters):  # else base itself is the original
         base = changed(base, dict.fromkeys(parameters, 0.0))
-    within = [row for row in rows if _outputs(row)[COG] <= LARGEST_COG_mm]
+    within = [row for row in rows if _outputs(row)[COG] <= policy.largest_cog_mm]
     if not within:
-        raise ConfigError(f"{folder}: no design with a COG offset up to {LARGEST_COG_mm:g} mm")
-    leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[: PAGE.designs]
+        raise ConfigError(
+            f"{folder}: no design with a COG offset up to {policy.largest_cog_mm:g} mm"
+        )
+    leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[: policy.leading]
     designs = [from_dict(row["arguments"]["config"]) for row in leading]
     others = [_extended(each, config, extended) for each in (base, *designs)]
     after = _forces([_job(leading[0], each) for each in others], out / "extended", pool)

@@ -20,7 +20,6 @@ from dolfingrip.config import Change, Config, changed
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Nuisance
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.nuisances import keys, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
@@ -35,13 +34,13 @@ from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import MESH
 from dolfingrip.extensions.effect import Displaying
-from dolfingrip.extensions.index import effect
+from dolfingrip.extensions.index import effect, fitted_effects
 from dolfingrip.parameter.nuisances import changes, modulus_keys, neutral_stages
 
 STEP: Final = 1e-3
 """Of ζ, by which what an instrument shows is differentiated."""
 
-DIGITS: Final = 5
+ROUNDED: Final = "{:.5g}"
 """Of numbers that are simulated: like fits ask for the same simulations."""
 
 
@@ -132,7 +131,7 @@ class FingerSimulation:
         It is a part of what grading changes; of a mesh that is not graded one bisection tells it.
         """
         if self.flat or not self.graded:
-            return np.nan_to_num(MODEL.mesh_share * self.delta)
+            return np.nan_to_num(self.measurement.policy.mesh_share * self.delta)
         return np.nan_to_num(self.fine.slopes.get(MESH, self.delta))
 
     @property
@@ -144,7 +143,8 @@ class FingerSimulation:
     def anew(self, measurement: Measurement, *, known_mesh: bool) -> Sequence[Nuisance]:
         """Return what the rig's numbers change about another measurement; the plate is set anew."""
         other = self.of(measurement, known_mesh=known_mesh)
-        return [each for each in other.rig if not each.name.startswith("plate_gap")]
+        anew = {effect.told.key for effect in fitted_effects() if effect.told.each_time}
+        return [each for each in other.rig if each.name.partition(" at ")[0] not in anew]
 
     def free(self, point: Point) -> Point | None:
         """Return the start with errors of instruments, which follow from its simulation."""
@@ -340,7 +340,7 @@ def _rounded(values: Change) -> Change:
     def one(value: object) -> object:
         if isinstance(value, list | tuple):
             return [one(each) for each in value]
-        return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+        return float(ROUNDED.format(value)) if isinstance(value, float) else value
 
     return {key: one(value) for key, value in values.items()}
 
@@ -354,6 +354,6 @@ def coarser(config: Config) -> list[Change]:
     if config.mesh.file is not None or not config.hexahedra:
         return [{}]
     size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
-    between = [by * edge_mm for by in MODEL.edges if by * edge_mm < size_mm]
+    between = [by * edge_mm for by in (2**2, 2) if by * edge_mm < size_mm]
     sizes_mm = [size_mm, *between] if edge_mm < size_mm else []
     return [*({"mesh.edge_size_mm": each} for each in sizes_mm), {}]

@@ -25,11 +25,7 @@ from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.refining import doubtful
 from dolfingrip.diagnosis.core.decision import decide, held
-from dolfingrip.diagnosis.core.evidence import (
-    LEVELS,
-    Key,
-    Visibility,
-)
+from dolfingrip.diagnosis.core.evidence import Key, Visibility
 from dolfingrip.diagnosis.core.search import one_at_a_time
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, in_closed_form
@@ -37,10 +33,12 @@ from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, analyse
 from dolfingrip.diagnosis.finger import FingerSimulation, coarser
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.files.plan import AdditionWorth, EffectOutlook, PlanFile
+
+NOISES: Final = 2
+"""Draws of everything else at each strength."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +86,10 @@ class Hidden:
         More readings with the same ``rng`` have the same noise, as far as both go.
         """
         problem, name = self.planned.problem, self.cause.name
-        if self.visibility.strength(name, zeta) < ADDITIONS.faint:
+        if self.visibility.strength(name, zeta) < 0.5 * problem.policy.unlikely:
             return RecoveryOutcome(alone=False, within=False, mass={})
-        level = problem.levels[float(rng.choice([*LEVELS], p=[*LEVELS.values()]))]
+        odds = problem.policy.levels
+        level = problem.levels[float(rng.choice([*odds], p=[*odds.values()]))]
         own = level.coloured(rng.standard_normal(len(problem.value)))
         value = problem.base + self.visibility.change(name, zeta) + own
         posterior = one_at_a_time(
@@ -106,7 +105,8 @@ class Hidden:
     def strengths(self) -> np.ndarray:
         """Strengths that are hidden, by the ordinary one, rising, shape (strengths,)."""
         first = next(each for each in self.cause.numbers if each.amplitude)
-        middles = ndtri((np.arange(ADDITIONS.strengths) + 0.5) / ADDITIONS.strengths)
+        count = self.planned.problem.policy.strengths
+        middles = ndtri((np.arange(count) + 0.5) / count)
         values = first.at(middles)
         start, step = self.cause.start_and_step(first)
         return np.asarray(np.sort(np.abs(values - start) / abs(step)))
@@ -131,14 +131,14 @@ class Hidden:
         if place not in self._drawn:
             name, strength = self.cause.name, float(self.strengths[place])
             found = []
-            for turn in range(ADDITIONS.noises):
+            for turn in range(NOISES):
                 rng = np.random.default_rng([zlib.crc32(name.encode()), place, turn])
                 found.append(self.diagnosed(self.at(strength, rng), rng))
             self._drawn[place] = found
         return self._drawn[place]
 
     def counted(
-        self, counts: Callable[[RecoveryOutcome], bool], full: int = ADDITIONS.strengths
+        self, counts: Callable[[RecoveryOutcome], bool], full: int | None = None
     ) -> np.ndarray:
         """How many draws are judged so at each strength, shape (strengths,).
 
@@ -147,9 +147,9 @@ class Hidden:
 
         Args:
             counts: of a draw.
-            full: place from which on all are known to be.
+            full: place from which on all are known to be; None: of none it is known.
         """
-        count = np.full(ADDITIONS.strengths, ADDITIONS.noises)
+        count = np.full(len(self.strengths), NOISES)
 
         def look(low: int, high: int, place: int) -> None:
             if low >= high:
@@ -159,12 +159,13 @@ class Hidden:
                 look(low, place, (low + place) // 2)
             else:
                 count[low:place] = 0
-            if count[place] < ADDITIONS.noises:
+            if count[place] < NOISES:
                 look(place + 1, high, (place + 1 + high) // 2)
             else:
-                count[place + 1 : high] = ADDITIONS.noises
+                count[place + 1 : high] = NOISES
 
-        look(0, full, full - 1)
+        end = len(self.strengths) if full is None else full
+        look(0, end, end - 1)
         return count
 
 
@@ -189,8 +190,7 @@ def share(found: Sequence[EffectOutlook]) -> float:
 
 
 def _naming(hidden: Hidden, before: EffectOutlook | None) -> EffectOutlook:
-    noises = ADDITIONS.noises
-    full = ADDITIONS.strengths if before is None or before.sure is None else before.sure
+    full = before.sure if before else None
     alone = hidden.counted(lambda outcome: outcome.alone, full)
     # of an addition it is told what it names, not what it nearly does
     within = alone if before else hidden.counted(lambda outcome: outcome.within)
@@ -199,9 +199,9 @@ def _naming(hidden: Hidden, before: EffectOutlook | None) -> EffectOutlook:
         effect=hidden.cause.name, ordinary=hidden.label,
         strength_sigma=hidden.strength(1.0), named_from=named,
         named_from_sigma=None if named is None else hidden.strength(named),
-        class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / noises,
-        class_share=float(within.mean()) / noises, confused_with=() if before else _alike(hidden),
-        sure=int(np.max(np.flatnonzero(alone < noises) + 1, initial=0)),
+        class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / NOISES,
+        class_share=float(within.mean()) / NOISES, confused_with=() if before else _alike(hidden),
+        sure=int(np.max(np.flatnonzero(alone < NOISES) + 1, initial=0)),
     )  # fmt: skip
 
 
@@ -210,12 +210,12 @@ def threshold(strengths: np.ndarray, count: np.ndarray) -> float | None:
 
     Args:
         strengths: rising, shape (k,).
-        count: draws that are named at each, of ADDITIONS.noises, shape (k,).
+        count: draws that are named at each, of :data:`NOISES`, shape (k,).
 
     Returns:
         The geometric mean of the two strengths that it lies between; None where it lies above all.
     """
-    missed = ADDITIONS.noises - count
+    missed = NOISES - count
     wrong = np.r_[0, np.cumsum(count)] + np.r_[np.cumsum(missed[::-1])[::-1], 0]
     # the highest of equals: what is told is not too little
     place = len(wrong) - 1 - int(np.argmin(wrong[::-1]))
@@ -233,7 +233,7 @@ def _alike(hidden: Hidden) -> tuple[str, ...]:
         for each in hidden.drawn(int(place)):
             for other, p in each.mass.items():
                 mass[other] += p
-    least = POLICY.rival * mass[name]
+    least = hidden.planned.problem.policy.matters * mass[name]
     others = sorted(mass, key=lambda each: -mass[each])
     return tuple(each for each in others if each != name and mass[each] > least)
 
@@ -268,7 +268,7 @@ def analyse_plan(
 
 def _with_rivals(planned: Analysis[Any], name: str) -> Analysis[Any]:
     """Simulate what follows a cause of ordinary strength where it follows it best."""
-    for _ in range(ADDITIONS.rivals):
+    for _ in range(planned.measurement.policy.tries // 2):
         hidden = Hidden(planned, planned.causes[name])
         value = planned.problem.base + hidden.visibility.change(name, hidden.at(1.0))
         levels = {k: each.read(value) for k, each in planned.problem.levels.items()}
@@ -289,7 +289,7 @@ def joined(first: Measurement, second: Measurement) -> Measurement:
     read = set(second.listed["test"])
     later = second.of(read, len(first.tests))
     both = pd.concat([first.readings, later.readings], ignore_index=True)
-    return Measurement(both, [*first.tests, *later.tests], first.warnings)
+    return Measurement(both, [*first.tests, *later.tests], first.warnings, first.policy)
 
 
 ALONE: Final = (
@@ -323,7 +323,7 @@ def plan(
         ConfigError: one line, for a rig that is none.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    measurement, can_vary = rig.read(file, config, changes, noise)
+    measurement, can_vary = rig.read(file, config, changes, noise, settings.policy)
     names = settings.effects
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:

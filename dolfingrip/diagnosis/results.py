@@ -37,7 +37,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.answer.settling import advice
 from dolfingrip.diagnosis.answer.statistics import bands, common_change, misfit, rig_numbers
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
-from dolfingrip.diagnosis.policy import PAGE, POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
@@ -45,11 +45,12 @@ from dolfingrip.files.diagnosis_words import BODY, NUMBERS, lines, number_words,
 from dolfingrip.files.plan import PlanFile
 
 
-def plan_text(result: PlanFile) -> str:
+def plan_text(result: PlanFile, policy: Policy = Policy()) -> str:
     """Write a plan as one page of text.
 
     Args:
         result: the plan.
+        policy: by which it was made.
 
     Returns:
         Markdown.
@@ -62,7 +63,7 @@ def plan_text(result: PlanFile) -> str:
         f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Named: a "
         "diagnosis of these readings would answer with this effect alone. Assumed: one effect "
         "acts, at a strength from its prior, under the noise of these instruments; in "
-        f"{100 * (1 - POLICY.discrepancy_off):.0f} % of cases something acts beside it that no "
+        f"{100 * (1 - policy.discrepancy_off):.0f} % of cases something acts beside it that no "
         "effect is.",
         "",
     ]
@@ -132,7 +133,7 @@ def _write_extended(
 ) -> None:
     """Write a configuration; the answer and numbers with intervals are comments before it."""
     comments = [f"dolfingrip diagnose: {lines(result)[0]}", "fitted, with 90 % intervals:"]
-    comments += [number_words(number, digits=4) for number in numbers]
+    comments += [number_words(number) for number in numbers]
     head = "".join(f"# {comment}\n" for comment in comments)
     whole.write(file, head + configuration.dumps(extended))
 
@@ -152,7 +153,7 @@ def _content(
     best, causes, plain = decision.best, posterior.problem.causes, found.with_best_modulus()
     reference = posterior.best(NONE, level=0.0).log_evidence
     alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
-    likely = sorted(posterior.subsets, key=lambda subset: -posterior.subsets[subset])[: PAGE.fits]
+    likely = sorted(posterior.subsets, key=lambda subset: -posterior.subsets[subset])[:10]
     members = [fit.subset for fit in found.members.values()]
     named = [
         subset for subset in alone
@@ -204,7 +205,7 @@ def _content(
         slips=tuple(found.slips), not_reached=tuple(analysis.not_reached),
         not_tried=tuple(analysis.not_tried), failed=dict(analysis.failed),
         mesh_known=analysis.closed_form or bool(analysis.mesh_errors),
-        extrapolated=posterior.problem.extrapolated(best) > POLICY.exactly,
+        extrapolated=posterior.problem.extrapolated(best) > posterior.problem.policy.exactly,
         warnings=tuple(found.warnings),
         extended=_changes(found.config, extended) if extended else {},
         simulated_s=found.simulated_s,
@@ -255,7 +256,7 @@ def _headline(
     held = any(analysis.causes[name].held for name in causes)
     alone = not held and (alike == [number] or (not causes and number.part != "material"))
     option = f"--config {file}" if file else ""
-    if file and alone and number.key in values and _change(found, others) < POLICY.visible_sigma:
+    if file and alone and number.key in values and _change(found, others) < found.policy.visible:
         value = f"{number.value:.3g}"
         listed = isinstance(values[number.key], list)
         option = f"--set {number.key}={f'[{value}]' if listed else value}"
@@ -263,8 +264,7 @@ def _headline(
     if decision.answer == "cause":
         kinds = {effect(name).kind if name in NAMES else "" for name in decision.first}
         fits = [analysis.fitted(fit) for fit in (best, *found.members.values())]
-        changes = np.array(fits) - found.with_best_modulus()
-        common = common_change(analysis, changes, of_body=kinds <= {*BODY})
+        common = common_change(analysis, np.array(fits), of_body=kinds <= {*BODY})
     return outcome.Headline(number=number, common=common, option=option)
 
 

@@ -18,15 +18,14 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.discrepancy import kernel
 from dolfingrip.diagnosis.answer.errors import Errors, errors_of
 from dolfingrip.diagnosis.core.blend import Tangents, places
-from dolfingrip.diagnosis.core.evidence import LEVELS, NONE, InferenceProblem, MapFit
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS, Cause, Unknown, factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger import FingerSimulation, coarser, shown
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 from dolfingrip.diagnosis.simulation.simulator import Point
-from dolfingrip.diagnosis.simulation.unknowns import rig_numbers, told_as
+from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.extensions.index import effect
 from dolfingrip.jobs.run import Say, silent
 from dolfingrip.parameter import moduli
@@ -130,17 +129,17 @@ def _followed(
     simulation: FingerSimulation, own: Sequence[Unknown], linear: Sequence[Unknown], say: Say
 ) -> tuple[FingerSimulation, Errors, InferenceProblem, Point]:
     """The model without causes at the numbers that follow the readings, on both meshes."""
-    factor = _factor(simulation)
+    factor, policy = _factor(simulation), simulation.measurement.policy
     start, runs = Point(factor, 0.0, tuple((n, 0.0) for n in own)), list[Tangents]()
     simulation = replace(simulation, start=start)
-    for _ in range(POLICY.passes):
+    for _ in range(policy.tries):
         found = simulation.plain(start)
         if not np.isfinite(found.told).all():
             break
         runs.append(found)
         _, problem = _problem(simulation, (factor, *own), linear, runs)
         fit = _best(problem)
-        if problem.extrapolated(fit) <= POLICY.exactly:
+        if problem.extrapolated(fit) <= policy.exactly:
             break
         here = zip(own, map(float, fit.zeta[1:]), strict=False)
         start = Point(factor, float(fit.zeta[0]), tuple(here))
@@ -159,7 +158,7 @@ def _followed(
     if whole.has_coarser and not np.isfinite(whole.fine.readings).all():
         whole = replace(simulation, flat={})
         runs = [whole.plain(start)]
-    elif whole.has_coarser and _off(whole) > POLICY.coarse:
+    elif whole.has_coarser and _off(whole) > policy.part:
         every = coarser(whole.config)
         finer = every[min(every.index(whole.flat) + 1, len(every) - 1)]
         whole = replace(whole, flat=finer)
@@ -188,7 +187,7 @@ def _factor(simulation: FingerSimulation) -> Unknown:
     # one factor changes the moduli of one material
     applied = measurement.applied(simulation.config)
     free = len({str(moduli(each)) for each in applied}) == 1 and std > 0
-    reach = float(np.log(POLICY.stiffest) / std) if free else 1.0
+    reach = float(np.log(measurement.policy.stiffest) / std) if free else 1.0
     return factor_of_moduli(std if free else 1e-6, -reach, reach, (MODULUS,) if free else ())
 
 
@@ -208,14 +207,14 @@ def _problem(
     """
     off = errors_of(simulation)
     changes = {each.name: each.change for each in off.shared}
-    seen = [each for each in linear if told_as(each) in changes]
-    columns = [changes[told_as(each)] for each in seen]
-    rest = off.without([told_as(each) for each in (*solid, *seen)])
+    seen = [each for each in linear if each.told_as in changes]
+    columns = [changes[each.told_as] for each in seen]
+    rest = off.without([each.told_as for each in (*solid, *seen)])
     value = simulation.measurement.listed["value"].to_numpy()
     problem = InferenceProblem(
         value, np.nan_to_num(simulation.configured), off.noise, (*solid, *seen),
         np.column_stack([np.zeros((len(value), 0)), *columns]), {}, rest.covariance,
-        kernel(off.along),
+        kernel(off.along), policy=simulation.measurement.policy,
     )  # fmt: skip
     return rest, problem.beside([(NONE, Tangents.stacked(runs))])
 
@@ -224,7 +223,7 @@ def _best(problem: InferenceProblem) -> MapFit:
     """The fit without causes under whichever discrepancy it needs; its numbers may be far off."""
     names, start = tuple(problem.implausible), np.zeros(problem.nuisance_count)
     fits = [level.of(names).fit([start]) for level in problem.levels.values()]
-    return max(fits, key=lambda fit: fit.log_evidence + np.log(LEVELS[fit.level]))
+    return max(fits, key=lambda fit: fit.log_evidence + np.log(problem.policy.levels[fit.level]))
 
 
 def _first(
@@ -240,12 +239,12 @@ def _first(
         others = list(causes)
     else:
         found |= resting
-    base = simulation.plain(start)
+    base, policy = simulation.plain(start), simulation.measurement.policy
     strong: list[tuple[Cause, Point]] = []
     for cause in others:
         if shown(cause):
-            near = np.clip(cause.box(), -POLICY.reach, POLICY.reach)
-            count = POLICY.closed_form_places ** min(len(cause.numbers), 2)
+            near = np.clip(cause.box(), -policy.reach, policy.reach)
+            count = policy.training[min(len(cause.numbers), len(policy.training)) - 1]
             every = np.vstack([places(near, count), places(cause.box(), count)])
         else:
             every = np.array([cause.at_strength(cause.box())])
@@ -262,7 +261,9 @@ def _first(
         if first is None and not shown(cause):
             first = _at_rest(cause, base, own)
         found[cause.name] = own if first is None else Tangents.stacked([first, own])
-    return {name: own for name, own in found.items() if _felt(own, base, noise)}, failed
+    return {
+        name: own for name, own in found.items() if _felt(own, base, noise, policy.invisible)
+    }, failed
 
 
 def _at_rest(cause: Cause, base: Tangents, own: Tangents) -> Tangents:
@@ -277,7 +278,7 @@ def _at_rest(cause: Cause, base: Tangents, own: Tangents) -> Tangents:
     return Tangents(np.hstack([base.u, rest[None]]), told[None])
 
 
-def _felt(own: Tangents, base: Tangents, noise: np.ndarray) -> bool:
+def _felt(own: Tangents, base: Tangents, noise: np.ndarray, least: float) -> bool:
     """Tell whether some reading feels a cause by a standard deviation of its numbers."""
     changes = (own.told[..., 0] - base.told[..., 0]) / noise
     slopes = own.told[:, :, 1 + base.u.shape[1] :] / noise[:, None]
@@ -285,4 +286,4 @@ def _felt(own: Tangents, base: Tangents, noise: np.ndarray) -> bool:
         np.sqrt(np.square(each).mean(axis=1)).max()
         for each in (changes, np.moveaxis(slopes, 2, 1).reshape(-1, len(noise)))
     ]
-    return bool(max(most) > POLICY.invisible)
+    return bool(max(most) > least)

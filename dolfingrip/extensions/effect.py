@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
+from dolfingrip.sections import units
 from dolfingrip.sections.section import Entry, Role, Section
 
 if TYPE_CHECKING:  # what hooks receive: their modules import the solver
@@ -43,6 +44,8 @@ class Prior:
         source: where it comes from; it says so if it is an engineering guess.
         positive: whether it is log-normal instead of normal.
         least: smallest magnitude, where values nearer to 0 are not allowed.
+        wide: spread of what would be implausible, by the ordinary one: a rare part of the prior has
+            it, for what was told wrongly, and for causes that are stronger than usual.
     """
 
     mean: float
@@ -50,6 +53,14 @@ class Prior:
     source: str
     positive: bool = False
     least: float = 0.0
+    wide: float = 4.0
+
+    @property
+    def tail(self) -> float:
+        """Standard deviation of the wide part by the ordinary one's, in ζ."""
+        if not self.positive:
+            return self.wide
+        return math.sqrt(math.log1p((self.wide * self.spread / self.mean) ** 2)) / self._sigma
 
     @property
     def _sigma(self) -> float:
@@ -78,6 +89,70 @@ class Prior:
     def slope(self, zeta: float) -> float:
         """Derivative of the value by ζ."""
         return self._sigma * self.at(zeta) if self.positive else self.spread
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A measurement that tells numbers of an effect by themselves.
+
+    Effects that one measurement tells of have checks of one name.
+
+    Attributes:
+        name: in words.
+        minutes: that it takes, an engineering guess.
+        std: standard deviation of each number that is read, by its key in the effect's table and in
+            its unit: an engineering guess of usual tools.
+    """
+
+    name: str
+    minutes: float
+    std: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """How a laboratory tells a number that it never knows exactly, in the table ``[nuisance]``.
+
+    Attributes:
+        key: in that table.
+        std: usual standard deviation, in the unit of the key; relative where it has none.
+        words: what it is of.
+        each_time: whether it is another one each time that the rig is set up.
+    """
+
+    key: str
+    std: float
+    words: str
+    each_time: bool = False
+
+    def spread(self, std: float, value: float) -> float:
+        """Return a standard deviation in the unit of the number that stands for it.
+
+        Args:
+            std: as a laboratory tells it.
+            value: of the number, in its unit.
+        """
+        return std if units.unit(self.key) else std * value
+
+
+NEVER: Final = Told("", 0.0, "")
+"""Of an effect that no laboratory tells: it acts or not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """The number of a configuration by which every hypothesis fits an effect.
+
+    Attributes:
+        key: of the configuration.
+        value: as configured, in the unit of the key.
+        low, high: of what may be fitted, in the same unit.
+    """
+
+    key: str
+    value: float
+    low: float = -math.inf
+    high: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +269,9 @@ class Effect(Section):
         mixed: whether its energy is also valid with a pressure field (element ``P2-P1``).
         clock: whether its readings depend on time.
         tried: whether a diagnosis tries it as a cause.
-        nuisance: whether a laboratory never knows it exactly, so that it is no cause.
+        told: how a laboratory tells it that never knows it exactly: every hypothesis fits it, and
+            it is a cause where it is implausible. Of others the key is empty.
+        checks: measurements that tell its numbers by themselves.
         shapeless: parameters that do not alter the shape of its change: they hardly matter, or they
             multiply the amplitude.
         alike: parameters that fits determine but that are tried at one value, because all values
@@ -216,7 +293,8 @@ class Effect(Section):
     neutral: ClassVar[Mapping[str, Any]]
     clock: ClassVar[bool] = False
     tried: ClassVar[bool] = True
-    nuisance: ClassVar[bool] = False
+    told: ClassVar[Told] = NEVER
+    checks: ClassVar[tuple[Check, ...]] = ()
     shapeless: ClassVar[tuple[str, ...]] = ()
     alike: ClassVar[tuple[str, ...]] = ()
     lopsided: ClassVar[bool] = False
@@ -236,6 +314,47 @@ class Effect(Section):
     def felt_in_bending(cls, config: Setup) -> bool:
         """Return whether a finger that bends freely feels it."""
         return "finger" in cls.felt_by
+
+    @property
+    def shears_bars(self) -> str:
+        """Number by which a bar that is pulled along its axis shears; empty where none does."""
+        return ""
+
+    @classmethod
+    def fitted(cls, config: Setup) -> Fitted | None:
+        """Return the number by which every hypothesis fits an effect that is :attr:`told`.
+
+        It is the effect's first number where an effect does not tell another one.
+
+        Args:
+            config: of the body that it acts on.
+
+        Returns:
+            None where the body has no such number.
+        """
+        (key, value), *_ = cls.neutral.items()
+        on = config.tables["extensions"].inner.get(cls.name())
+        return Fitted(f"extensions.{cls.name()}.{key}", value if on is None else on.number_at(key))
+
+    @classmethod
+    def possible(cls, config: Setup) -> bool:
+        """Return whether it may act beside what is configured.
+
+        Args:
+            config: of the body that it acts on.
+        """
+        return True
+
+    @classmethod
+    def given(cls, config: Setup) -> Mapping[str, float]:
+        """Return numbers of it that the configuration tells by other keys, by its own.
+
+        These are held where it is tried, and the first of its other numbers is what may be off.
+
+        Args:
+            config: of the body that it acts on.
+        """
+        return {}
 
     def words(self, config: Setup) -> str:
         """Tell what it does at its numbers.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior, Setup
+from dolfingrip.extensions.effect import Check, Effect, Prior, Setup
 from dolfingrip.sections.section import FINGERS
 
 
@@ -29,6 +30,12 @@ class GravityPitch(Effect):
     kind: ClassVar = "set-up"
     felt_by: ClassVar = FINGERS
     shapeless: ClassVar = ("pitch_deg",)
+    checks: ClassVar = (
+        Check(
+            "a spirit level at the clamp, and how the finger hung told under [gravity]", 2.0,
+            {"pitch_deg": 0.5, "acceleration_m_s2": 0.1},
+        ),
+    )  # fmt: skip
 
     acceleration_m_s2: Annotated[float, Prior(9.81, 0.01, "standard gravity")] = Field(
         9.81, ge=0, le=1000, description="of free fall"
@@ -36,6 +43,18 @@ class GravityPitch(Effect):
     pitch_deg: Annotated[float, Prior(0.0, 3.0, "engineering guess")] = Field(
         0.0, ge=-180, le=180, description="from clamp-to-tip towards the bellows"
     )
+
+    @classmethod
+    def possible(cls, config: Setup) -> bool:
+        """A finger with weight is pitched from where it hangs, tip down."""
+        weight = config.gravity
+        return not weight.acceleration_m_s2 or weight.direction == (0.0, 0.0, 1.0)
+
+    @classmethod
+    def given(cls, config: Setup) -> Mapping[str, float]:
+        """The weight that is there already, whose direction alone may be off."""
+        weight = config.gravity.acceleration_m_s2
+        return {"acceleration_m_s2": weight} if weight else {}
 
     def adapt[S: Setup](self, config: S) -> S:
         angle = math.radians(self.pitch_deg)

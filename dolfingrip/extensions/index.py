@@ -66,6 +66,14 @@ def effect(name: str) -> type[Effect]:
     return _BY_NAME[name]
 
 
+def fitted_effects() -> list[type[Effect]]:
+    """List the effects whose numbers a laboratory never knows exactly: every hypothesis fits them.
+
+    Each has :attr:`~dolfingrip.extensions.effect.Effect.told`.
+    """
+    return [each for each in EFFECTS if each.told.key]
+
+
 class Switched(Section):
     """Effects that the simple model leaves out; each is switched on by its own table."""
 

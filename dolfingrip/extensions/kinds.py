@@ -7,15 +7,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from ufl.core.expr import Expr
 
 from dolfingrip.channels import Channel
-from dolfingrip.extensions.effect import Effect, Setup, Site, StrainEnergy
+from dolfingrip.extensions.effect import Check, Effect, Fitted, Setup, Site, StrainEnergy
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.section import FINGERS
+
+MANOMETER: Final = "a manometer at the finger's inlet, at rest and at the highest pressure"
+WEIGHT: Final = "a known weight on the load cell, and none"
+SQUARE: Final = "a square of known angle in the camera's picture"
+"""Measurements that tell numbers of several effects."""
 
 
 class Elastic(Effect):
@@ -43,14 +48,41 @@ class DimensionOffset(Effect):
 
     Attributes:
         dimension: key of the dimension in the table of the geometry.
+        weighed: a check of the mass, which all dimensions change together.
         offset_mm: length that is added to the dimension (mm).
     """
 
     kind: ClassVar = "geometry"
     felt_by: ClassVar = FINGERS
     either: ClassVar = "thicker or thinner"
+    checks: ClassVar = (
+        Check(
+            "cut a finger of this print: callipers at walls and base layer", 15.0,
+            {"offset_mm": 0.05},
+        ),
+    )  # fmt: skip
+    # relative, as the density of a print is not better known
+    weighed: ClassVar = Check("weigh the finger", 2.0, {"mass_g": 0.01})
     dimension: ClassVar[str]
     offset_mm: float
+
+    @classmethod
+    def dimension_key(cls, config: Setup) -> str | None:
+        """Return the key of the dimension; None where the body has none, as of a mesh file.
+
+        Args:
+            config: of the body.
+        """
+        has = config.mesh.file is None and hasattr(config.geometry, cls.dimension)
+        return f"{config.geometry_table}.{cls.dimension}" if has else None
+
+    @classmethod
+    def fitted(cls, config: Setup) -> Fitted | None:
+        key = cls.dimension_key(config)
+        if key is None:
+            return None
+        value = float(getattr(config.geometry, cls.dimension))
+        return Fitted(key, value, 0.2 * value, 2 * value)
 
     def adapt[S: Setup](self, config: S) -> S:
         """``config`` with the printed dimension.

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Flow, Prior
+from dolfingrip.extensions.effect import Check, Flow, Prior
 from dolfingrip.extensions.kinds import SupplyStage, lagging
 
 
@@ -27,6 +27,12 @@ class LineLag(SupplyStage):
 
     place: ClassVar = 3
     clock: ClassVar = True
+    checks: ClassVar = (
+        Check(
+            "a pressure sensor at the finger beside the regulator's, along a fast ramp", 15.0,
+            {"tau_s": 0.02},
+        ),
+    )  # fmt: skip
 
     tau_s: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
         0.3, ge=0, le=10_000, description="time constant of filling"

@@ -42,6 +42,11 @@ class PrintAnisotropy(Elastic):
         0.0, ge=-180, le=180, description="axis, from clamp-to-tip towards the bellows"
     )
 
+    @property
+    def shears_bars(self) -> str:
+        """The raster's angle, where it is turned."""
+        return "raster_deg" if self.raster_deg else ""
+
     def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
         angle = c["raster_deg"] * (ufl.pi / 180)
         axis = ufl.as_vector([ufl.sin(angle), 0, ufl.cos(angle)])

@@ -62,14 +62,14 @@ class FittedNumber(Part):
 
 
 class CommonChange(Part):
-    """A change of the readings that all effects of a set make, by the model without a cause."""
+    """A change of the configured model's readings that all effects of a set make."""
 
     experiment: str
     channel: str
     way: Literal["stiffer", "softer", "higher", "lower"] = Field(
         description="stiffer, softer: of the body; higher, lower: of the reading"
     )
-    percent: float = Field(description="of the reading, by the leading effect")
+    percent: float = Field(description="of the configured reading, by the leading effect")
     low: float = Field(description="by the effect that changes least")
     high: float = Field(description="by the effect that changes most")
     above: float = Field(description="load from which on, in the control's unit")

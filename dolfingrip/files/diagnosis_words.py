@@ -270,9 +270,12 @@ def common_words(change: CommonChange) -> str:
     Args:
         change: that all of them make.
     """
-    value, low, high = (f"{share:.3g}" for share in (change.percent, change.low, change.high))
+    value, low, high = (
+        f"{share:.3g}" if share < 999.5 else f"{share:.0f}"
+        for share in (change.percent, change.low, change.high)
+    )
     where = _load(change.above, change.below, change.control_unit)
-    return f"{value} % ({low} to {high} %) {change.way} {where}"
+    return f"{value} % ({low} to {high} %) {change.way} than configured {where}"
 
 
 def _compared(number: FittedNumber) -> str:
@@ -387,7 +390,7 @@ def _tables(result: DiagnosisFile) -> Iterator[TextTable]:
         result.misfit, "channel unit configured fitted extended noise mesh",
     )  # fmt: skip
     yield _listing(
-        "Change of the readings by what is named, against the model with its numbers fitted",
+        "Change of the readings by what is named, against the model as configured",
         [result.headline.common] if result.headline.common else [],
         "experiment channel percent low high way above below control_unit",
     )

@@ -23,7 +23,7 @@ from dolfingrip.diagnosis.core.evidence import Visibility
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 from dolfingrip.files.diagnosis import DiagnosisFile
 from dolfingrip.files.diagnosis_words import LONGEST, lines
@@ -99,7 +99,7 @@ def contradictions(found: Diagnosis, result: DiagnosisFile) -> list[str]:
             if held.low > each.low or held.high < each.high:
                 said.append(f"{name} may act, whose {each.key} the numbers exclude")
     named = {*decision.first, *decision.second, *decision.nearest}
-    likely = {name for name, p in decision.inclusion.items() if p > POLICY.claimed}
+    likely = {name for name, p in decision.inclusion.items() if p > Policy().claimed}
     if decision.answer == "none" and likely - named - {*found.analysis.problem.implausible}:
         said.append("none is the answer beside a probable cause")
     if any(len(line.split()) > LONGEST for line in lines(result)):
@@ -207,7 +207,7 @@ def test_a_loop_of_friction_is_not_claimed_as_one_of_the_material(tmp_path: Path
     assert yields.probability > 0.9
     claimed = decided(np.array(rubs), None)
     assert (claimed.first, claimed.by_shape) == (("permanent_set",), False)
-    assert claimed.probability > POLICY.claimed
+    assert claimed.probability > Policy().claimed
     rubbed = decided(np.array(rubs), problem.curves)
     assert (rubbed.answer, rubbed.by_shape) == ("cause", True)
     assert rubbed.probability <= 0.5

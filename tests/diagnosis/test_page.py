@@ -50,7 +50,7 @@ def bending(control: np.ndarray = CONTROL) -> Any:
         along=SimpleNamespace(load=control / 100.0), noise=np.full(len(control), 0.01)
     )
     return SimpleNamespace(
-        problem=SimpleNamespace(value=0.1 * control), errors=errors,
+        problem=SimpleNamespace(value=0.1 * control), configured=0.1 * control, errors=errors,
         measurement=SimpleNamespace(listed=rows, channels=lambda: {"angle_deg": read}),
     )  # fmt: skip
 
@@ -71,11 +71,20 @@ def test_a_set_tells_what_its_members_change_alike() -> None:
     changes = np.zeros((2, len(CONTROL)))
     changes[:, -1] = -0.6, -0.5
     changes[:, -2] = -0.9, 0.9
-    alike = common_change(bending(), changes, of_body=True)
+    model = bending()
+    alike = common_change(model, model.configured + changes, of_body=True)
     assert alike is not None
     assert (alike.way, alike.above, alike.below) == ("stiffer", 75.0, None)
     assert (alike.percent, alike.low, alike.high) == pytest.approx((6.0, 5.0, 6.0))
-    with_instrument = common_change(bending(), changes, of_body=False)
+    with_instrument = common_change(model, model.configured + changes, of_body=False)
     assert with_instrument is not None
     assert with_instrument.way == "lower"
-    assert common_change(bending(), np.array([[1.0], [-1.0]]) * CONTROL, of_body=True) is None
+    either_way = (1 + np.array([[0.1], [-0.1]])) * model.configured
+    assert common_change(model, either_way, of_body=True) is None
+    # 20 times softer, and not reached above
+    soft = np.where(CONTROL > 80, np.nan, 0.005 * CONTROL)
+    model.configured = soft
+    far = common_change(model, np.array([0.1 * CONTROL]), of_body=True)
+    assert far is not None
+    assert (far.way, far.above, far.below) == ("softer", 50.0, 75.0)
+    assert far.percent == pytest.approx(1900.0)

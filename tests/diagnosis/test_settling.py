@@ -12,7 +12,7 @@ import pytest
 from support.measured_files import written
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.worth import BASE_OFFSET, checks
+from dolfingrip.diagnosis.additions.worth import checks
 from dolfingrip.diagnosis.answer.analysis import Analysis, _taken, alternatives, hidden_effects
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.answer.settling import settled_by
@@ -26,7 +26,6 @@ from dolfingrip.diagnosis.simulation.unknowns import rig_numbers
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
-from dolfingrip.parameter.nuisances import GAIN
 
 SEED = 3
 X = np.linspace(0.1, 1.0, 12)
@@ -47,7 +46,8 @@ def diagnosed(value: np.ndarray) -> Any:
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
     factor = factor_of_moduli(0.05, -8.0, 8.0)
     causes = {name: cause(effect(name), config) for name in CHANGES}
-    gain = Unknown(GAIN, Prior(1.0, 0.015, "as reported"), -13.0, 13.0, role="always",
+    prior = Prior(1.0, 0.015, "as reported")
+    gain = Unknown("extensions.pressure_gain.gain", prior, -13.0, 13.0, role="always",
                    names=("pressure_gain",))  # fmt: skip
     problem = InferenceProblem(
         value, BASE, np.full(len(X), NOISE), (factor, gain), GAUGE[:, None],
@@ -160,7 +160,10 @@ def test_a_mass_tells_walls_and_base_layer_by_its_derivative() -> None:
     """Against differences of the mesh's mass."""
     config, step = Config(), 0.01
     (weigh,) = (each for each in checks(config) if each.name == "weigh the finger")
-    for key, by in (("finger.wall_mm", "finger.wall_mm"), ("finger.base_layer_mm", BASE_OFFSET)):
+    for key, by in (
+        ("finger.wall_mm", "finger.wall_mm"),
+        ("finger.base_layer_mm", "extensions.base_layer_offset.offset_mm"),
+    ):
         name = key.partition(".")[2]
         middle = getattr(config.finger, name)
         more, less = (

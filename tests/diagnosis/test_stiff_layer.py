@@ -16,7 +16,7 @@ from support.here import Here
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis_words import lines
 
 INSTRUMENTS = ("angle_gain", "angle_definition", "force_gain")
@@ -36,7 +36,7 @@ def test_without_a_rival_of_the_body_an_instrument_is_claimed(tmp_path: Path, st
     verdict = diagnosed(tmp_path, store, *INSTRUMENTS).verdict
     print(verdict)
     assert verdict.answer == "cause"
-    assert verdict.probability > POLICY.claimed
+    assert verdict.probability > Policy().claimed
     assert verdict.effects[0] in INSTRUMENTS
     assert verdict.unexplained < 0.001
 

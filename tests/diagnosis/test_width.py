@@ -17,7 +17,7 @@ from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.policy import ADDITIONS
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
 
 WIDTH = "transverse_strain"
@@ -102,14 +102,14 @@ def test_additions_with_a_camera(tied: Diagnosis, tmp_path: Path) -> None:
         plain = name.removesuffix("; a camera measures its width, too")
         if plain in found:
             assert columns(found[plain]) == {"force_N"}
-            with_camera = found[plain].minutes + ADDITIONS.set_up_min["camera"]
+            with_camera = found[plain].minutes + Policy().set_up_min["camera"]
             assert each.minutes == pytest.approx(with_camera)
     again = by_name(coupon(tmp_path, width=True))
     assert {each.kind for each in again.values()} == {"coupon"}
     assert all(columns(each) == {"force_N", WIDTH} for each in again.values())
     of_a_finger = by_name(rig.read(None, Config())[0])
     (one,) = (each for each in of_a_finger.values() if each.kind == "coupon_width")
-    assert one.minutes > ADDITIONS.set_up_min["coupon"] + ADDITIONS.set_up_min["camera"]
+    assert one.minutes > Policy().set_up_min["coupon"] + Policy().set_up_min["camera"]
 
 
 def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: Path) -> None:

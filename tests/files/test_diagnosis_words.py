@@ -136,7 +136,7 @@ ANSWERS: dict[str, tuple[DiagnosisFile, str, str]] = {
     "set": (
         told(verdict("cause", *FAMILY), C01, EXTENDED, common=COMMON),
         "mooney_rivlin, yeoh, ogden or 2 more: all of them make it 6.04 % (5.1 to 6.42 %) stiffer "
-        "above 150 kPa: `--config out/diagnosis/extended.toml`",
+        "than configured above 150 kPa: `--config out/diagnosis/extended.toml`",
         "Probability 0.92: it explains all of what the model misses.",
     ),
     "set of instrument and body": (
@@ -144,7 +144,7 @@ ANSWERS: dict[str, tuple[DiagnosisFile, str, str]] = {
              causes=(cause("angle_gain", kind="measurement"), cause("uneven_stiffness")),
              common=COMMON.model_copy(update={"way": "lower", "below": 200.0})),
         "angle_gain or uneven_stiffness: all of them make angle_deg 6.04 % (5.1 to 6.42 %) lower "
-        "between 150 and 200 kPa: `--config out/diagnosis/extended.toml`",
+        "than configured between 150 and 200 kPa: `--config out/diagnosis/extended.toml`",
         "Probability 0.92: it explains all of what the model misses; either an instrument is off "
         "or the finger.",
     ),

@@ -17,9 +17,9 @@ from dolfingrip.channels import ANGLE, FORCE, PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis_words import number_words
-from dolfingrip.parameter.nuisances import USUAL, WALL
+from dolfingrip.parameter.nuisances import WALL, usual
 
 SEED: Final = 20261128
 ANSWERS: Final = Path(__file__).with_name("answers.csv")
@@ -102,7 +102,7 @@ class Answered:
     def false_and_sure(self) -> bool:
         """Tell if a claim has a set without what is hidden, or is of nothing where something is."""
         hidden = set().union(*self.truths)
-        if float(self.probability) < POLICY.claimed or self.answer == "unknown":
+        if float(self.probability) < Policy().claimed or self.answer == "unknown":
             return False
         return any(not each & hidden for each in self.sets) if self.sets else bool(hidden)
 
@@ -182,13 +182,14 @@ def strengths() -> dict[str, float]:
         for name, own in stored().items()
     }
     changes = {name: each - read["nothing"] for name, each in read.items()}
-    usual = {"modulus": USUAL["modulus"] / (CASES["modulus"].modulus - 1),
-             "walls": USUAL[WALL] / (CASES["walls"].walls - 1)}  # fmt: skip
-    columns = np.column_stack([usual[name] * changes[name] for name in usual])
+    told = usual()
+    stds = {"modulus": told["modulus"] / (CASES["modulus"].modulus - 1),
+            "walls": told[WALL] / (CASES["walls"].walls - 1)}  # fmt: skip
+    columns = np.column_stack([stds[name] * changes[name] for name in stds])
     covariance = np.eye(len(columns)) + columns @ columns.T
     return {
         name: float(np.sqrt(each @ np.linalg.solve(covariance, each)))
-        for name, each in changes.items() if name not in {"nothing", *usual}
+        for name, each in changes.items() if name not in {"nothing", *stds}
     }  # fmt: skip
 
 

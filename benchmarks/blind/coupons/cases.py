@@ -34,9 +34,10 @@ from dolfingrip.diagnosis.core.evidence import CovarianceModel
 from dolfingrip.diagnosis.core.unknown import Cause
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons
 from dolfingrip.diagnosis.data import measurement
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
+from dolfingrip.extensions.effect import Prior
 
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
     "development": {"one": 4, "with_outsider": 6, "outsider": 6, "nuisance": 6, "two": 4,
@@ -162,12 +163,12 @@ class Bench:
     def usually_felt(self, name: str) -> bool:
         """Tell whether readings feel a cause within the ordinary part of its prior."""
         cause, problem, found = self.plain.causes[name], self.plain.problem, []
-        for reach in (-POLICY.reach, POLICY.reach):
+        for reach in (-Policy().reach, Policy().reach):
             ends = np.clip(reach, *cause.box().T)
             plain = np.zeros(problem.nuisance_count)
             change = problem.predicted((name,), np.r_[plain, ends]) - problem.base
             found.append(np.sqrt(np.square(change / self.plain.errors.noise).mean()))
-        return max(found) >= POLICY.invisible
+        return max(found) >= Policy().invisible
 
     def unexplained(self, truth: Truth) -> float:
         """Length of what the best single cause leaves of readings without noise."""
@@ -215,9 +216,11 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     rng = np.random.default_rng(seed)
     wide = is_wide(kind, number)
     # by the analyser's priors each number is far from what was told, or is not
-    chance = POLICY.implausible_odds / (1 + POLICY.implausible_odds) if kind == "prior" else 0.0
+    chance = Policy().rare / (1 + Policy().rare) if kind == "prior" else 0.0
     far = tuple(name for name in NUISANCES if chance and rng.random() < chance)
-    width = {name: POLICY.implausible_width if name in far else 1.0 for name in NUISANCES}
+    width = {
+        name: Prior(0.0, 1.0, "as reported").wide if name in far else 1.0 for name in NUISANCES
+    }
     modulus = width["modulus"] * float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":
@@ -231,10 +234,10 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     sigma: list[float] = []
     hidden = HIDDEN.get(kind, 0)
     if kind == "prior":
-        hidden = int(rng.choice(3, p=POLICY.prior_by_size))
-        share = (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
-        odds = [POLICY.discrepancy_off, *[share] * len(POLICY.discrepancy_levels)]
-        level = float(rng.choice([0.0, *POLICY.discrepancy_levels], p=odds))
+        hidden = int(rng.choice(3, p=Policy().prior_by_size))
+        share = (1 - Policy().discrepancy_off) / len(Policy().discrepancy_levels)
+        odds = [Policy().discrepancy_off, *[share] * len(Policy().discrepancy_levels)]
+        level = float(rng.choice([0.0, *Policy().discrepancy_levels], p=odds))
         truth = replace(truth, discrepancy=level)
     for _ in range(1000):
         names = names_of(effects, hidden, rng)
@@ -244,7 +247,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
             by_prior = kind == "prior"  # else as strong as is usual
             wider = 2.0 if wide else 1.0
             if by_prior:
-                width = np.where(rng.random(len(cause.numbers)) < POLICY.rare, cause.tails, 1.0)
+                width = np.where(rng.random(len(cause.numbers)) < Policy().rare, cause.tails, 1.0)
                 own = truncated(rng, cause.box(), width)
             else:
                 own = ordinary(rng, cause, wider)

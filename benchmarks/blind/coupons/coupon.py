@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from benchmarks.blind.case import stiffened
 from dolfingrip.config import Change, Config, changed
-from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.parameter import scaled
 
@@ -51,7 +51,7 @@ class Protocol:
     @property
     def read(self) -> np.ndarray:
         """Rows at which the force is read: not in the toe, as the default command has it."""
-        return self.travel_mm >= DATA.toe * GAUGE_mm
+        return self.travel_mm >= Policy().toe * GAUGE_mm
 
 
 def _protocol(name: str, specimens: int, ramps: list[tuple[float, float, int, float]]) -> Protocol:

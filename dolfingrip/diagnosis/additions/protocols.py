@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -14,8 +14,11 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.policy import ADDITIONS
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation import stops
+
+STOPS: Final = 10
+"""Readings of a ramp."""
 
 Way = Sequence[tuple[str, int]]
 """Branches, each with the number of its cycle."""
@@ -69,28 +72,33 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
 def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
     """List experiments of one set-up that is controlled in another way."""
     rows = measurement.rows(test.number)
-    top, rate = _top(rows, test), _rate(measurement, test, config)
+    top, rate = _top(rows, test, measurement.policy), _rate(measurement, test, config)
     reading = (FORCE if test.experiment == "blocked_force" else ANGLE).name
-    cycle, slow = rig.cycles(1), rate / ADDITIONS.slower
+    cycle, slow = rig.cycles(1), rate / 10
     ways = [
         ("unloading", "unloading after the loading", cycle, rate),
-        ("cycles", "three cycles, loading and unloading", rig.cycles(3), rate),
+        (
+            "cycles",
+            "three cycles, loading and unloading",
+            rig.cycles(measurement.policy.cycles),
+            rate,
+        ),
         ("slow_cycle", "a cycle at a tenth of the rate", cycle, slow),
         ("hold", "a hold of 60 s at the highest pressure", [("loading", 1), ("hold", 1)], rate),
     ]
     if "unloading" in set(rows["branch"]):
         ways = ways[1:]
     return [
-        _proposal(kind, name, ["ramp"], [test], way, top, pace, [reading])
+        _proposal(kind, name, ["ramp"], [test], way, top, pace, [reading], measurement.policy)
         for kind, name, way, pace in ways
     ]
 
 
 def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
     """More readings, another gap, and the finger hung and stood."""
-    found = []
+    found, policy = [], measurement.policy
     rows = measurement.rows(test.number)
-    top, rate = _top(rows, test), _rate(measurement, test, config)
+    top, rate = _top(rows, test, policy), _rate(measurement, test, config)
     loading = [("loading", 1)]
     if test.experiment == "bending" and rows[TIP_X.name].isna().all():
         columns = [TIP_X.name, TIP_Z.name]
@@ -101,10 +109,11 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
         if own[ANGLE.name].isna().all():
             name = "the angle while blocked"
             found.append(_seen(measurement, "blocked_angle", name, blocked, [ANGLE.name]))
-        gap_mm = blocked.applied(config).plate.gap_mm + ADDITIONS.other_gap_mm
+        gap_mm = blocked.applied(config).plate.gap_mm + 2
         away = _with(blocked, "plate", {"gap_mm": gap_mm})
-        name, high = f"the blocked force at a gap of {gap_mm:g} mm", _top(own, blocked)
-        found.append(_proposal("gap", name, ["plate"], [away], loading, high, rate, [FORCE.name]))
+        name, high = f"the blocked force at a gap of {gap_mm:g} mm", _top(own, blocked, policy)
+        found.append(_proposal("gap", name, ["plate"], [away], loading, high, rate, [FORCE.name],
+                               policy))  # fmt: skip
     if test.experiment == "bending":
         weight, name = STANDARD_GRAVITY_m_s2, "free bending with the tip up and with the tip down"
         poses = [
@@ -112,7 +121,9 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
             for z in (1.0, -1.0)
         ]
         found.append(
-            _proposal("orientation", name, ["plate"], poses, loading, top, rate, [ANGLE.name])
+            _proposal(
+                "orientation", name, ["plate"], poses, loading, top, rate, [ANGLE.name], policy
+            )
         )
     return found
 
@@ -139,28 +150,30 @@ def _coupons(
             f"{name}; a camera measures its width, too" if width else name,
             ["coupon", "camera"] if width else ["coupon"],
             [test if by == 1.0 else far], way, by * top, rate, columns,
+            measurement.policy,
         )  # fmt: skip
 
     name = "a coupon in uniaxial tension"
     found = [
         *([pulled(name, once)] if new else []),
-        pulled("a coupon at a tenth of the rate", once, usual / ADDITIONS.slower),
+        pulled("a coupon at a tenth of the rate", once, usual / 10),
         pulled("a coupon with a hold of 60 s at the largest strain", held),
         pulled("a coupon, loading and unloading", rig.cycles(1)),
-        pulled("a coupon, three cycles", rig.cycles(3)),
+        pulled("a coupon, three cycles", rig.cycles(measurement.policy.cycles)),
         *([] if seen else [pulled(name, once, width=True)]),
     ]
     if new:
         return found
     # a coupon that is compared so far, too
-    strain = f"a strain of {ADDITIONS.farther * own.max_strain:g}"
+    farther = measurement.policy.farther
+    strain = f"a strain of {farther * own.max_strain:g}"
     for name, way in (
         (f"a coupon to {strain}", once),
         (f"a coupon to {strain}, a hold of 60 s there, and unloading", [*held, ("unloading", 1)]),
     ):
-        found.append(pulled(name, way, by=ADDITIONS.farther))
+        found.append(pulled(name, way, by=farther))
         if not seen:
-            found.append(pulled(name, way, by=ADDITIONS.farther, width=True))
+            found.append(pulled(name, way, by=farther, width=True))
     return found
 
 
@@ -171,10 +184,10 @@ def _with(test: SpecimenTest, section: str, values: Mapping[str, Any]) -> Specim
     return replace(test, setup=replace(test.setup, sections=sections))
 
 
-def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
+def _top(rows: pd.DataFrame, test: SpecimenTest, policy: Policy) -> float:
     """Highest value of the control, as it was meant."""
     read = float(rows[test.control].max())
-    return stops.meant_end(read, read / ADDITIONS.stops, test.sigma)
+    return stops.meant_end(read, read / STOPS, test.sigma, policy)
 
 
 def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float:
@@ -191,13 +204,15 @@ def _proposal(
     top: float,
     rate: float,
     columns: Sequence[str],
+    policy: Policy,
 ) -> Proposal:
     own = [replace(test, number=i) for i, test in enumerate(tests)]
-    ramp = top * np.arange(1, ADDITIONS.stops + 1) / ADDITIONS.stops
-    rows = [rig.planned_rows(t, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s) for t in own]
-    minutes = sum(ADDITIONS.set_up_min[each] for each in mounted)
+    ramp = top * np.arange(1, STOPS + 1) / STOPS
+    rows = [rig.planned_rows(t, way, ramp, rate, columns, readings_of_wait=policy.few) for t in own]
+    minutes = sum(policy.set_up_min[each] for each in mounted)
     minutes += sum(float(each["time_s"].max()) for each in rows) / 60
-    return Proposal(name, minutes, Measurement(pd.concat(rows, ignore_index=True), own), kind)
+    every_row = pd.concat(rows, ignore_index=True)
+    return Proposal(name, minutes, Measurement(every_row, own, policy=policy), kind)
 
 
 def _seen(
@@ -208,5 +223,6 @@ def _seen(
     lines[measurement.columns] = np.nan
     lines.loc[lines["test"] == test.number, columns] = 0.0
     lasting = float(np.ptp(measurement.rows(test.number)["time_s"])) / 60
-    minutes = ADDITIONS.set_up_min["camera"] + lasting
-    return Proposal(name, minutes, Measurement(lines, measurement.tests), kind, known_mesh=True)
+    minutes = measurement.policy.set_up_min["camera"] + lasting
+    seen = Measurement(lines, measurement.tests, policy=measurement.policy)
+    return Proposal(name, minutes, seen, kind, known_mesh=True)

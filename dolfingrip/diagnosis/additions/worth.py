@@ -17,16 +17,16 @@ Which further experiment would tell tied causes apart.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 import pandas as pd
 from scipy.linalg import cholesky, solve_triangular
 
-from dolfingrip.channels import CHANNELS
+from dolfingrip.channels import CHANNELS, Part
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.decision import Decision
@@ -34,14 +34,13 @@ from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import BASE_LAYER
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
+from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.extensions.kinds import DimensionOffset
 from dolfingrip.files.diagnosis import NextExperiment
-from dolfingrip.parameter import every
-from dolfingrip.parameter.nuisances import GAIN, GAP, OFFSET, wall_key
-
-BASE_OFFSET: Final = "extensions.base_layer_offset.offset_mm"
+from dolfingrip.parameter import find
+from dolfingrip.sections.section import EVERYWHERE
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,61 +66,55 @@ class NumberCheck:
         ])  # fmt: skip
 
 
-def _each(name: str, minutes: float, numbers: Mapping[str, float]) -> NumberCheck:
-    """A check that reads each number by itself, each with its standard deviation."""
-    return NumberCheck(name, minutes, tuple({key: 1.0} for key in numbers), tuple(numbers.values()))
-
-
-INSTRUMENTS: Final = (
-    _each("a manometer at the finger's inlet, at rest and at the highest pressure", 10.0,
-          {GAIN: 0.0025, OFFSET: 0.3}),
-    _each("a known weight on the load cell, and none", 5.0,
-          {"extensions.force_gain.gain": 0.002, "extensions.force_offset.offset_N": 0.005}),
-    _each("a gauge block between finger and plate", 5.0, {GAP: 0.05}),
-    _each("a square of known angle in the camera's picture", 5.0,
-          {"extensions.angle_gain.gain": 0.003, "extensions.angle_offset.offset_deg": 0.1}),
-    _each("the tip's face read beside the markers", 10.0,
-          {"extensions.angle_definition.chord_share": 0.02}),
-    _each("a spirit level at the clamp, and how the finger hung told under [gravity]", 2.0,
-          {"extensions.gravity_pitch.pitch_deg": 0.5,
-           "extensions.gravity_pitch.acceleration_m_s2": 0.1}),
-    _each("a square between plate and clamp", 5.0, {"extensions.plate_tilt.offset_deg": 0.3}),
-    _each("a pressure sensor at the finger beside the regulator's, along a fast ramp", 15.0,
-          {"extensions.line_lag.tau_s": 0.02}),
-    _each("a camera's angle beside the sensor's, along a fast ramp", 15.0,
-          {"extensions.angle_lag.tau_s": 0.02}),
-)  # fmt: skip
-"""Those that need nothing of the finger's shape."""
-
-CUT_MM: Final = 0.05
-"""Standard deviation of callipers at a cut finger."""
-MASS_SHARE: Final = 0.01
-"""Relative standard deviation of what a mass tells: the print's density is not better known."""
-COUPON_SHARE: Final = 0.05
-"""Relative standard deviation of a modulus by coupons of another print."""
-
-
-def checks(config: Config) -> Sequence[NumberCheck]:
-    """List what can be measured by itself of a finger and its rig.
+def coupon_check(policy: Policy) -> NumberCheck:
+    """The modulus by a coupon of another print, to a twentieth.
 
     Args:
-        config: of the finger, as it was drawn.
+        policy: how long it takes.
     """
-    found = [*INSTRUMENTS, _each("a coupon in uniaxial tension", 15.0, {MODULUS: COUPON_SHARE})]
-    wall = wall_key(config)
-    if wall is None:
-        return found
-    known = {each.key: each for each in every(config)}
-    parameters = [known[key] for key in (wall, BASE_LAYER) if key in known]
-    mass_g, by = shape_number(MASS, config, parameters)
-    walls, base = {wall: 1.0}, {BASE_OFFSET: 1.0}
-    of_mass = {wall: by[wall], BASE_OFFSET: by.get(BASE_LAYER, 0.0)}
-    return [
-        *found,
-        NumberCheck("weigh the finger", 2.0, (of_mass,), (MASS_SHARE * mass_g,)),
-        NumberCheck("cut a finger of this print: callipers at walls and base layer", 15.0,
-              (walls, base), (CUT_MM, CUT_MM)),
-    ]  # fmt: skip
+    minutes = policy.set_up_min["coupon"]
+    std = (0.5 * 0.1,)
+    return NumberCheck("a coupon in uniaxial tension", minutes, ({MODULUS: 1.0},), std)
+
+
+def checks(config: Config, parts: Collection[Part] = EVERYWHERE) -> list[NumberCheck]:
+    """List what can be measured by itself of a body and its rig, as its effects tell.
+
+    Args:
+        config: of the body, as it was drawn.
+        parts: of the rigs that it is measured on.
+    """
+    read: dict[tuple[str, float], dict[str, float]] = defaultdict(dict)
+    shapes: dict[str, str] = {}
+    for each in (effect for effect in EFFECTS if effect.felt_on(parts)):
+        fitted = each.fitted(config) if each.told.key else None
+        number = fitted.key if fitted else f"extensions.{each.name()}."
+        if issubclass(each, DimensionOffset):
+            dimension = each.dimension_key(config)
+            if dimension is None:
+                continue
+            shapes[dimension] = number if fitted else f"{number}offset_mm"
+        for check in each.checks:
+            own = {number if fitted else number + key: std for key, std in check.std.items()}
+            read[check.name, check.minutes] |= own
+    found = [
+        NumberCheck(name, minutes, tuple({key: 1.0} for key in own), tuple(own.values()))
+        for (name, minutes), own in read.items()
+    ]
+    return [_weighed(config, shapes), *found] if shapes else found
+
+
+def _weighed(config: Config, shapes: Mapping[str, str]) -> NumberCheck:
+    """The mass, which tells the sum of what all dimensions change of it.
+
+    Args:
+        config: of the body.
+        shapes: number of the hypotheses that changes a dimension, by the dimension's key.
+    """
+    check = DimensionOffset.weighed
+    mass_g, by = shape_number(MASS, config, find(config, tuple(shapes)))
+    reading = {shapes[key]: slope for key, slope in by.items()}
+    return NumberCheck(check.name, check.minutes, (reading,), (check.std[MASS] * mass_g,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +154,11 @@ class Expected:
 
     @classmethod
     def of(
-        cls, fits: Sequence[Rival], covariance: np.ndarray, noise: np.ndarray | None = None
+        cls,
+        fits: Sequence[Rival],
+        covariance: np.ndarray,
+        noise: np.ndarray | None = None,
+        least: float = Policy().visible,
     ) -> Expected:
         """From the readings of each fit.
 
@@ -169,6 +166,7 @@ class Expected:
             fits: the hypotheses.
             covariance: of the readings, shape (n, n).
             noise: of the readings so far, which come first; by the covariance where None.
+            least: length of a change below which nothing can be seen.
         """
         size = np.sqrt(np.diag(covariance)) if noise is None else noise
         factor = cholesky(covariance, lower=True)
@@ -184,7 +182,7 @@ class Expected:
             misfit[:, j] = 0.5 * off
             evidence[:, j] = -0.5 * (2 * np.log(np.diag(own)).sum() + scatter.sum() + left)
             more = np.array([true.acting < other.acting for true in fits])
-            nothing[:, j] = more & (_room(other, factor, size) < POLICY.visible_sigma)
+            nothing[:, j] = more & (_room(other, factor, size) < least)
         return cls(misfit, np.diag(evidence)[:, None] - evidence, nothing)
 
 
@@ -210,7 +208,11 @@ def _room(rival: Rival, factor: np.ndarray, noise: np.ndarray) -> float:
 
 
 def told_apart(
-    probability: np.ndarray, now: Expected, then: Expected, unseen: bool | np.ndarray = False
+    probability: np.ndarray,
+    now: Expected,
+    then: Expected,
+    unseen: bool | np.ndarray = False,
+    policy: Policy = Policy(),
 ) -> np.ndarray:
     """Tell if each column's effect is refuted where the row's acts, (effects, effects) of bool.
 
@@ -219,10 +221,11 @@ def told_apart(
         now, then: without and with an addition.
         unseen: pairs that differ in what the readings do not show, shape (effects, effects) of
             bool; one value for all will do.
+        policy: what tells two of them apart.
     """
     log = np.log(probability)
     odds = log[:, None] - log[None, :] + then.log_odds - now.log_odds
-    apart = (then.misfit > ADDITIONS.tied) | (odds > ADDITIONS.refutes) | then.nothing
+    apart = (then.misfit > policy.log_odds) | (odds > np.log(1000)) | then.nothing
     return np.asarray((apart & ~np.asarray(unseen)) | np.eye(len(log), dtype=bool))
 
 
@@ -246,6 +249,7 @@ class Comparison:
         covariance: of its readings, shape (n, n).
         probability: of each hypothesis.
         here: each at the readings so far.
+        policy: what tells two of them apart.
     """
 
     measurement: Measurement
@@ -253,28 +257,28 @@ class Comparison:
     covariance: np.ndarray
     probability: np.ndarray
     here: Sequence[Rival]
+    policy: Policy = Policy()
 
     @cached_property
     def now(self) -> Expected:
         """Expected evidence of the readings so far."""
-        return Expected.of(self.here, self.covariance, self.noise)
+        return Expected.of(self.here, self.covariance, self.noise, self.policy.visible)
 
     @cached_property
     def apart(self) -> np.ndarray:
         """Which are told apart already, (effects, effects) of bool."""
-        return told_apart(self.probability, self.now, self.now)
+        return told_apart(self.probability, self.now, self.now, policy=self.policy)
 
     def errors(self, proposal: Proposal, readings: np.ndarray) -> np.ndarray:
         """(m, m) covariance of an addition's readings by noise and by what a model may be off.
 
-        The noise is the median of a channel's so far.
+        The noise is the median of a channel's so far. A model may be off by a hundredth where
+        nothing was measured, independent between readings, so that no tie is split by less.
         """
         here, there = self.measurement.listed, proposal.measurement.listed
-        coupon = there["experiment"] == "coupon"
-        error = np.where(coupon, ADDITIONS.law_error, ADDITIONS.model_error)
         known = pd.Series(self.noise).groupby(here["column"].to_numpy()).median()
         noise = np.array([known.get(name, CHANNELS[name].noise) for name in there["column"]])
-        return np.diag(noise**2 + (error * readings) ** 2)
+        return np.diag(noise**2 + (0.01 * readings) ** 2)
 
     def worth(
         self,
@@ -305,14 +309,13 @@ class Comparison:
             )
             for a, b in zip(self.here, after, strict=True)
         ]
-        then = Expected.of(together, joint, self.noise)
-        apart = told_apart(self.probability, self.now, then, unseen)
+        then = Expected.of(together, joint, self.noise, self.policy.visible)
+        apart = told_apart(self.probability, self.now, then, unseen, self.policy)
         weights = np.outer(self.probability, self.probability)
         np.fill_diagonal(weights, 0.0)
         weights /= max(weights.sum(), 1e-300)
-        useful = np.minimum(then.misfit, ADDITIONS.enough) - np.minimum(
-            self.now.misfit, ADDITIONS.enough
-        )
+        enough = self.policy.hopeless
+        useful = np.minimum(then.misfit, enough) - np.minimum(self.now.misfit, enough)
         return NextExperiment(
             name=addition.name, minutes=addition.minutes,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
@@ -320,7 +323,7 @@ class Comparison:
             chance=chance_alone(self.probability, apart),
             excludes=self._names(apart[0] & ~self.apart[0]),
             shows=self._names(
-                (apart & ~self.apart | (then.misfit - self.now.misfit > ADDITIONS.tied))[:, 0]
+                (apart & ~self.apart | (then.misfit - self.now.misfit > self.policy.log_odds))[:, 0]
             ),
         )  # fmt: skip
 
@@ -337,8 +340,9 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     def acting_in(fit: MapFit) -> frozenset[str]:
         return frozenset({*decision.first, *decision.second}.intersection(fit.subset))
 
+    policy = posterior.problem.policy
     total = {acting: p for acting, p in posterior.by(acting_in).items() if acting}
-    least = POLICY.rival * max(total.values(), default=0.0)
+    least = policy.matters * max(total.values(), default=0.0)
     # members of a set are the less probable ones, too
     members = {*decision.first} if len(decision.first) > 1 else set()
     likely = [acting for acting, p in total.items() if p > least or acting & members]
@@ -346,4 +350,4 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     alone = [acting for acting in likely if not any(other < acting for other in likely)]
     alone.sort(key=lambda acting: -total[acting])
     leaders = posterior.leaders(acting_in)
-    return [(total[acting], leaders[acting]) for acting in alone[: POLICY.compared]]
+    return [(total[acting], leaders[acting]) for acting in alone[: policy.leading]]

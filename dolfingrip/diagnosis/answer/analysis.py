@@ -17,7 +17,6 @@ from dolfingrip.diagnosis.answer.errors import Errors, without_memory
 from dolfingrip.diagnosis.answer.specimens import Apart, Individual, apart
 from dolfingrip.diagnosis.core.blend import Tangents
 from dolfingrip.diagnosis.core.evidence import (
-    LEVELS,
     NONE,
     InferenceProblem,
     MapFit,
@@ -28,13 +27,10 @@ from dolfingrip.diagnosis.core.evidence import (
 from dolfingrip.diagnosis.core.search import ModelPosterior, pursued
 from dolfingrip.diagnosis.core.unknown import Cause, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion, shows_memory
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
-from dolfingrip.diagnosis.simulation.unknowns import told_as
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.extensions.index import NAMES, effect
+from dolfingrip.extensions.index import NAMES, effect, fitted_effects
 from dolfingrip.extensions.kinds import Elastic
-from dolfingrip.parameter.nuisances import GAP
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +114,9 @@ class Analysis[S: Simulator]:
             return None
         every = Individual(self.measurement, errors.covariance, errors.along, errors.signal)
         alike = errors.covariance - every.apart(errors.scatter.scale, errors.scatter.shape)
-        some = np.arange(0, len(errors.signal), -(-len(errors.signal) // POLICY.some))
+        some = np.arange(
+            0, len(errors.signal), -(-len(errors.signal) // self.measurement.policy.some_readings)
+        )
         return apart(Individual(self.measurement, alike, errors.along, errors.signal, some))
 
     # -- artefacts of instruments -----------------------------------------------------------------
@@ -163,8 +161,10 @@ class Analysis[S: Simulator]:
     def overrides(self, fit: MapFit) -> Change:
         """Return the change of the configuration to the numbers of a fit."""
         problem, found = self.problem, dict(self.point(fit).change(self.applied))
-        if "plate_gap" not in fit.subset:  # each time that the plate is set it is another one
-            found.pop(GAP, None)
+        for each in fitted_effects():
+            if each.told.each_time and each.name() not in fit.subset:
+                anew = each.fitted(self.applied)
+                found.pop(anew.key if anew else "", None)
         linear = enumerate(problem.always[problem.simulated_count :], problem.simulated_count)
         for place, number in linear:  # as told, but where they are far off
             if {*number.names} & {*NAMES} & {*fit.subset}:
@@ -192,7 +192,7 @@ class Analysis[S: Simulator]:
     @property
     def fitted_names(self) -> tuple[str, ...]:
         """The model's own numbers by what a laboratory tells them as."""
-        return tuple(map(told_as, self.problem.always))
+        return tuple(each.told_as for each in self.problem.always)
 
     # -- exact simulations ------------------------------------------------------------------------
 
@@ -259,7 +259,7 @@ class Analysis[S: Simulator]:
             ):
                 slopes[:, place] = slope * number.coordinate(np.array(zeta))[1]
             for place in range(count, problem.nuisance_count):
-                slopes[:, place] = changes.get(told_as(problem.always[place]), 0.0)
+                slopes[:, place] = changes.get(problem.always[place].told_as, 0.0)
             found.append((told[:, 0], slopes))
         return found
 
@@ -351,7 +351,7 @@ def hidden_effects(analysis: Analysis, none: MapFit) -> dict[str, tuple[str, ...
     found: dict[str, tuple[str, ...]] = dict.fromkeys(analysis.unseen, ())
     for name, cause in analysis.causes.items():
         zeta = cause.at_strength(cause.box())
-        if seen.strength(name, zeta) < POLICY.visible_sigma:
+        if seen.strength(name, zeta) < problem.policy.visible:
             _, found[name] = _taken(analysis, seen, seen.change(name, zeta))
     return found
 
@@ -362,7 +362,7 @@ def _taken(
     """Length of a change, (n,), by the noise alone, and the numbers that take most of it over."""
     noise = analysis.errors.noise
     alone = float(np.linalg.norm(change / noise))
-    if alone < POLICY.visible_sigma:
+    if alone < analysis.problem.policy.visible:
         return alone, ()
     always, shared = analysis.problem.always, analysis.errors.shared
     names = [each.names[0] if each.names else each.key for each in always]
@@ -392,7 +392,7 @@ def alternatives(
     found = []
     for subset, log in evidence.items():
         factor = float(np.exp(log - against))
-        if len(subset) != 1 or problem.causes(subset) != subset or factor < np.exp(-ADDITIONS.tied):
+        if len(subset) != 1 or problem.causes(subset) != subset or factor < 1 / problem.policy.odds:
             continue
         fit, own = fits[subset, 0.0], problem.nuisance_count
         seen = Visibility(problem, fit.zeta[:own])
@@ -400,7 +400,7 @@ def alternatives(
         more = _room(analysis, fit, change)
         more_of_readings = problem.slopes(subset, fit.zeta)[:, own:] @ more[own:]
         alone, behind = _taken(analysis, seen, change + more_of_readings)
-        if alone >= POLICY.implausible_sigma:
+        if alone >= problem.policy.unlikely:
             stronger = replace(fit, zeta=np.clip(fit.zeta + more, *problem.box(fit.subset).T))
             found.append(Alternative(fit, factor, behind, stronger))
     return sorted(found, key=lambda each: -each.factor)
@@ -424,6 +424,7 @@ def _room(analysis: Analysis, fit: MapFit, change: np.ndarray) -> np.ndarray:
 def _evidence(posterior: ModelPosterior) -> dict[Subset, float]:
     """ln p(y) of each set of causes, by all levels of a discrepancy."""
     logs: dict[Subset, list[float]] = defaultdict(list)
+    prior = posterior.problem.policy.levels
     for fit in posterior.fits:
-        logs[fit.subset].append(fit.log_evidence + float(np.log(LEVELS[fit.level])))
+        logs[fit.subset].append(fit.log_evidence + float(np.log(prior[fit.level])))
     return {subset: float(np.logaddexp.reduce(each)) for subset, each in logs.items()}

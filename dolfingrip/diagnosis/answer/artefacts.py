@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.answer.discrepancy import Along
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.table import CONTROL
-from dolfingrip.diagnosis.policy import ARTEFACTS, POLICY
+from dolfingrip.diagnosis.policy import Policy
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Artefact:
     @property
     def wide(self) -> Artefact:
         """Artefact whose size has the wide part of its prior."""
-        own, by = self.nuisance, POLICY.implausible_width
+        own, by = self.nuisance, self.nuisance.unknown.prior.wide
         prior = replace(own.unknown.prior, spread=by * own.std)
         return replace(self, nuisance=Nuisance(replace(own.unknown, prior=prior), by * own.change))
 
@@ -57,16 +57,17 @@ def possible_artefacts(
         steep: their derivatives by the control, shape (n,).
         have: kinds that were found already, which are left out: waves beside a wave, too.
     """
-    listed, shown = measurement.listed, [*_shown(measurement, along, steep)]
+    listed, policy = measurement.listed, measurement.policy
+    shown = [*_shown(measurement, along, steep)]
     every = [
-        *_jumps(listed, along.path, shown), *_waves(listed, shown),
-        *filter(_either_way, _plays(listed, shown)),
+        *_jumps(listed, along.path, shown), *_waves(listed, shown, policy),
+        *filter(_either_way, _plays(listed, shown, policy)),
     ]  # fmt: skip
     new = [each for each in every if each.kind not in have]
     # as all priors are, these are a mixture: nine parts are ordinary, one is four times as wide
     usual, rare = (
-        float(np.log(POLICY.implausible_odds * part / max(len(new), 1)))
-        for part in (1 - POLICY.rare, POLICY.rare)
+        float(np.log(policy.rare * part / max(len(new), 1)))
+        for part in (1 - policy.rare, policy.rare)
     )
     return [
         *(replace(each, log_prior=usual) for each in new),
@@ -82,7 +83,8 @@ def plays(measurement: Measurement, along: Along, steep: np.ndarray) -> Iterator
         along: where they lie.
         steep: their derivatives by the control, shape (n,).
     """
-    return _plays(measurement.listed, [*_shown(measurement, along, steep)])
+    shown = [*_shown(measurement, along, steep)]
+    return _plays(measurement.listed, shown, measurement.policy)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,19 +155,19 @@ def _jumps(listed: pd.DataFrame, path: np.ndarray, every: Sequence[_Shown]) -> I
                 f"in the {end['branch']} of cycle {end['cycle']}"
             )
             yield _artefact(
-                f"jump of {shown.name} {where}", ARTEFACTS.jump * shown.size, shown.unit,
+                f"jump of {shown.name} {where}", 0.1 * shown.size, shown.unit,
                 shown.by * shown.at * (path > 0.5 * (path[before] + path[after])),
             )  # fmt: skip
 
 
-def _plays(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
+def _plays(listed: pd.DataFrame, every: Sequence[_Shown], policy: Policy) -> Iterator[Artefact]:
     """Lags behind either way by as much, as of a gauge with a play.
 
     What rubs turns within a part of the range (Dahl, AIAA Journal 14, 1976).
     """
     row, number = listed["row"].to_numpy(), listed["test"].to_numpy()
     for shown in every:
-        for length in ARTEFACTS.turns:
+        for length in policy.turns:
             behind = np.zeros(len(listed))
             for test in shown.tests:
                 mine = number == test.number
@@ -176,7 +178,7 @@ def _plays(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
             if behind.any():
                 yield _artefact(
                     f"play of {shown.name}, within {length:g} of the range",
-                    ARTEFACTS.play * shown.size, shown.unit, shown.by * shown.at * behind,
+                    policy.play * shown.size, shown.unit, shown.by * shown.at * behind,
                     f"play of {shown.name}",
                 )  # fmt: skip
 
@@ -195,7 +197,7 @@ def _behind(steps: np.ndarray, length: float) -> Iterator[float]:
         yield at
 
 
-def _waves(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
+def _waves(listed: pd.DataFrame, every: Sequence[_Shown], policy: Policy) -> Iterator[Artefact]:
     """Sines and cosines of controls, of which enough periods are read often enough."""
     control, number = listed["control"].to_numpy(), listed["test"].to_numpy()
     for shown in every:
@@ -204,13 +206,13 @@ def _waves(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
         own = control[number == shown.tests[0].number]
         span = float(np.ptp(own))
         read = len(np.unique(np.round(own / max(span, 1e-9), 2)))
-        most = min(read / ARTEFACTS.a_period, ARTEFACTS.periods)
-        for count in np.arange(ARTEFACTS.fewest_periods, most, ARTEFACTS.period_step):
+        most = min(read / policy.few, policy.dense)
+        for count in np.arange(policy.fewest_periods, most, 0.1):
             phase = 2 * np.pi * count * control / span
             wave = f"of period {span / count:.3g} {shown.unit}"
             for shape, change in (("sine", np.sin(phase)), ("cosine", np.cos(phase) - 1)):
                 yield _artefact(
-                    f"{shape} {wave} of {shown.name}", ARTEFACTS.wave * span, shown.unit,
+                    f"{shape} {wave} of {shown.name}", 0.01 * span, shown.unit,
                     shown.by * shown.at * change,
                     shape,
                 )  # fmt: skip

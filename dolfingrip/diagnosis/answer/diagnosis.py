@@ -28,7 +28,7 @@ from dolfingrip.diagnosis.core.decision import (
 )
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.index import effect
 from dolfingrip.files.diagnosis import (
     Downstream,
@@ -75,6 +75,11 @@ class Diagnosis:
     simulated_s: float = 0.0
     quick: bool = False
     downstream: Downstream | None = None
+
+    @property
+    def policy(self) -> Policy:
+        """Numbers that it was made by."""
+        return self.analysis.problem.policy
 
     @property
     def none(self) -> MapFit:
@@ -147,7 +152,7 @@ class Diagnosis:
     @property
     def undecided(self) -> bool:
         """Tell whether neither a cause is claimed nor that the catalogue has none."""
-        vague = self.decision.probability < POLICY.likelier
+        vague = self.decision.probability < 0.5
         return self.decision.answer == "none" or (self.decision.answer == "unknown" and vague)
 
     @cached_property
@@ -176,7 +181,7 @@ class Diagnosis:
     @property
     def claimed(self) -> bool:
         """Tell whether the answer is sure enough to be told as one: all causes were looked at."""
-        return self.probability >= POLICY.claimed and not self.analysis.not_tried
+        return self.probability >= self.policy.claimed and not self.analysis.not_tried
 
     @property
     def open_names(self) -> list[str]:
@@ -187,8 +192,9 @@ class Diagnosis:
         if not self.undecided:
             return []
         inclusion, own = self.decision.inclusion, self.posterior.problem.implausible
+        least = self.policy.matters
         names = [each.fit.subset[0] for each in self.alternatives]
-        seen = [n for n, p in inclusion.items() if p >= POLICY.verified and n not in {*own, *names}]
+        seen = [n for n, p in inclusion.items() if p >= least and n not in {*own, *names}]
         return sorted([*names, *seen], key=lambda name: -inclusion.get(name, 0.0))
 
     @property
@@ -245,13 +251,17 @@ def diagnosed(
     """
     say("comparing all causes, alone and in pairs")
     analysis = analysis.judged_by_shape()
-    analysis, posterior = refined(analysis, _compared(analysis), say, _most(quick))
+    most = 2 if quick else analysis.problem.policy.most_fits
+    analysis, posterior = refined(analysis, _compared(analysis), say, most)
     while found := analysis.artefacts(posterior):
         say(f"comparing all causes beside {' and '.join(e.nuisance.name for e in found)}")
         other = analysis.beside(found)
         log_prior = sum(each.log_prior for each in found)
-        other, beside = refined(other, _compared(other), say, _most(quick))
-        likelier = beside.log_density + log_prior > posterior.log_density + ADDITIONS.tied
+        other, beside = refined(other, _compared(other), say, most)
+        likelier = (
+            beside.log_density + log_prior
+            > posterior.log_density + analysis.problem.policy.log_odds
+        )
         # of a specimen that stands apart even so, more is off than an artefact
         if not likelier or other.specimens_apart():
             break
@@ -259,10 +269,6 @@ def diagnosed(
     if not analysis.closed_form:
         posterior = search(analysis.problem, np.random.default_rng(0), before=posterior)
     return Diagnosis(config, analysis, posterior, *sensitivity(posterior), quick=quick)
-
-
-def _most(quick: bool) -> int:
-    return POLICY.quick_fits if quick else POLICY.simulated_fits
 
 
 def _compared(analysis: Analysis[Any]) -> ModelPosterior:

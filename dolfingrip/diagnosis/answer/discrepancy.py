@@ -18,8 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial import chebyshev
 
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.simulator import Simulator
 
 
@@ -32,16 +33,19 @@ class Along:
         path: s, shape (n,).
         block: number of the channel and protocol of each, shape (n,).
         size: S of its channel, shape (n,).
+        policy: how far a discrepancy reaches along them.
     """
 
     load: np.ndarray
     path: np.ndarray
     block: np.ndarray
     size: np.ndarray
+    policy: Policy = Policy()
 
     def at(self, some: np.ndarray) -> Along:
         """Where some of the readings lie."""
-        return Along(self.load[some], self.path[some], self.block[some], self.size[some])
+        parts = (self.load[some], self.path[some], self.block[some], self.size[some])
+        return Along(*parts, self.policy)
 
     def ways(self, listed: pd.DataFrame) -> list[np.ndarray]:
         """Places of the readings of each branch of each cycle, by channel and protocol."""
@@ -66,34 +70,36 @@ def lying(simulation: Simulator) -> Along:
     largest = pd.Series(np.abs(load)).groupby(rows["experiment"]).transform("max")
     load /= largest.replace(0.0, 1.0).to_numpy()
     for mine in of.values():
-        path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine])
+        path[mine] = path_of(load[mine], rows["time_s"].to_numpy()[mine], measurement.policy)
     group = {test: place for place, each in enumerate(simulation.groups) for test in each.tests}
     block = listed.groupby([listed["test"].map(group), "column"]).ngroup()
     size = np.sqrt((listed["value"] ** 2).groupby(block).transform("mean"))
     row = listed["row"].to_numpy()
-    return Along(load[row], path[row], block.to_numpy(), size.to_numpy())
+    policy = measurement.policy
+    return Along(load[row], path[row], block.to_numpy(), size.to_numpy(), policy)
 
 
-def path_of(load: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+def path_of(load: np.ndarray, time_s: np.ndarray, policy: Policy) -> np.ndarray:
     """s of one run's rows in the order of time, shape (rows,)."""
     moved = np.abs(np.diff(load, prepend=0.0))
     waited = np.where(moved > 1e-3, 0.0, np.diff(time_s, prepend=time_s[0]))
     since = np.zeros(len(load))
     for i in range(1, len(load)):
         since[i] = since[i - 1] + waited[i] if waited[i] > 0 else 0.0
-    slow = POLICY.wait_weight * np.log1p(since / POLICY.wait_s)
+    slow = policy.wait_weight * np.log1p(since / policy.wait_s)
     rise = np.maximum(np.diff(slow, prepend=0.0), 0.0)
     return np.asarray(np.cumsum(moved + rise))
 
 
 def kernel(along: Along) -> np.ndarray:
     """K for a level of 1, shape (n, n)."""
-    x, s = along.load / POLICY.load_length, along.path / POLICY.path_length
+    x, s, length = along.load, along.path, along.policy.load_length
+    steep = np.sqrt(2 * (1 + 0.5))  # √(2ν) of a Matérn kernel of order ν = 3/2
     parts = (
-        0.5 * _at_rest_zero(lambda t: np.exp(-0.5 * t**2), x)
-        + 0.25 * _at_rest_zero(lambda t: (1 + np.sqrt(3) * t) * np.exp(-np.sqrt(3) * t), s)
-        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), along.load / POLICY.rough_length)
-        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), along.path / POLICY.rough_length)
+        0.5 * _at_rest_zero(lambda t: np.exp(-0.5 * t**2), x / length)
+        + 0.25 * _at_rest_zero(lambda t: (1 + steep * t) * np.exp(-steep * t), s)
+        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), x / length)
+        + 0.125 * _at_rest_zero(lambda t: np.exp(-t), s / length)
     )
     same = along.block[:, None] == along.block
     return np.asarray(np.outer(along.size, along.size) * np.where(same, parts, 0.0))
@@ -110,6 +116,6 @@ def smooth_curves(along: Along) -> np.ndarray:
     columns = []
     for block in np.unique(along.block):
         own = along.block == block
-        shapes = np.polynomial.chebyshev.chebvander(2 * along.load - 1, POLICY.smooth - 1)
+        shapes = chebyshev.chebvander(2 * along.load - 1, along.policy.smooth - 1)
         columns.append((own * along.load * along.size)[:, None] * shapes)
     return np.hstack(columns)

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial import chebyshev
 
 from dolfingrip.diagnosis.answer.artefacts import Artefact, plays
 from dolfingrip.diagnosis.answer.discrepancy import Along, lying, smooth_curves
@@ -19,7 +20,6 @@ from dolfingrip.diagnosis.answer.noise import drifting, instrument_noise
 from dolfingrip.diagnosis.answer.specimens import between
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulator import Simulator
 from dolfingrip.files.diagnosis import NoiseSource, Scatter
 
@@ -113,8 +113,9 @@ def errors_of(simulation: Simulator) -> Errors:
     ])  # fmt: skip
     if slack_mm.any():
         late = slack_mm[test] * steep
-        fitted += POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
-        share = float(np.sqrt(1 - POLICY.own_slack))
+        # half of the variance is each coupon's own, half the rig's
+        fitted += 0.5 * np.outer(late, late) * (test[:, None] == test)
+        share = float(np.sqrt(0.5))
         slack = Unknown.marginal(SLACK, share * float(slack_mm.max()), "mm")
         shared.insert(0, Nuisance(slack, share * late))
     instrument = instrument_noise(measurement)
@@ -179,12 +180,13 @@ def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.n
     found, turned = np.zeros(len(value)), np.zeros(len(value))
     for at in along.ways(listed):
         x = 2 * along.load[at] - 1
-        degree = int(np.clip(len(np.unique(np.round(x / 2, 4))) // 4, 0, POLICY.smooth))
-        powers = np.polynomial.chebyshev.chebvander(x, degree)
+        places = len(np.unique(np.round(x / along.policy.gauge)))
+        degree = min(places // along.policy.few, along.policy.smooth)
+        powers = chebyshev.chebvander(x, degree)
         weights, *_ = np.linalg.lstsq(base[at, None] * powers, value[at], rcond=1e-8)
         found[at] = powers @ weights
-        by_x = np.polynomial.chebyshev.chebder(weights)
-        turned[at] = 2 * np.polynomial.chebyshev.chebval(x, by_x)
+        by_x = chebyshev.chebder(weights)
+        turned[at] = 2 * chebyshev.chebval(x, by_x)
     return found, turned
 
 

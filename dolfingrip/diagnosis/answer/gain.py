@@ -16,9 +16,8 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import NONE
+from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem
 from dolfingrip.diagnosis.core.search import ModelPosterior, searched_again
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.files.diagnosis import HeldOutError
 
 SPECIMENS = "specimens"
@@ -66,10 +65,10 @@ def held_out(analysis: Analysis[Any], whole: ModelPosterior) -> HeldOut:
     for kind in dict.fromkeys(fold.kind for fold in folds):
         own = [fold for fold in folds if fold.kind == kind]
         for name, which in analysis.measurement.channels().items():
-            errors.append(_error(own, kind, name, which, analysis.problem.value))
+            errors.append(_error(own, kind, name, which, analysis.problem))
     by_nuisances = sum(fold.log_odds[0] for fold in folds)
     by_process = sum(fold.log_odds[1] for fold in folds)
-    claimed = by_nuisances >= POLICY.predicted_log_odds and by_process > 0
+    claimed = by_nuisances >= analysis.problem.policy.log_odds and by_process > 0
     return HeldOut(tuple(errors), claimed)
 
 
@@ -83,7 +82,7 @@ def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
             yield SPECIMENS, specimen == name
     else:
         load = analysis.errors.along.load
-        for low, high in pairwise(np.quantile(load, [0, 1 / 3, 2 / 3, 1])):
+        for low, high in pairwise(np.quantile(load, np.linspace(0, 1, 2 * 2))):
             part = (load >= low) & (load <= high)
             if 0 < part.sum() < len(part):
                 yield BANDS, part
@@ -141,18 +140,18 @@ def _log_odds(whole: ModelPosterior, rest: ModelPosterior) -> tuple[float, float
 
 
 def _error(
-    folds: list[Fold], kind: str, channel: str, which: np.ndarray, value: np.ndarray
+    folds: list[Fold], kind: str, channel: str, which: np.ndarray, problem: InferenceProblem
 ) -> HeldOutError:
     def rms(by: str, chosen: Iterable[int]) -> float:
         own = [folds[i] for i in chosen]
-        off = [(each.predictions[by] - value)[each.part & which] for each in own]
+        off = [(each.predictions[by] - problem.value)[each.part & which] for each in own]
         together = np.concatenate(off) ** 2
         return float(np.sqrt(together.mean())) if together.size else 0.0
 
-    rng = np.random.default_rng(0)
-    drawn = [rng.integers(0, len(folds), len(folds)) for _ in range(200)]
+    rng, policy = np.random.default_rng(0), problem.policy
+    drawn = [rng.integers(0, len(folds), len(folds)) for _ in range(policy.draws // 2)]
     errors = [rms("cause", chosen) for chosen in drawn]
-    tail = (1 - POLICY.interval) / 2
+    tail = (1 - policy.nearly) / 2
     ends = np.quantile(errors, [tail, 1 - tail])
     odds = np.sum([fold.log_odds for fold in folds], axis=0)
     return HeldOutError(

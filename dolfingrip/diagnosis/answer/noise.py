@@ -5,7 +5,7 @@
 over the third differences Δ³y of the readings of one branch, in the order of the control. If rows
 are dense the curve itself has no such differences, and independent noise σ gives them a variance of
 C(6, 3) σ² = 20 σ² (von Neumann, Ann. Math. Stat. 12, 1941, with first differences). A branch of at
-least ``DATA.dense`` rows is dense. Cycles from the second on repeat one another: if branches are
+least ``Policy.dense`` rows is dense. Cycles from the second on repeat one another: if branches are
 not dense, half the variance of their differences is used.
 """
 
@@ -21,7 +21,7 @@ import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import NoiseSource
 
 
@@ -48,7 +48,8 @@ class InstrumentNoise:
 def instrument_noise(measurement: Measurement) -> InstrumentNoise:
     """The noise of each reading of ``measurement``."""
     listed = measurement.listed
-    independent, correlated, control = np.zeros((3, len(listed)))
+    zero = np.zeros(len(listed))
+    independent, correlated, control = zero.copy(), zero.copy(), zero.copy()
     correlation_time_s = np.full(len(listed), np.inf)
     sources: list[NoiseSource] = []
     for (number, column), part in listed.groupby(["test", "column"], sort=False):
@@ -83,31 +84,33 @@ def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
 
 def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> NoiseSource:
     """A standard deviation, and its source."""
-    rows = measurement.rows(test.number)
+    rows, policy = measurement.rows(test.number), measurement.policy
     std, source = CHANNELS[column].noise, "guess"
     for parts, name in (
-        (_repeats(rows, test.control, column), "repeats"),
-        (_differences(rows, test.control, column), "scatter"),
+        (_repeats(rows, test.control, column, policy.alike), "repeats"),
+        (_differences(rows, test.control, column, policy), "scatter"),
     ):
         off = np.concatenate([np.empty(0), *parts])
         # rounded readings may not differ at all
-        if len(off) >= DATA.fewest_differences and off.any():
+        if len(off) >= policy.few and off.any():
             std, source = float(np.sqrt(np.mean(off**2))), name
     return NoiseSource.model_validate(
         {"column": column, "test": str(test), "std": std, "source": source}
     )
 
 
-def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
+def _differences(
+    rows: pd.DataFrame, control: str, column: str, policy: Policy
+) -> Iterator[np.ndarray]:
     """Third differences of dense ramps, divided by those of noise of 1."""
     for (branch, _), part in rows.groupby(["branch", "leg"], sort=False):
         in_order = part if branch == "hold" else part.sort_values(control)
-        value, order = in_order[column].dropna().to_numpy(), DATA.differences
-        if len(value) >= DATA.dense:
+        value, order = in_order[column].dropna().to_numpy(), policy.differences
+        if len(value) >= policy.dense:
             yield np.diff(value, order) / np.sqrt(comb(2 * order, order))
 
 
-def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
+def _repeats(rows: pd.DataFrame, control: str, column: str, off: float) -> Iterator[np.ndarray]:
     """Differences between successive cycles from the second on, divided by √2."""
     for _, branch in rows[rows["cycle"] > 1].groupby("branch", sort=False):
         cycles = [part for _, part in branch.groupby("cycle", sort=True)]
@@ -115,7 +118,7 @@ def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarr
             if len(before) != len(after):
                 continue
             away = after[control].to_numpy() - before[control].to_numpy()
-            if np.abs(away).max() > DATA.same_place * max(float(np.ptp(before[control])), 1e-9):
+            if np.abs(away).max() > off * max(float(np.ptp(before[control])), 1e-9):
                 continue
             change = after[column].to_numpy() - before[column].to_numpy()
             yield change[~np.isnan(change)] / np.sqrt(2)

@@ -16,7 +16,6 @@ import numpy as np
 from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import MapFit, Subset
 from dolfingrip.diagnosis.core.search import ModelPosterior, search
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulator import Simulator
 from dolfingrip.jobs.run import Say
 
@@ -75,18 +74,18 @@ def doubtful(
     """
     problem, free, others = posterior.problem, list[MapFit](), list[MapFit]()
     could: dict[Subset, tuple[float, MapFit]] = {}
-    probability = {id(fit): p for p, fit in posterior.weighed}
+    probability, policy = {id(fit): p for p, fit in posterior.weighed}, problem.policy
     for fit in posterior.leaders(lambda fit: (problem.causes(fit.subset), fit.level)).values():
         causes, missed = problem.causes(fit.subset), problem.extrapolated(fit)
-        if missed > POLICY.exactly and causes not in problem.impossible:
+        if missed > policy.exactly and causes not in problem.impossible:
             most = float(np.log(probability[id(fit)] + np.finfo(float).tiny)) + missed
             could[causes] = max(could.get(causes, (most, fit)), (most, fit), key=lambda e: e[0])
     for causes, (most, fit) in sorted(could.items(), key=lambda each: -each[1][0]):
         alone = len(causes) == 1
         costs = not alone or analysis.simulation.free(analysis.point(fit)) is None
-        left = POLICY.tries * (1 if costs else 2) - tried[causes]
-        if left > POLICY.tries:
+        left = policy.tries * (1 if costs else 2) - tried[causes]
+        if left > policy.tries:
             free.append(fit)
-        elif left > 0 and most > np.log(POLICY.matters):
+        elif left > 0 and most > np.log(policy.matters):
             others.append(fit)
     return free, others

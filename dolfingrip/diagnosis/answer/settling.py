@@ -9,12 +9,12 @@ import numpy as np
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import (
-    INSTRUMENTS,
     Comparison,
     NumberCheck,
     Rival,
     chance_alone,
     checks,
+    coupon_check,
     tied,
 )
 from dolfingrip.diagnosis.answer.analysis import Analysis, remembers_state
@@ -22,7 +22,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import shows_memory
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.files.diagnosis import Advice, NextExperiment, Way
 from dolfingrip.jobs.run import Say
 from dolfingrip.parameter.nuisances import changes
@@ -55,8 +55,12 @@ def settled_by(
                    problem.slopes(fit.subset, fit.zeta))
             for fit in fits
         ],
+        problem.policy,
     )  # fmt: skip
-    possible = INSTRUMENTS if analysis.closed_form else checks(analysis.applied)
+    possible = (
+        checks(analysis.applied, EXPERIMENTS["coupon"].parts) if analysis.closed_form
+        else [*checks(analysis.applied), coupon_check(problem.policy)]
+    )  # fmt: skip
     weighed = [_checked(analysis, comparison, each, fits) for each in possible]
     now = chance_alone(comparison.probability, comparison.apart)
     helpful = [each for each in weighed if each is not None and (each.chance > now or each.tells)]
@@ -78,12 +82,12 @@ def _open(found: Diagnosis) -> list[tuple[float, MapFit]]:
     if decision.answer == "none":
         rest = [(each.factor, each.stronger) for each in found.alternatives]
         return [(1.0, found.none), *rest]
-    total = posterior.by_causes
+    total, policy = posterior.by_causes, posterior.problem.policy
     likely, least = [NONE, *(each.fit.subset for each in found.alternatives)], 0.0
     if not found.alternatives:
-        likely, least = [*total], POLICY.rival * max(total.values())
+        likely, least = [*total], policy.matters * max(total.values())
     likely = sorted((each for each in likely if total[each] > least), key=lambda each: -total[each])
-    most = len(found.alternatives) or POLICY.compared
+    most = len(found.alternatives) or policy.leading
     return [(total[each], posterior.best(each)) for each in likely[:most]]
 
 
@@ -183,6 +187,6 @@ def advice(found: Diagnosis) -> Advice | None:
     elif decision.answer == "none":
         way = "finger" if coupons else "nothing"
     if way == "alone":
-        likely = (name for name, p in decision.inclusion.items() if p >= POLICY.verified)
+        likely = (name for name, p in decision.inclusion.items() if p >= found.policy.matters)
         names = [*dict.fromkeys([*decision.first, *decision.second, *likely])]
     return Advice(way=way, names=tuple(names), unload=unload)

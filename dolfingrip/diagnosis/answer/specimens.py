@@ -9,12 +9,13 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import scipy.linalg
+from numpy.polynomial import chebyshev
 from scipy.special import logsumexp
 
 from dolfingrip.channels import TRANSVERSE_STRAIN
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import Scatter
 
 
@@ -37,23 +38,24 @@ def between(
     if specimens == 1 or not one_curve:
         coupon = (measurement.listed["experiment"] == "coupon").to_numpy()
         shape = kernel(along) * np.outer(coupon, coupon)
-        level = POLICY.single_shape if coupon.all() else 0.0
+        least, *_ = own.policy.discrepancy_levels
+        level = least if coupon.all() else 0.0
         scatter = Scatter(
             specimens=specimens, scale=0.0, prior_scale=told, shape=level, estimated=False
         )
-        return scatter, POLICY.single_shape**2 * shape
+        return scatter, least**2 * shape
     likelihood = own.likelihood()
     best = 0
     for number, of in enumerate(likelihood.max(axis=1)):
         if of > likelihood[best].max() + 0.5:
             best = number
-    scale = POLICY.specimen_scales[best] * told
+    scale = own.scales[best] * told
     weights = np.exp(likelihood[best] - likelihood[best].max())
-    levels = np.array(POLICY.specimen_shapes)
+    levels = np.array(own.policy.specimen_shapes)
     level = float(np.sqrt(weights @ levels**2 / weights.sum()))
     scatter = Scatter(
         specimens=specimens, scale=scale, prior_scale=told, shape=level, estimated=True,
-        wide=scale > POLICY.scatters * told,
+        wide=scale > 2 * told,
     )  # fmt: skip
     return scatter, own.apart(scale, level)
 
@@ -88,6 +90,16 @@ class Individual:
         self._same = self.specimen[:, None] == self.specimen
 
     @property
+    def policy(self) -> Policy:
+        """Numbers that they are compared by."""
+        return self.measurement.policy
+
+    @property
+    def scales(self) -> list[float]:
+        """Factors of the scatter of their stiffness that are compared."""
+        return [1.0, *(width for width in self.policy.widths if width > 1)]
+
+    @property
     def told(self) -> float:
         """Relative scatter of the stiffness as the laboratory told it."""
         tests = self.measurement.tests
@@ -105,15 +117,15 @@ class Individual:
         """
         common, value = _common(self._listed, self.along), self._listed["value"].to_numpy()
         far = np.isin(self.specimen, outside)
-        wide = POLICY.far**2 * (self._stiff + self._shape) * self._same * np.outer(far, far)
+        wide = 0.01 * (self._stiff + self._shape) * self._same * np.outer(far, far)
         return np.array([
             [
                 _restricted(
                     self.covariance + wide + self.apart(factor * self.told, level), common, value
                 )
-                for level in POLICY.specimen_shapes
+                for level in self.policy.specimen_shapes
             ]
-            for factor in POLICY.specimen_scales
+            for factor in self.scales
         ])  # fmt: skip
 
     def evidence(self, outside: Sequence[str]) -> float:
@@ -132,10 +144,11 @@ def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
     for at in along.ways(listed):
         x = along.load[at]
         each = int(listed.iloc[at].groupby("test").size().median())
-        degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
+        places = len(np.unique(np.round(x / along.policy.gauge)))
+        degree = min(places, each, along.policy.most_stops - 1) - 1
         own = np.zeros((len(along.load), degree + 1))
         span = max(float(np.ptp(x)), 1e-9)
-        own[at] = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
+        own[at] = chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
         columns.append(own)
     return np.hstack(columns)
 
@@ -178,11 +191,11 @@ def apart(own: Individual) -> Apart | None:
     names = sorted(set(own.specimen))
     # two at least share a curve; which two, four specimens tell where the others differ
     log = {
-        each: own.evidence(each) + len(each) * float(np.log(POLICY.implausible_odds))
-        for count in range(min(POLICY.apart, len(names) - 2) + 1)
+        each: own.evidence(each) + len(each) * float(np.log(own.policy.rare))
+        for count in range(min(2, len(names) - 2) + 1)
         for each in combinations(names, count)
     }
     best = max(log, key=log.__getitem__)
     rest = [value for each, value in log.items() if each != best]
     found = Apart(best, log[best] - float(logsumexp(rest)) if rest else 0.0)
-    return found if best and found.log_odds > ADDITIONS.tied else None
+    return found if best and found.log_odds > own.policy.log_odds else None

@@ -14,9 +14,7 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.core.evidence import MapFit
 from dolfingrip.diagnosis.data.motion import smallest_change
 from dolfingrip.diagnosis.data.table import CONTROL
-from dolfingrip.diagnosis.policy import PAGE, POLICY
-from dolfingrip.diagnosis.simulation.nuisances import UNITS
-from dolfingrip.diagnosis.simulation.unknowns import told_as
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import (
     BandMisfit,
     ChannelMisfit,
@@ -38,8 +36,8 @@ def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
         analysis: readings with all that could explain them.
         fit: a hypothesis.
     """
-    draws, weights = fit.draws or _by_hessian(fit)
-    model, problem = analysis.applied, analysis.problem
+    model, problem, policy = analysis.applied, analysis.problem, analysis.problem.policy
+    draws, weights = fit.draws or _by_hessian(fit, policy.draws)
     middle = np.where(np.arange(len(fit.zeta)) < problem.nuisance_count, 0.0, fit.zeta)
     places = np.vstack([middle, fit.zeta, draws])
     factor = problem.factor.at(places[:, 0])
@@ -48,14 +46,16 @@ def fitted_numbers(analysis: Analysis[Any], fit: MapFit) -> list[FittedNumber]:
         for modulus in find(model, modulus_keys(model))
     ]
     always = [
-        (_part(told_as(number)), number, place)
-        for place, number in enumerate(problem.always[1:], 1)
+        (_part(number.told_as), number, place) for place, number in enumerate(problem.always[1:], 1)
     ]
     of_causes = [(cause.name, number, place) for cause, number, place in analysis.numbers(fit)]
     for part, number, place in [*always, *of_causes]:
         scale = factor if number.modulus else 1.0
         values.append((number.key, part, number.at(places[:, place]) * scale))
-    return [_estimated(key, part, value, weights, analysis.causes) for key, part, value in values]
+    return [
+        _estimated(key, part, value, weights, analysis.causes, policy)
+        for key, part, value in values
+    ]
 
 
 def _part(name: str) -> str:
@@ -63,16 +63,21 @@ def _part(name: str) -> str:
     return "walls" if name == WALL else "body" if "." in name else "rig"
 
 
-def _by_hessian(fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
+def _by_hessian(fit: MapFit, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Draws from the normal distribution about the most probable numbers."""
     rng = np.random.default_rng(0)
     lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
-    draws = fit.zeta + rng.standard_normal((POLICY.draws, len(fit.zeta))) @ lower.T
-    return draws, np.full(POLICY.draws, 1 / POLICY.draws)
+    draws = fit.zeta + rng.standard_normal((count, len(fit.zeta))) @ lower.T
+    return draws, np.full(count, 1 / count)
 
 
 def _estimated(
-    key: str, part: str, values: np.ndarray, weights: np.ndarray, causes: Collection[str]
+    key: str,
+    part: str,
+    values: np.ndarray,
+    weights: np.ndarray,
+    causes: Collection[str],
+    policy: Policy,
 ) -> FittedNumber:
     """A number and its interval.
 
@@ -82,9 +87,10 @@ def _estimated(
         values: as configured, as fitted, and draws, shape (2 + draws,).
         weights: of the draws, shape (draws,).
         causes: whose numbers have no configured value.
+        policy: what an interval holds.
     """
     configured, value, draws = float(values[0]), float(values[1]), values[2:]
-    tail = (1 - POLICY.interval) / 2
+    tail = (1 - policy.nearly) / 2
     ends = np.quantile(draws, [tail, 1 - tail - 1e-9], weights=weights, method="inverted_cdf")
     low, high = map(float, ends)
     return FittedNumber(
@@ -114,17 +120,17 @@ def rig_numbers(
     ]
     here = problem.predicted(fit.subset, fit.zeta)
     for place, number in enumerate(problem.always):
-        if place and told_as(number) != WALL:
+        if place and number.told_as != WALL:
             as_told = np.where(np.arange(len(fit.zeta)) == place, 0.0, fit.zeta)
             changes.append((number, here - problem.predicted(fit.subset, as_told)))
     listed = []
     for number, change in changes:
-        name = told_as(number)
-        text = number.unit or UNITS.get(name) or (named(name).unit if "." in name else "")
+        name = number.told_as
+        text = number.unit or (named(name).unit if "." in name else unit(name))
         # a number of the configuration is absolute, all others without a unit are relative
         size, text = (1.0, text) if text or "." in name else (100.0, "%")
         std = size * number.prior.spread
-        seen = np.linalg.norm(change / errors.noise) >= POLICY.visible_sigma
+        seen = np.linalg.norm(change / errors.noise) >= problem.policy.visible
         listed.append(
             RigNumber(
                 name=name, unit=text, prior_std=std, value=deviations[name] * std,
@@ -166,7 +172,7 @@ def misfit(
             ChannelMisfit(
                 channel=name, unit=CHANNELS[name].unit, configured=configured, fitted=fitted,
                 extended=with_cause, noise=noise, mesh=mesh,
-                undecided=mesh is not None and mesh > max(POLICY.mesh_decides * configured, noise),
+                undecided=mesh is not None and mesh > max(0.5 * configured, noise),
             )
         )  # fmt: skip
     return tuple(rows)
@@ -202,7 +208,9 @@ class _Band:
 
 def _bands(analysis: Analysis[Any]) -> Iterator[_Band]:
     """Iterate over the bands of load that have readings; suction has bands of its own."""
-    along, listed = analysis.errors.along, analysis.measurement.listed
+    along, listed, policy = (
+        analysis.errors.along, analysis.measurement.listed, analysis.measurement.policy
+    )  # fmt: skip
     experiment, control = listed["experiment"].to_numpy(), listed["control"].to_numpy()
     for name_of, (name, read) in product(
         dict.fromkeys(experiment), analysis.measurement.channels().items()
@@ -211,9 +219,9 @@ def _bands(analysis: Analysis[Any]) -> Iterator[_Band]:
         if not here.any():
             continue
         largest = max(float(np.abs(control[here]).max()), 1e-12)
-        at_rest = smallest_change(control[here], 0.0) / largest
-        for band, way in product(range(int(1 / PAGE.band)), (1.0, -1.0)):
-            low, high = band * PAGE.band, (band + 1) * PAGE.band
+        at_rest = smallest_change(control[here], 0.0, policy) / largest
+        for band, way in product(range(int(1 / policy.part)), (1.0, -1.0)):
+            low, high = band * policy.part, (band + 1) * policy.part
             load = way * along.load
             at = here & (load > (low if way > 0 else max(low, at_rest))) & (load <= high)
             if at.any():
@@ -242,41 +250,43 @@ def bands(analysis: Analysis[Any], plain: np.ndarray) -> tuple[BandMisfit, ...]:
 
 
 def common_change(
-    analysis: Analysis[Any], changes: np.ndarray, *, of_body: bool
+    analysis: Analysis[Any], readings: np.ndarray, *, of_body: bool
 ) -> CommonChange | None:
     """Find what several hypotheses change alike: where they change most, by the noise.
 
     Args:
         analysis: readings with all that could explain them.
-        changes: by each hypothesis, (hypotheses, n), of the readings of the model without causes;
-            the leading one first.
+        readings: of each hypothesis, (hypotheses, n), the leading one first.
         of_body: whether all of them change the body, no instrument.
 
     Returns:
-        None where they change the readings of no band of load to the same side.
+        The change of the model as configured; None where no band of load has one to the same side.
     """
-    best, most = None, 0.0
+    reference, noise = analysis.configured, analysis.errors.noise
+    changes, best, most = readings - reference, None, 0.0
     for band in _bands(analysis):
-        mean = changes[:, band.at].mean(axis=1)
-        by_noise = np.abs(changes[:, band.at] / analysis.errors.noise[band.at]).mean(axis=1).min()
+        at = band.at & np.isfinite(reference)
+        mean = changes[:, at].mean(axis=1) if at.any() else np.zeros(len(changes))
+        by_noise = float(np.abs(mean / np.median(noise[at] if at.any() else noise)).min())
         if (np.sign(mean) == np.sign(mean[0])).all() and by_noise > most:
-            best, most = band, float(by_noise)
+            share = mean / reference[at].mean()
+            best, most = (band, share), by_noise
     if best is None:
         return None
-    mean = changes[:, best.at].mean(axis=1)
-    percent = 100 * np.abs(mean) / max(abs(analysis.problem.value[best.at].mean()), 1e-300)
-    up = bool(mean[0] * analysis.problem.value[best.at].mean() > 0)
+    band, share = best
+    up = bool(share[0] > 0)
     stiffer = {("coupon", FORCE): up, ("bending", ANGLE): not up}.get(
-        (best.experiment, best.channel)
+        (band.experiment, band.channel)
     )
     way = ("higher" if up else "lower") if stiffer is None or not of_body else (
         "stiffer" if stiffer else "softer"
     )  # fmt: skip
+    percent = 100 * np.abs(share)
     return CommonChange.model_validate(
         {
-            "experiment": best.experiment, "channel": best.channel.name, "way": way,
+            "experiment": band.experiment, "channel": band.channel.name, "way": way,
             "percent": percent[0], "low": percent.min(), "high": percent.max(),
-            "above": best.start, "below": None if best.last else best.end,
-            "control_unit": best.control.unit,
+            "above": band.start, "below": None if band.last else band.end,
+            "control_unit": band.control.unit,
         }
     )  # fmt: skip

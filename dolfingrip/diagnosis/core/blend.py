@@ -13,12 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from scipy.stats import qmc
 
 from dolfingrip.diagnosis.core.unknown import Unknown, coordinates
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
+
+POWER: Final = 2
+"""Of the squared distance, by which weights fall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +75,12 @@ class TangentBlend:
 
     @classmethod
     def of(
-        cls, numbers: Sequence[Unknown], known: Tangents, noise: np.ndarray, length: float = np.inf
+        cls,
+        numbers: Sequence[Unknown],
+        known: Tangents,
+        noise: np.ndarray,
+        length: float = np.inf,
+        missed: float = Policy().matters,
     ) -> TangentBlend:
         """Blend simulations.
 
@@ -80,14 +89,15 @@ class TangentBlend:
             known: the simulations.
             noise: of the readings, by which components count, shape (n,).
             length: ℓ, in standard deviations of the numbers.
+            missed: of a reading, which components may leave, by its noise.
         """
         rows = np.moveaxis(known.told, 2, 1) / noise  # (m, 1 + d, n)
-        ways = components(rows.reshape(-1, len(noise)))
+        ways = components(rows.reshape(-1, len(noise)), missed)
         inner = rows @ ways.T
         bent = [each.bend for each in numbers]
         return cls(
             numbers, np.array(bent).reshape(-1, 2).T, ways.T * noise[:, None], known.u, inner[:, 0],
-            np.moveaxis(inner[:, 1:], 1, 2), length**-4.0,
+            np.moveaxis(inner[:, 1:], 1, 2), np.square(length) ** -float(POWER),
         )  # fmt: skip
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
@@ -116,14 +126,14 @@ class TangentBlend:
         """
         off = u[:, None] - self.u
         square = np.square(off).sum(axis=2) + 1e-9
-        weight = square**-2.0
+        weight = square ** -float(POWER)
         weight /= weight.sum(axis=1, keepdims=True) + self.fading
         m, k, d = self.slopes.shape
         steps = np.matmul(off.swapaxes(0, 1), self.slopes.swapaxes(1, 2)).swapaxes(0, 1)
         each = self.values + steps  # (places, m, k)
         found = (weight[:, None] @ each)[:, 0]
         slopes = (weight @ self.slopes.reshape(m, k * d)).reshape(-1, k, d)
-        pull = (each - found[:, None]) * (-4 * weight / square)[..., None]
+        pull = (each - found[:, None]) * (-2 * POWER * weight / square)[..., None]
         return found, slopes + pull.swapaxes(1, 2) @ off
 
     def rows(self, kept: np.ndarray) -> TangentBlend:
@@ -131,15 +141,16 @@ class TangentBlend:
         return replace(self, columns=self.columns[kept])
 
 
-def components(rows: np.ndarray) -> np.ndarray:
+def components(rows: np.ndarray, missed: float) -> np.ndarray:
     """The components without which no row would miss more than it may, shape (k, n).
 
     Args:
         rows: values and derivatives by the noise, shape (rows, n).
+        missed: root mean square that a row may miss.
     """
     _, sizes, right = np.linalg.svd(rows, full_matrices=False)
     left = np.sqrt(np.cumsum((sizes**2)[::-1])[::-1])
-    k = int((left > POLICY.component_error * np.sqrt(rows.shape[1])).sum())
+    k = int((left > missed * np.sqrt(rows.shape[1])).sum())
     return np.asarray(right[: max(k, 1)])
 
 
@@ -153,5 +164,5 @@ def places(box: np.ndarray, count: int) -> np.ndarray:
     sobol = qmc.Sobol(len(box), scramble=True, rng=np.random.default_rng(len(box)))
     exponent = max(int(np.ceil(np.log2(count))), 1)
     unit = sobol.random_base2(exponent)[:count]
-    edges = (1 + 0.02) * (unit - 0.5) + 0.5
+    edges = (1 + 2 * 0.01) * (unit - 0.5) + 0.5
     return np.asarray(box[:, 0] + np.clip(edges, 0, 1) * (box[:, 1] - box[:, 0]))

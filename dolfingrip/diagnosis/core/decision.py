@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 import scipy.linalg
@@ -23,7 +23,7 @@ from dolfingrip.diagnosis.core.evidence import (
     mixture,
 )
 from dolfingrip.diagnosis.core.search import ModelPosterior
-from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
+from dolfingrip.diagnosis.policy import Policy
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +46,12 @@ class Sensitivity:
 
 OWN = "as reported"
 
+LAW_MISSES: Final = 0.01
+"""Part of the largest reading that any elastic law misses of a material, root mean square.
+
+Laws that miss less are not told apart.
+"""
+
 
 def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     """The answer, and what it is under other priors.
@@ -56,18 +62,19 @@ def sensitivity(posterior: ModelPosterior) -> tuple[Decision, Sensitivity]:
     """
     problem = posterior.problem
     pairs = np.array([len(problem.causes(fit.subset)) == 2 for fit in posterior.fits])
-    by_odds = pairs * np.log(POLICY.pairs_by)
+    by_odds = pairs * np.log(2)
     changes = {
-        "two causes a third as likely": -by_odds,
-        "two causes three times as likely": by_odds,
+        "two causes half as likely": -by_odds,
+        "two causes twice as likely": by_odds,
     }
-    for by in POLICY.widths:
-        wider = [_wider(fit, problem.tail(fit.subset), by) for fit in posterior.fits]
+    for by in problem.policy.widths:
+        rare = problem.policy.rare
+        wider = [_wider(fit, problem.tail(fit.subset), by, rare) for fit in posterior.fits]
         changes[f"priors {by:g} times as wide"] = np.array(wider)
     decision = decide(posterior)
     others = {name: decide(_reweighted(posterior, logs)) for name, logs in changes.items()}
     answers = {OWN: decision, **others}
-    if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.likelier:
+    if decision.second and min(_of(each, decision) for each in answers.values()) <= 0.5:
         least = {
             names: min(held(each.subsets, names) for each in answers.values())
             for each in (decision.first, decision.second)
@@ -89,17 +96,18 @@ def _of(other: Decision, decision: Decision) -> float:
     return min(held(other.subsets, decision.first, decision.second), 1 - other.unexplained)
 
 
-def _wider(fit: MapFit, tails: np.ndarray, by: float) -> float:
+def _wider(fit: MapFit, tails: np.ndarray, by: float, rare: float = Policy().rare) -> float:
     """Change of ln evidence where the priors of the causes' numbers are wider (Laplace).
 
     Args:
         fit: of the hypothesis.
         tails: of these priors, shape (d,).
         by: factor of their widths.
+        rare: probability of their wide part.
     """
     d = len(tails)
     own, first = fit.zeta[len(fit.zeta) - d :], np.zeros(len(fit.zeta) - d)
-    (old, stiff), (new, soft) = (mixture(own / w, tails) for w in (1.0, by))
+    (old, stiff), (new, soft) = (mixture(own / w, tails, rare) for w in (1.0, by))
     relaxed = np.r_[first, stiff - soft / by**2]
     pull = relaxed * fit.zeta
     hessian = fit.hessian - np.diag(relaxed)
@@ -171,7 +179,7 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
         posterior: probabilities of all hypotheses.
         alone: the only set that may be named; any one or two where empty.
     """
-    problem = posterior.problem
+    problem, policy = posterior.problem, posterior.problem.policy
     mass = posterior.by(lambda fit: fit.visible)
     laws = _laws_alike(posterior)
     by_effects = posterior.by(
@@ -187,33 +195,33 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
         return _by_shape(posterior, (*names, *laws[1:]) if {*laws[:1]} & {*names} else names)
 
     first, second = (alone, NONE) if alone else map(
-        with_laws, _sets(by_effects, inclusion, posterior.strengths)
+        with_laws, _sets(by_effects, inclusion, posterior.strengths, policy.credible)
     )  # fmt: skip
     claim = held(mass, first, second)
-    if second and claim < POLICY.both:  # one set is surer than two
-        first, second = with_laws(_smallest(by_effects, inclusion)), ()
+    if second and claim < policy.nearly:  # one set is surer than two
+        first, second = with_laws(_smallest(by_effects, inclusion, policy.credible)), ()
         claim = held(mass, first)
     rig = max(problem.rig - {*first}, key=inclusion.__getitem__, default=None)
-    if first and not second and not alone and rig and inclusion[rig] >= POLICY.credible:
+    if first and not second and not alone and rig and inclusion[rig] >= policy.credible:
         second = (rig,)
     if second:
-        most = {one: _at_most(_stays(posterior, one, other))
+        most = {one: _at_most(_stays(posterior, one, other), policy.doubt)
                 for one, other in ((first, second), (second, first))}  # fmt: skip
         claim = min(held(mass, first, second), *most.values())
-        if claim < POLICY.both:  # the surer one
+        if claim < policy.nearly:  # the surer one
             first, second = max(most, key=lambda one: held(mass, one) * most[one]), ()
             claim = held(mass, first)
     unexplained, unknown = _stays(posterior), mass.get(NONE, 0.0) - none
     answer: Answer = "cause"
     probability = claim
-    if none >= POLICY.claimed:
+    if none >= policy.claimed:
         answer, probability = "none", none
-    elif not first or claim < POLICY.claimed:
+    elif not first or claim < policy.claimed:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
     nearest: tuple[str, ...] = ()
     if answer == "cause":
-        probability = min(claim, _at_most(unexplained))
-        if 1 - unexplained < POLICY.likelier:
+        probability = min(claim, _at_most(unexplained, policy.doubt))
+        if 1 - unexplained < 0.5:
             answer, probability, nearest = "unknown", discrepancy, first
             unknown = max(unknown, discrepancy)
     if answer != "cause":
@@ -222,9 +230,9 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
     best = posterior.best(NONE, level=0.0) if nothing else _leading(posterior, first, second)
     by_shape = not _beyond_a_curve(posterior, best, first)
     if by_shape:
-        probability = min(probability, POLICY.likelier)
+        probability = min(probability, 0.5)
     elif not _beyond_a_curve(posterior, best, second):  # the first is claimed without it
-        second, probability = (), min(held(mass, first), _at_most(unexplained))
+        second, probability = (), min(held(mass, first), _at_most(unexplained, policy.doubt))
     nuisance_only = not second and not problem.implausible.keys().isdisjoint(first)
     return Decision(
         answer, _all_names(problem, first), _all_names(problem, second), nearest,
@@ -247,8 +255,8 @@ def _laws_alike(posterior: ModelPosterior) -> tuple[str, ...]:
         change = Visibility(problem, fit.zeta[: problem.nuisance_count]).change(
             law, fit.zeta[problem.places(fit.subset)[law]]
         )
-        much = problem.share(change) > POLICY.law_misses
-        if much and problem.share(problem.left(fit.subset, fit.zeta)) <= POLICY.law_misses:
+        much = problem.share(change) > LAW_MISSES
+        if much and problem.share(problem.left(fit.subset, fit.zeta)) <= LAW_MISSES:
             likely[law] = max(p, likely.get(law, 0.0))
     return tuple(sorted(likely, key=lambda law: -likely[law]))
 
@@ -295,7 +303,7 @@ def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, .
     total = total + problem.curves @ problem.curves.T
     off = problem.value - problem.predicted(rest.subset, rest.zeta)
     free = float(off @ scipy.linalg.solve(total, off, assume_a="pos"))
-    return 0.5 * (free - best.misfit) > ADDITIONS.tied
+    return 0.5 * (free - best.misfit) > problem.policy.log_odds
 
 
 def _all_names(problem: InferenceProblem, names: tuple[str, ...]) -> tuple[str, ...]:
@@ -321,6 +329,7 @@ def _sets(
     mass: dict[Subset, float],
     inclusion: dict[str, float],
     strength: dict[str, float],
+    credible: float,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The sets of causes that stand for one another; the second is empty where one cause will do.
 
@@ -328,12 +337,12 @@ def _sets(
     either set.
     """
     pairs = {subset: p for subset, p in mass.items() if len(subset) > 1}
-    if sum(pairs.values()) <= POLICY.likelier:
-        return _smallest(mass, inclusion), ()
+    if sum(pairs.values()) <= 0.5:
+        return _smallest(mass, inclusion, credible), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     seen, total = 0.0, sum(pairs.values())
     for (a, b), p in sorted(pairs.items(), key=lambda each: -each[1]):
-        if seen >= POLICY.credible * total:
+        if seen >= credible * total:
             break
         seen += p
         one, other = sides
@@ -348,7 +357,9 @@ def _sets(
     return found[0], found[1]
 
 
-def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[str, ...]:
+def _smallest(
+    mass: dict[Subset, float], inclusion: dict[str, float], credible: float
+) -> tuple[str, ...]:
     """The fewest causes of which nearly all subsets have one, the most telling first.
 
     Each next one is in most of what those before it are not in (greedy cover; Chvátal, Mathematics
@@ -357,7 +368,7 @@ def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[s
     left = {subset: p for subset, p in mass.items() if subset}
     total = sum(left.values())
     found: list[str] = []
-    while sum(left.values()) > (1 - POLICY.credible) * total:
+    while sum(left.values()) > (1 - credible) * total:
         share: dict[str, float] = defaultdict(float)
         for subset, p in left.items():
             for name in subset:
@@ -380,14 +391,14 @@ def _leading(posterior: ModelPosterior, first: tuple[str, ...], second: tuple[st
         return posterior.best(NONE)
     # what is told of the answer is of causes that it names, where these do without others
     causes, named = posterior.problem.causes, {*first, *second}
-    least = POLICY.rival * max(total.values())
+    least = posterior.problem.policy.matters * max(total.values())
     own = [each for each, p in total.items() if p >= least and named >= {*causes(each)}]
     return posterior.best(max(own or total, key=lambda subset: total[subset]))
 
 
-def _at_most(stays: float) -> float:
+def _at_most(stays: float, doubt: float) -> float:
     """The largest probability of causes beside which so large a share stays."""
-    return float((1 - stays) ** POLICY.doubt)
+    return float((1 - stays) ** doubt)
 
 
 def _stays(

@@ -29,7 +29,7 @@ import scipy.linalg
 from dolfingrip.diagnosis.core.blend import TangentBlend, Tangents
 from dolfingrip.diagnosis.core.sampling import drawn
 from dolfingrip.diagnosis.core.unknown import Unknown
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 
 Subset = tuple[str, ...]
 """Names of causes, as the problem has them; then of the model's own numbers that are far off."""
@@ -40,19 +40,22 @@ Key = tuple[Subset, float]
 NONE: Subset = ()
 
 
-def mixture(zeta: np.ndarray, tail: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def mixture(
+    zeta: np.ndarray, tail: np.ndarray, rare: float = Policy().rare
+) -> tuple[np.ndarray, np.ndarray]:
     """Density of priors of which a rare part is wide: a mixture of N(0, 1) and N(0, tail²).
 
     Args:
         zeta: numbers by the standard deviation of the ordinary part, shape (..., d).
         tail: standard deviation of the wide part of each, shape (d,); 1 where there is none.
+        rare: probability of the wide part.
 
     Returns:
         −ln of the density less ½ ln 2π, and its slope by ζ as a part of ζ, (..., d) each: the
         precision of the normal distribution that pulls as much there.
     """
-    near = np.log1p(-POLICY.rare) - 0.5 * zeta**2
-    far = np.log(POLICY.rare / tail) - 0.5 * (zeta / tail) ** 2
+    near = np.log1p(-rare) - 0.5 * zeta**2
+    far = np.log(rare / tail) - 0.5 * (zeta / tail) ** 2
     both = np.logaddexp(near, far)
     return -both, 1 - np.exp(far - both) * (1 - tail**-2.0)
 
@@ -79,6 +82,7 @@ class InferenceProblem:
         elastic: causes that are elastic laws.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
+        policy: numbers of the priors, and of how they are compared.
     """
 
     value: np.ndarray
@@ -95,6 +99,7 @@ class InferenceProblem:
     elastic: frozenset[str] = frozenset()
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
+    policy: Policy = Policy()
 
     @property
     def factor(self) -> Unknown:
@@ -114,7 +119,7 @@ class InferenceProblem:
     @cached_property
     def levels(self) -> Mapping[float, CovarianceModel]:
         """All columns under the covariance of each level of the discrepancy."""
-        return {level: CovarianceModel(self, level) for level in LEVELS}
+        return {level: CovarianceModel(self, level) for level in self.policy.levels}
 
     def rows(self, kept: np.ndarray) -> InferenceProblem:
         """Restrict the problem to some of the readings."""
@@ -146,8 +151,10 @@ class InferenceProblem:
                 value, slopes = part.at_coordinates(known.u[:, some])
                 told[..., 0] -= value @ part.columns.T
                 told[..., 1:][..., some] -= part.columns @ slopes
-            length = POLICY.correction_length if len(causes) > 1 else np.inf
-            blends[causes] = TangentBlend.of(numbers, Tangents(known.u, told), self.noise, length)
+            length = 1.0 if len(causes) > 1 else np.inf
+            own = Tangents(known.u, told)
+            missed = self.policy.matters
+            blends[causes] = TangentBlend.of(numbers, own, self.noise, length, missed)
         self._hand_on(found)
         return found
 
@@ -183,7 +190,7 @@ class InferenceProblem:
         found = np.ones(self.nuisance_count)
         for name, place in self.implausible.items():
             if name in subset:
-                found[place] = POLICY.implausible_width
+                found[place] = self.always[place].prior.wide
         return found
 
     def tail(self, subset: Subset) -> np.ndarray:
@@ -259,7 +266,8 @@ class InferenceProblem:
             ]
             off = min(every, key=lambda each: float(np.square(each / self.noise).sum()))
         length = float(np.linalg.norm(self.levels[fit.level].whitened(off)))
-        return 0.5 * min(POLICY.first_error * length, POLICY.most_missed) ** 2
+        policy = self.policy
+        return 0.5 * min(policy.first_error * length, 2 * policy.unlikely) ** 2
 
     def _part(self, fit: MapFit, subset: Subset) -> np.ndarray:
         """ζ of a fit without those of causes that a subset does not have."""
@@ -280,6 +288,7 @@ class MapFit:
         misfit: bᵀGb there.
         strengths: length of each cause's change after nuisances, standard deviations; of one of the
             model's own numbers how far it is from its prior's mean.
+        least: strength below which nothing can be seen.
         draws: samples of ζ, shape (draws, d), and their weights; empty where not sampled.
     """
 
@@ -290,13 +299,14 @@ class MapFit:
     hessian: np.ndarray
     misfit: float
     strengths: tuple[float, ...]
+    least: float = Policy().visible
     draws: tuple[np.ndarray, np.ndarray] | None = None
 
     @cached_property
     def visible(self) -> Subset:
         """Names of the subset whose change could be seen."""
         pairs = zip(self.subset, self.strengths, strict=True)
-        return tuple(name for name, strength in pairs if strength >= POLICY.visible_sigma)
+        return tuple(name for name, strength in pairs if strength >= self.least)
 
     @property
     def shows_nothing(self) -> bool:
@@ -380,20 +390,11 @@ class CovarianceModel:
         return Hypothesis.under([self], subset)
 
 
-LEVELS: Final[Mapping[float, float]] = {
-    0.0: POLICY.discrepancy_off,
-    **dict.fromkeys(
-        POLICY.discrepancy_levels, (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
-    ),
-}
-"""Prior probability of each level of the discrepancy."""
-
+SETTLED: Final = 1e-4
+"""ln of probability that the last step of a fit gains at most."""
 
 STEPS: Final = 100
 """Newton's steps of a descent, at most."""
-
-UNLIKE: Final = 50.0
-"""ln of how much less probable a mode is that does not count."""
 
 
 @dataclass(eq=False)
@@ -484,6 +485,7 @@ class Hypothesis:
         self._rows = [slice(a, b) for a, b in pairwise(np.cumsum([0, *widths]).tolist())]
         tails = problem.tail(self.subset)
         self._tail = np.r_[np.ones(problem.nuisance_count), tails]
+        self._policy = problem.policy
         grams = {level: each.gram(self.subset) for level, each in self.levels.items()}
         self._products = {k: Products(grams[k], each.log_det) for k, each in self.levels.items()}
 
@@ -494,7 +496,7 @@ class Hypothesis:
 
     def _prior(self, zeta: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """−ln of the prior's density, but for ½ ln 2π a number, and each one's precision there."""
-        value, precision = mixture(zeta / width, self._tail)
+        value, precision = mixture(zeta / width, self._tail, self._policy.rare)
         return (value + np.log(width)).sum(axis=-1), precision / width**2
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -519,7 +521,7 @@ class Hypothesis:
         b, own = self._factors(zeta)[0], self._products[level]
         return np.einsum("pi,ij,pj->p", b, own.gram, b, optimize=True), float(own.log_det)
 
-    def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> MapFit:
+    def fit(self, starts: Sequence[np.ndarray], settled: float = SETTLED) -> MapFit:
         """The most probable ζ from several starts, whose separate modes add, at the first level.
 
         Args:
@@ -529,7 +531,7 @@ class Hypothesis:
         return self.fits({(self.subset, next(iter(self.levels))): starts}, settled)[0]
 
     def fits(
-        self, starts: Mapping[Key, Sequence[np.ndarray]], settled: float = POLICY.settled
+        self, starts: Mapping[Key, Sequence[np.ndarray]], settled: float = SETTLED
     ) -> list[MapFit]:
         """Fits at several levels, and with several numbers of the model implausible, all at once.
 
@@ -543,13 +545,15 @@ class Hypothesis:
         first = np.vstack([each for own in starts.values() for each in own])
         which = np.repeat(np.arange(len(counts)), counts)
         every = self._descended(first, which, products, widths, settled)
-        best, logs = [], []
+        best, logs, far = [], [], self._policy.unlikely
         for end, count in zip(np.cumsum(counts), counts, strict=True):
             modes: list[int] = []
             for place in end - count + np.argsort(every.value[end - count : end], kind="stable"):
                 off = every.zeta[place] - every.zeta[modes]
-                apart = (np.einsum("mi,mij,mj->m", off, every.hessian[modes], off) > 9).all()
-                if not modes or (apart and every.value[place] < every.value[modes[0]] + UNLIKE):
+                apart = (np.einsum("mi,mij,mj->m", off, every.hessian[modes], off) > far**2).all()
+                if not modes or (
+                    apart and every.value[place] < every.value[modes[0]] + self._policy.hopeless
+                ):
                     modes.append(int(place))
             own = -every.value[modes] - 0.5 * np.linalg.slogdet(every.hessian[modes])[1]
             best.append(modes[int(np.argmax(own))])
@@ -560,7 +564,7 @@ class Hypothesis:
             strict=True,
         )  # fmt: skip
         return [
-            MapFit(subset, level, log, zeta, hessian, misfit, strengths)
+            MapFit(subset, level, log, zeta, hessian, misfit, strengths, self._policy.visible)
             for (subset, level), log, zeta, hessian, misfit, strengths in told
         ]
 
@@ -601,7 +605,7 @@ class Hypothesis:
             width: of their priors, shape (d,) each.
             settled: ln of probability that the last step gains at most.
         """
-        low, high = self._box.T
+        (low, high), longest = self._box.T, self._policy.start
         here = self._at(np.clip(starts, low, high), products.of(which), width[which])
         damping, harder = np.full(len(starts), 1e-3), np.full(len(starts), 2.0)
         at, diagonal = np.arange(len(starts)), np.arange(starts.shape[1])
@@ -612,10 +616,10 @@ class Hypothesis:
             matrix = np.where(held[:, None] | held[:, :, None], 0.0, matrix)
             matrix[:, diagonal, diagonal] += held
             gradient = np.where(held, 0.0, gradient)
-            step = np.clip(-np.linalg.solve(matrix, gradient[..., None])[..., 0], -1.5, 1.5)
+            step = np.clip(-np.linalg.solve(matrix, gradient[..., None])[..., 0], -longest, longest)
             best = np.full(len(width), np.inf)
             np.minimum.at(best, which, here.value)
-            least = np.maximum(settled, (here.value - best[which] - UNLIKE) / STEPS)
+            least = np.maximum(settled, (here.value - best[which] - self._policy.hopeless) / STEPS)
             worth = -(gradient * step).sum(axis=1) >= least[at]  # less than it can gain
             at, there = at[worth], np.clip((zeta + step)[worth], low, high)
             if not len(at):
@@ -626,10 +630,11 @@ class Hypothesis:
             told = -(here.gradient[at] * moved).sum(axis=1)
             told -= 0.5 * np.einsum("pi,pij,pj->p", moved, here.hessian[at], moved)
             part = np.clip(gain / np.maximum(told, 1e-12), 0.0, 1.0)
-            easier = np.maximum(1 / 3, 1 - (2 * part - 1) ** 3)
+            turned = 2 * part - 1
+            easier = np.maximum(0.5, 1 - turned * turned**2)
             damping[at] *= np.where(better, easier, harder[at])
             harder[at] = np.where(better, 2.0, 2 * harder[at])
-            going = np.where(better, gain >= least[at], harder[at] < 2**8)
+            going = np.where(better, gain >= least[at], harder[at] < 100)
             here.move(at[better], tried.of(better))
             at = at[going]
         return here
@@ -674,7 +679,7 @@ class Hypothesis:
             norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
             return np.where(inside, -value - norm, -np.inf)
 
-        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
+        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng, self._policy)
         if found is None:
             return fit
         draws = found.places, found.weights

@@ -11,12 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import scipy.stats
 from scipy.special import logsumexp
 
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
+
+WIDER: Final = (1.0, 10.0)
+"""Factors of the covariance that draws share: the wider ones find the ends of a ridge."""
+
+EFFECTIVE: Final = 100
+"""So many of the draws have to count as if they were alike in weight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +51,7 @@ def drawn(
     mode: np.ndarray,
     covariance: np.ndarray,
     rng: np.random.Generator,
+    policy: Policy = Policy(),
 ) -> Draws | None:
     """Draws until enough of them count and the integral stays; None where too few ever do.
 
@@ -52,17 +60,18 @@ def drawn(
         mode: shape (d,).
         covariance: about the mode, shape (d, d).
         rng: of the draws.
+        policy: how many, and from what.
     """
     middle, spread = mode, covariance
     proposals, places = [], np.empty((0, len(mode)))
     densities, before = np.empty(0), np.inf
-    for _ in range(POLICY.adaptations):
+    for _ in range(2 * policy.tries):
         fresh = [
-            scipy.stats.multivariate_t(middle, wider * _regular(spread), POLICY.freedom)
-            for wider in POLICY.wider
+            scipy.stats.multivariate_t(middle, wider * _regular(spread), policy.freedom)
+            for wider in WIDER
         ]
         proposals += fresh
-        each = POLICY.draws // len(fresh)
+        each = policy.draws // len(fresh)
         new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
         places, densities = np.vstack([places, new]), np.r_[densities, log_density(new)]
         mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
@@ -71,8 +80,8 @@ def drawn(
             return None
         total = float(logsumexp(log))
         found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
-        steady = abs(found.log_integral - before) < POLICY.steady
-        if found.effective >= POLICY.effective and (steady or found.effective > len(log) / 2):
+        steady = abs(found.log_integral - before) < policy.exactly
+        if found.effective >= EFFECTIVE and (steady or found.effective > len(log) / 2):
             return found
         before, least = found.log_integral, 2 * len(mode) + 2
         if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
@@ -80,7 +89,7 @@ def drawn(
         tempered = _tempered(log, least)
         middle = tempered @ places
         spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
-    return found if found.effective >= POLICY.effective / 2 else None
+    return found if found.effective >= EFFECTIVE / 2 else None
 
 
 def _tempered(log: np.ndarray, least: int) -> np.ndarray:
@@ -88,7 +97,7 @@ def _tempered(log: np.ndarray, least: int) -> np.ndarray:
     inside = np.isfinite(log)
     log = np.where(inside, log - log.max(), 0.0)  # a power of 0 leaves −∞ undefined
     low, high = 0.0, 1.0
-    for _ in range(20):
+    for _ in range(2 * 10):
         power = 0.5 * (low + high)
         weights = inside * np.exp(power * log)
         enough = weights.sum() ** 2 / (weights**2).sum() >= least

@@ -10,12 +10,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import comb
+from typing import Final
 
 import numpy as np
 
 from dolfingrip.diagnosis.core.evidence import (
-    LEVELS,
     NONE,
+    SETTLED,
     CovarianceModel,
     Hypothesis,
     InferenceProblem,
@@ -23,7 +24,12 @@ from dolfingrip.diagnosis.core.evidence import (
     MapFit,
     Subset,
 )
-from dolfingrip.diagnosis.policy import ADDITIONS, ARTEFACTS, POLICY
+
+KEPT: Final = 1e-6
+"""Probability of causes by all readings from which on they are tried again with some of them."""
+
+SAMPLED: Final = 0.01
+"""Probability from which on a hypothesis is sampled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +134,7 @@ def search(
             (subset, level): known[subset, level] for level in starts if (subset, level) in known
         }  # fmt: skip
         missing = {level: each for level, each in starts.items() if (subset, level) not in found}
-        found |= _fits(every, subset, missing, POLICY.settled) if missing else {}
+        found |= _fits(every, subset, missing, SETTLED) if missing else {}
         modes.update(found)
         for key, own in found.items():
             zeta[key] = max(own, key=lambda each: each.log_evidence).zeta
@@ -138,7 +144,9 @@ def search(
     for name in names:
         first = _starts(problem, name)
         fit((name,), {level: [np.r_[zeta[NONE, level], z] for z in first] for level in every})
-    least = max(each.log_evidence for fits in modes.values() for each in fits) - POLICY.hopeless
+    least = (
+        max(each.log_evidence for fits in modes.values() for each in fits) - problem.policy.hopeless
+    )
     pairs: dict[Subset, list[float]] = {
         pair: [level for level, columns in every.items() if columns.largest(pair) >= least]
         for pair in combinations(names, 2)
@@ -163,7 +171,8 @@ def _fits(
 
     A number that is far is fitted where that is not much less probable, by the fit without it.
     """
-    problem, found = every[0.0].problem, {(subset, level): list[MapFit]() for level in starts}
+    problem = every[0.0].problem
+    policy, found = problem.policy, {(subset, level): list[MapFit]() for level in starts}
     hypothesis = Hypothesis.under([every[level] for level in starts], subset)
     fresh = {(subset, level): each for level, each in starts.items()}
     while fresh:
@@ -175,17 +184,20 @@ def _fits(
                 far = [each for each in problem.implausible if each in {name, *fit.subset}]
                 key = (*subset, *far), fit.level
                 known = name in fit.subset or key in fresh
-                if not known and _log_odds_of_implausible(fit, place) >= np.log(POLICY.rival):
+                wide = problem.always[place].prior.wide
+                if not known and _log_odds_of_implausible(fit, place, wide, policy.rare) >= np.log(
+                    policy.matters
+                ):
                     fresh[key] = [fit.zeta, *starts[fit.level]]
     return found
 
 
-def _log_odds_of_implausible(fit: MapFit, place: int) -> float:
+def _log_odds_of_implausible(fit: MapFit, place: int, wide: float, rare: float) -> float:
     """ln of the odds that one of the model's own numbers is far rather than as told (Laplace)."""
-    relaxed = 1 - POLICY.implausible_width**-2
+    relaxed = 1 - wide**-2
     left = 1 - relaxed * float(np.linalg.inv(fit.hessian)[place, place])
     gain = 0.5 * relaxed * float(fit.zeta[place]) ** 2 / left - 0.5 * np.log(left)
-    return gain - float(np.log(POLICY.implausible_width)) + float(np.log(POLICY.implausible_odds))
+    return gain - float(np.log(wide)) + float(np.log(rare))
 
 
 def one_at_a_time(
@@ -201,15 +213,16 @@ def one_at_a_time(
         before: where fits begin: at the numbers of readings before that were alike; it is updated.
     """
     problem = every[0.0].problem
-    prior = {level: float(np.log(p)) for level, p in LEVELS.items()}
-    far = float(np.log(len(every) * (1 + len(problem.numbers)) / (1 - POLICY.credible)))
+    policy = problem.policy
+    prior = {level: float(np.log(p)) for level, p in policy.levels.items()}
+    far = float(np.log(len(every) * (1 + len(problem.numbers)) / (1 - policy.credible)))
     fits: list[MapFit] = []
     best = -np.inf
 
     def fitted(subset: Subset, starts: Mapping[float, np.ndarray]) -> None:
         nonlocal best
         first = {level: [before.get((subset, level), each)] for level, each in starts.items()}
-        for key, told in _fits(every, subset, first, POLICY.coarsely_settled).items():
+        for key, told in _fits(every, subset, first, 0.1 * policy.exactly).items():
             fits.extend(told)
             before[key] = told[0].zeta
             best = max(best, *(fit.log_evidence + prior[key[1]] for fit in told))
@@ -251,7 +264,8 @@ def pursued(
     if not columns.shape[1]:
         return []
     problem, white = posterior.problem, dict[float, np.ndarray]()
-    logs = [fit.log_evidence + float(np.log(LEVELS[fit.level])) for fit in posterior.fits]
+    policy, prior = problem.policy, problem.policy.levels
+    logs = [fit.log_evidence + float(np.log(prior[fit.level])) for fit in posterior.fits]
     best, most = list[int](), max(logs)
     for fit, log in sorted(zip(posterior.fits, logs, strict=True), key=lambda each: -each[1]):
         if log + 0.5 * fit.misfit <= most:
@@ -263,7 +277,7 @@ def pursued(
         rest = problem.value - problem.predicted(fit.subset, fit.zeta)
         off = model.whitened(rest) + free @ fit.zeta
         chosen: list[int] = []
-        for _ in range(ARTEFACTS.most):
+        for _ in range(policy.leading):
             beside = np.column_stack([free, own[:, chosen]])
             cross = beside.T @ own
             taken_over = np.linalg.solve(beside.T @ beside + np.eye(len(cross)), cross)
@@ -272,7 +286,7 @@ def pursued(
             gain = 0.5 * pull**2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
             gain[np.isin(of, of[chosen])] = -np.inf
             place = int(np.argmax(gain))
-            if gain[place] <= ADDITIONS.tied:
+            if gain[place] <= policy.log_odds:
                 break
             chosen.append(place)
             log += float(gain[place])
@@ -289,7 +303,7 @@ def searched_again(problem: InferenceProblem, whole: ModelPosterior) -> ModelPos
         whole: of all readings; fits begin at its numbers.
     """
     every = problem.levels
-    likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
+    likely = [set(each) for each, p in whole.subsets.items() if not each or p > KEPT]
     starts: dict[Subset, dict[Key, Sequence[np.ndarray]]] = defaultdict(dict)
     for fit in whole.fits:
         if any(set(fit.subset) <= each for each in likely):
@@ -310,15 +324,16 @@ def _weighed(
     was told, or is not.
     """
     problem = every[0.0].problem
+    policy, prior = problem.policy, problem.policy.levels
     count = len(problem.numbers)
-    by_size = [p / max(comb(count, size), 1) for size, p in enumerate(POLICY.prior_by_size)]
+    by_size = [p / max(comb(count, size), 1) for size, p in enumerate(policy.prior_by_size)]
 
     def weights(all_fits: list[MapFit]) -> tuple[np.ndarray, float]:
         sizes = [len(problem.causes(fit.subset)) for fit in all_fits]
         logs = np.array([
             -np.inf if problem.causes(fit.subset) in problem.impossible
-            else fit.log_evidence + np.log(LEVELS[fit.level] * by_size[size])
-            + np.log(POLICY.implausible_odds) * (len(fit.subset) - size)
+            else fit.log_evidence + np.log(prior[fit.level] * by_size[size])
+            + np.log(policy.rare) * (len(fit.subset) - size)
             for size, fit in zip(sizes, all_fits, strict=True)
         ])  # fmt: skip
         total = float(np.logaddexp.reduce(logs))
@@ -327,7 +342,7 @@ def _weighed(
     probability, total = weights(fits)
     if rng is not None:
         fits = [
-            every[fit.level].of(fit.subset).sampled(fit, rng) if p > POLICY.sampled else fit
+            every[fit.level].of(fit.subset).sampled(fit, rng) if p > SAMPLED else fit
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
@@ -337,8 +352,8 @@ def _weighed(
 
 def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
     box = np.array([[each.low, each.high] for each in problem.numbers[name]])
-    ways = [(0, amplitude) for amplitude in POLICY.starts]
-    ways += [(i, shape) for i in range(1, len(box)) for shape in POLICY.shape_starts]
+    start = problem.policy.start
+    ways = [(0, 0.0), *((i, way * start) for i in range(len(box)) for way in (-1, 1))]
     return [np.clip(way * np.eye(len(box))[i], *box.T) for i, way in ways]
 
 
@@ -357,15 +372,16 @@ def _likeliest(
 ) -> list[Subset]:
     """The likeliest pairs under any small discrepancy, by coarse fits."""
     found: dict[Subset, None] = {}
-    small = [level for level in every if level <= POLICY.pairs_level]
+    policy = every[0.0].problem.policy
+    small = [level for level in every if level <= 0.01]
     told = defaultdict[float, dict[Subset, float]](dict)
     for pair, own in starts.items():
         pair_fits = Hypothesis.under([every[level] for level in small], pair).fits(
-            {(pair, level): own for level in small}, POLICY.coarsely_settled
+            {(pair, level): own for level in small}, 0.1 * policy.exactly
         )
         for fit in pair_fits:
             told[fit.level][pair] = fit.log_evidence
     for by_pair in told.values():
         order = sorted(by_pair, key=lambda pair: -by_pair[pair])
-        found |= dict.fromkeys(order[: POLICY.pairs])
+        found |= dict.fromkeys(order[: policy.most_fits])
     return list(found)

@@ -14,7 +14,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from dolfingrip.config import Change, Config, ConfigError
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.effect import Displaying, Effect, Prior
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import bounds_of
@@ -56,6 +56,7 @@ class Unknown:
         unit: of a number that is no key of the configuration; empty where it is relative.
         tail: standard deviation of the wide part of its prior by that of the ordinary part; 1 where
             it has no tail.
+        told: key of ``[nuisance]`` by which a laboratory tells it; empty where it is its key.
     """
 
     key: str
@@ -70,16 +71,22 @@ class Unknown:
     names: tuple[str, ...] = ()
     tail: float = 1.0
     unit: str = ""
+    told: str = ""
+
+    @property
+    def told_as(self) -> str:
+        """Key of ``[nuisance]`` by which a laboratory tells it."""
+        return self.told or self.key
 
     @classmethod
     def marginal(cls, key: str, std: float, unit: str) -> Unknown:
         """Make a number that is integrated out, from its standard deviation in a unit."""
-        prior, reach = Prior(0.0, std, "as reported"), POLICY.reach
-        return cls(key, prior, -reach, reach, role="marginal", unit=unit)
+        prior = Prior(0.0, std, "as reported")
+        return cls(key, prior, -np.inf, np.inf, role="marginal", unit=unit)
 
     def implausible(self, name: str = "") -> Cause:
         """Make a cause of the number where it is implausible by its prior, by its key or a name."""
-        spread = POLICY.implausible_width * self.prior.spread
+        spread = self.prior.wide * self.prior.spread
         prior = replace(self.prior, spread=spread, source="implausible by the prior")
         own = replace(self, prior=prior, role="candidate", tail=1.0)
         return Cause(name or self.key, (own,), ())
@@ -288,36 +295,47 @@ class Cause:
         return np.array(found)
 
 
-def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:
+def causes(
+    config: Config, names: Sequence[str] | None = None, policy: Policy = Policy()
+) -> list[Cause]:
     """The effects that are not on in ``config`` and may be named.
 
     Args:
         config: the model that is diagnosed.
         names: of those that are tried; the whole catalogue where None.
+        policy: how far their numbers reach.
     """
     on = {each.name() for each in config.extensions.active()}
     found = []
     for name in NAMES if names is None else names:
         each = effect(name)
-        if name in on or each.nuisance or not each.tried or each.kind == "numerical":
+        if name in on or each.told.key or not each.tried or each.kind == "numerical":
             continue
-        found.append(cause(each, config))
+        found.append(cause(each, config, policy.reach))
     return found
 
 
-def cause(each: type[Effect], config: Config) -> Cause:
-    """An effect with its priors at the stiffness of the configuration's material."""
-    priors = scaled_priors(each, config.material.shear_MPa)
-    amplitudes = [key for key in each.neutral if key in priors]
+def cause(each: type[Effect], config: Config, reach: float = Policy().reach) -> Cause:
+    """An effect with its priors at the stiffness of the configuration's material.
+
+    Args:
+        each: the effect.
+        config: the model that is diagnosed.
+        reach: largest |ζ| of its numbers.
+    """
+    priors, given = scaled_priors(each, config.material.shear_MPa), each.given(config)
+    amplitudes = [key for key in each.neutral if key in priors and key not in given]
+    amplitudes = amplitudes or [key for key in priors if key not in given][:1]
     shapes = [key for key in priors if key not in amplitudes]
-    free = [key for key in shapes if key not in each.shapeless and key not in each.alike]
+    free = [key for key in shapes if key not in {*each.shapeless, *each.alike, *given}]
     numbers = tuple(
-        _number(each, key, priors[key], amplitude=key in amplitudes) for key in [*amplitudes, *free]
+        _number(each, key, priors[key], reach, amplitude=key in amplitudes)
+        for key in [*amplitudes, *free]
     )
     held = tuple(
         (
-            _number(each, key, priors[key], amplitude=False),
-            priors[key].at(0.0) if key in each.alike else priors[key].mean,
+            _number(each, key, priors[key], reach, amplitude=False),
+            given.get(key, priors[key].at(0.0) if key in each.alike else priors[key].mean),
         )
         for key in shapes
         if key not in free
@@ -330,23 +348,16 @@ def _listed(each: type[Effect], key: str) -> bool:
     return isinstance(default, tuple)
 
 
-def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> Unknown:
-    tail = tail_of(prior) if amplitude else 1.0
+def _number(
+    each: type[Effect], key: str, prior: Prior, reach: float, *, amplitude: bool
+) -> Unknown:
+    tail = prior.tail if amplitude else 1.0
     # what an instrument shows follows from the readings, however far it is off
-    reach = POLICY.reach * (tail if issubclass(each, Displaying) else 1.0)
+    reach *= tail if issubclass(each, Displaying) else 1.0
     return Unknown(
         f"extensions.{each.name()}.{key}", prior, -reach, reach, bounds_of(each, key), amplitude,
         _listed(each, key), each.is_modulus(key), tail=tail,
     ).reaching(reach)  # fmt: skip
-
-
-def tail_of(prior: Prior) -> float:
-    """Standard deviation of the wide part by the ordinary one; of a positive number's logarithm."""
-    if not prior.positive:
-        return POLICY.implausible_width
-    ratio = prior.spread / prior.mean
-    wide = np.log1p((POLICY.implausible_width * ratio) ** 2)
-    return float(np.sqrt(wide / np.log1p(ratio**2)))
 
 
 @dataclass(frozen=True, slots=True)

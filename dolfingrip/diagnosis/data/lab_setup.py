@@ -19,7 +19,7 @@
     angle_deg = 0.3
     [noise.correlated]                          # of the part that drifts along a run
     angle_deg = 0.2
-    [nuisance]                                  # what the laboratory knows better, see NUISANCES
+    [nuisance]                                  # what the laboratory knows better
     pressure_gain = 0.005
     cast.chamber_width_mm = 1.0                 # any number of the configuration, in its unit
 
@@ -48,7 +48,8 @@ from dolfingrip.diagnosis.data.table import (
 )
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.parameter import named
-from dolfingrip.parameter.nuisances import NUISANCES, USUAL
+from dolfingrip.parameter.nuisances import known as known_nuisances
+from dolfingrip.parameter.nuisances import usual
 from dolfingrip.sections import tables, units
 from dolfingrip.sections.section import Role
 
@@ -85,7 +86,7 @@ class LabSetup:
         noise: standard deviation by column, in its unit, as far as the laboratory tells it.
         correlated_noise: standard deviation by column of the part that drifts along a run.
         correlation_time_s: correlation time of that part; None: as long as a run.
-        nuisances: standard deviation by key of :data:`NUISANCES`, or by key of the configuration;
+        nuisances: standard deviation by its key, or by key of the configuration;
             numbers of the laboratory replace the usual ones.
         rate: rate of the ramps, in the control's unit per second; None if it is not told.
         max_pressure_kPa: readings above are not compared.
@@ -97,7 +98,7 @@ class LabSetup:
     noise: Mapping[str, float] = field(default_factory=dict)
     correlated_noise: Mapping[str, float] = field(default_factory=dict)
     correlation_time_s: float | None = None
-    nuisances: Mapping[str, float] = field(default_factory=USUAL.copy)
+    nuisances: Mapping[str, float] = field(default_factory=usual)
     rate: float | None = None
     max_pressure_kPa: float = math.inf
     chord: tuple[Any, Any] = CENTRES
@@ -208,7 +209,8 @@ class SetupFile:
                 "noise.correlated", correlated, (*READING_COLUMNS, *of_markers(correlated))
             ),
             self._optional("noise.correlated.correlation_time_s", lasting),
-            USUAL | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
+            usual()
+            | self._spreads("nuisance", told, (*known_nuisances(), *self._parameters(told))),
             self._optional(rate, numbers.get(rate)),
             self._optional("max_pressure_kPa", numbers.get("max_pressure_kPa")) or math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),

@@ -16,7 +16,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +28,7 @@ from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
 from dolfingrip.diagnosis.data.motion import motion, smallest_change, travel
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS, of_markers, read_by
-from dolfingrip.diagnosis.policy import ADDITIONS, DATA
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.sections.section import Role
 
 
@@ -106,11 +106,13 @@ class Measurement:
             told where several are told.
         tests: by their numbers.
         warnings: sentences on suspicions about the data, for the verdict.
+        policy: numbers that it is read, simulated and compared by.
     """
 
     readings: pd.DataFrame
     tests: Sequence[SpecimenTest]
     warnings: list[str] = field(default_factory=list)
+    policy: Policy = Policy()
     _places: dict[tuple[int, ...], dict[str, np.ndarray]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -122,7 +124,7 @@ class Measurement:
             legs, cycles = 0, self.rows(test.number).groupby("cycle", sort=False)
             for _, rows in cycles:
                 values = [rows[name].to_numpy() for name in test.controls]
-                found = motion(values, rows["time_s"].to_numpy(), test.sigma)
+                found = motion(values, rows["time_s"].to_numpy(), test.sigma, self.policy)
                 self.readings.loc[rows.index, "branch"] = found.branch
                 self.readings.loc[rows.index, "leg"] = legs + found.leg
                 legs += int(found.leg[-1]) + 1
@@ -166,7 +168,8 @@ class Measurement:
         number = {old: first + place for place, old in enumerate(sorted(tests))}
         rows = self.readings[self.readings["test"].isin(number)].reset_index(drop=True)
         kept = [replace(t, number=number[t.number]) for t in self.tests if t.number in number]
-        return Measurement(rows.assign(test=rows["test"].map(number)), kept, self.warnings)
+        own = rows.assign(test=rows["test"].map(number))
+        return Measurement(own, kept, self.warnings, self.policy)
 
     def reading(self, values: np.ndarray) -> Measurement:
         """Replace single readings, (n,); those that are NaN are left out."""
@@ -174,7 +177,7 @@ class Measurement:
         places = self.listed[["row", "column"]].itertuples(index=False)
         for (row, column), value in zip(places, values, strict=True):
             rows.loc[rows.index[row], column] = value
-        return Measurement(rows, self.tests, self.warnings)
+        return Measurement(rows, self.tests, self.warnings, self.policy)
 
     @property
     def columns(self) -> list[str]:
@@ -282,7 +285,7 @@ def in_proportion(measurement: Measurement) -> np.ndarray:
 def shows_memory(*measurements: Measurement) -> bool:
     """Tell whether readings of the same experiments show what a material remembers.
 
-    They do where something is unloaded or waits, or is loaded at two rates.
+    They do where something is unloaded or waits, or is loaded at two rates, one of twice the other.
     """
     rates: dict[str, list[float]] = defaultdict(list)
     for measurement in measurements:
@@ -293,15 +296,18 @@ def shows_memory(*measurements: Measurement) -> bool:
             rate = measurement.ramp_rate(test)
             if rate is not None:
                 rates[test.experiment].append(rate)
-    return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())
+    return any(max(own) > 2 * min(own) for own in rates.values())
 
 
-def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
+def read(
+    files: Sequence[Path], config: Config | None = None, policy: Policy = Policy()
+) -> Measurement:
     """Read measured CSV files, each with the TOML of the same stem.
 
     Args:
         files: of the CSVs.
         config: configuration that set-ups are differences from; default: the reference finger.
+        policy: numbers that they are read, simulated and compared by.
 
     Raises:
         ConfigError: one line naming the file, the line or key, the value and what is allowed.
@@ -331,13 +337,13 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
             except ConfigError as error:
                 raise ConfigError(f"{setup_file.file}: {error}") from None
             _check_markers(test, own, base)
-            timed, doubts = _timed(test, own, base)
+            timed, doubts = _timed(test, own, base, policy)
             warnings += doubts + _doubts(test, own)
             tests.append(test)
             tables.append(timed.assign(test=test.number))
     tests = _of_one_body(tests)
     readings = pd.concat(tables, ignore_index=True)
-    found = Measurement(readings, tests, warnings)
+    found = Measurement(readings, tests, warnings, policy)
     warnings += [line for test in tests for line in _contradictions(found, test, readings)]
     return found
 
@@ -403,20 +409,22 @@ def _contradictions(measurement: Measurement, test: SpecimenTest, told: pd.DataF
     ]
 
 
-def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.DataFrame, list[str]]:
+def _timed(
+    test: SpecimenTest, rows: pd.DataFrame, base: Config, policy: Policy
+) -> tuple[pd.DataFrame, list[str]]:
     """Rows with times, which follow from the rate if there are no time stamps."""
     if rows["time_s"].notna().all():
         return rows, []
     controls = rows[list(test.controls)].to_numpy()
     held = (rows["branch"] == "hold").to_numpy()
-    change = max(smallest_change(each, test.sigma) for each in controls.T)
+    change = max(smallest_change(each, test.sigma, policy) for each in controls.T)
     if (held[1:] & held[:-1] & (np.abs(np.diff(controls, axis=0)).max(axis=1) <= change)).any():
         raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are waits")
     rate, doubts = test.setup.rate, []
     if rate is None:
         rate, unit = test.configured_rate(base), CHANNELS[CONTROL[test.experiment]].unit
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit}/s is assumed"]
-    steps = np.max([travel(each, test.sigma) for each in controls.T], axis=0)
+    steps = np.max([travel(each, test.sigma, policy) for each in controls.T], axis=0)
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts
 
 
@@ -439,7 +447,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     Raises:
         ConfigError: one line, where nothing of a finger's readings would be left.
     """
-    repeated = measurement.repeated()
+    repeated, policy = measurement.repeated(), measurement.policy
     notes = [
         f"{measurement.tests[again]} has the very readings of {measurement.tests[first]}: they are "
         "compared once"
@@ -452,15 +460,16 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     for test in measurement.tests:
         rows = measurement.rows(test.number)
         finger = test.of_finger
-        for inside, why in _of_finger(test, rows) if finger else _of_coupon(test, rows, config):
-            if inside.all() or (not finger and inside.sum() < DATA.fewest_of_coupon):
+        of_coupon = partial(_of_coupon, test, rows, config, policy.toe)
+        for inside, why in _of_finger(test, rows) if finger else of_coupon():
+            if inside.all() or (not finger and inside.sum() < policy.few):
                 continue
             notes.append(why)
             readings.loc[rows.index[~inside], measurement.columns] = np.nan
             # a row stays where what comes later depends on the way
             if finger and not inside[(~inside).argmax() :].any():
                 keep[rows.index[~inside]] = False
-    every = math.ceil(len(readings) / DATA.most)
+    every = math.ceil(len(readings) / policy.most_readings)
     if every > 1:
         number = measurement.readings.groupby(["test", "cycle", "branch"]).cumcount().to_numpy()
         keep &= number % every == 0
@@ -468,21 +477,20 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     if not notes:
         return measurement, []
     readings = readings[keep].reset_index(drop=True)
-    return Measurement(readings, measurement.tests, measurement.warnings), list(
-        dict.fromkeys(notes)
-    )
+    kept = Measurement(readings, measurement.tests, measurement.warnings, policy)
+    return kept, list(dict.fromkeys(notes))
 
 
 def _of_coupon(
-    test: SpecimenTest, rows: pd.DataFrame, config: Config
+    test: SpecimenTest, rows: pd.DataFrame, config: Config, least: float
 ) -> Iterator[tuple[np.ndarray, str]]:
     """Iterate over a coupon's rows that are compared, and why the others are left out."""
     coupon = test.applied(config).coupon
     strain = rows["displacement_mm"].to_numpy() / coupon.gauge_length_mm
     most = f"above a strain of {coupon.max_strain:g} (coupon.max_strain: fingers stretch less)"
     yield strain <= coupon.max_strain, f"coupons: readings {most} are left out"
-    toe = f"below a strain of {DATA.toe:g} (grips settle there)"
-    yield strain >= DATA.toe, f"coupons: readings {toe} are left out"
+    toe = f"below a strain of {least:g} (grips settle there)"
+    yield strain >= least, f"coupons: readings {toe} are left out"
 
 
 def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndarray, str]]:

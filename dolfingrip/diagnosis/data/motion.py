@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from math import comb, sqrt
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.ndimage import label
+from scipy.special import ndtri
 
-from dolfingrip.diagnosis.policy import DATA, ROUTES
-
-_NORMAL = 1.4826
-"""Standard deviation of a normal distribution by its median absolute deviation."""
+from dolfingrip.diagnosis.policy import Policy
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,17 +36,18 @@ class Motion:
     leg: np.ndarray
 
 
-def smallest_change(value: np.ndarray, sigma: float) -> float:
+def smallest_change(value: np.ndarray, sigma: float, policy: Policy = Policy()) -> float:
     """Return the change of a control that is none of its gauge's noise.
 
     Args:
         value: (n,) control of each row (kPa or mm).
         sigma: standard deviation of the gauge as told, in the same unit; 0 where none is told.
+        policy: what noise is.
     """
-    return _change(value, _noise(value, sigma))
+    return _change(value, _noise(value, sigma, policy), policy)
 
 
-def travel(value: np.ndarray, sigma: float) -> np.ndarray:
+def travel(value: np.ndarray, sigma: float, policy: Policy = Policy()) -> np.ndarray:
     """Return how far a control went from each row to the next, without its gauge's noise.
 
     Between two turns the control is taken as where it has come to so far.
@@ -55,36 +55,40 @@ def travel(value: np.ndarray, sigma: float) -> np.ndarray:
     Args:
         value: (n,) control of each row (kPa or mm), which begins at rest, or below.
         sigma: standard deviation of the gauge as told, in the same unit; 0 where none is told.
+        policy: what noise is.
 
     Returns:
         (n,) in the same unit, the first of the way from rest.
     """
     here = min(0.0, float(value[0]))
     found = np.zeros(len(value))
-    for i, rises in enumerate(_rising(value, smallest_change(value, sigma))):
+    for i, rises in enumerate(_rising(value, smallest_change(value, sigma, policy))):
         found[i] = max((value[i] - here) * (1.0 if rises else -1.0), 0.0)
         here = value[i] if found[i] else here
     return found
 
 
-def _change(value: np.ndarray, noise: float) -> float:
-    return max(ROUTES.jump * _size(value), ROUTES.certain * noise)
+def _change(value: np.ndarray, noise: float, policy: Policy) -> float:
+    return max(10 * policy.gauge * _size(value), policy.certain * noise)
 
 
 def _size(value: np.ndarray) -> float:
     return max(float(np.abs(value).max()), 1e-12)
 
 
-def _noise(value: np.ndarray, sigma: float) -> float:
+def _noise(value: np.ndarray, sigma: float, policy: Policy) -> float:
     """Standard deviation of the gauge as told, or as dense rows show where that is more."""
-    order = DATA.differences
-    if len(value) < DATA.dense:
+    order = policy.differences
+    if len(value) < policy.dense:
         return sigma
     steps = np.abs(np.diff(value, order)) / sqrt(comb(2 * order, order))
-    return max(sigma, min(_NORMAL * float(np.median(steps)), ROUTES.noisiest * _size(value)))
+    most = 0.5 * 0.01 * _size(value)  # a gauge is no worse than half a hundredth
+    return max(sigma, min(float(np.median(steps)) / float(ndtri(1 - 0.25)), most))
 
 
-def motion(values: Sequence[np.ndarray], time_s: np.ndarray, sigma: float) -> Motion:
+def motion(
+    values: Sequence[np.ndarray], time_s: np.ndarray, sigma: float, policy: Policy = Policy()
+) -> Motion:
     """Find ramps and waits in the rows of one test, or of one cycle of it.
 
     A row rests where it and its neighbours stay within the smallest change for longer than a ramp
@@ -96,8 +100,10 @@ def motion(values: Sequence[np.ndarray], time_s: np.ndarray, sigma: float) -> Mo
         values: (n,) of each control (kPa or mm), in the order in which they were read.
         time_s: (n,) time of each row, rising.
         sigma: standard deviation of the controls' gauge; 0 where none is told.
+        policy: what a ramp and a wait are.
     """
-    each = [_legs(value, time_s, sigma, len(values) > 1) for value in values]
+    several = len(values) > 1
+    each = [_legs(value, time_s, sigma, policy, several=several) for value in values]
     branches = np.array([branch for branch, _ in each])
     leg = np.cumsum(np.any([new for _, new in each], axis=0))
     starts = np.flatnonzero(np.diff(leg, prepend=-1))
@@ -131,13 +137,13 @@ def farthest(values: np.ndarray, leg: np.ndarray) -> np.ndarray:
 
 
 def _legs(
-    value: np.ndarray, time_s: np.ndarray, sigma: float, several: bool
+    value: np.ndarray, time_s: np.ndarray, sigma: float, policy: Policy, *, several: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n,) Branch of each row by one control, or one of several, and whether a leg begins there."""
-    noise = _noise(value, sigma)
-    change = _change(value, noise)
-    within = max(ROUTES.closest * _size(value), ROUTES.rests * noise)
-    rests = _resting(value, time_s, change, within)
+    noise = _noise(value, sigma, policy)
+    change = _change(value, noise, policy)
+    within = max(policy.gauge * _size(value), policy.rests * noise)
+    rests = _resting(value, time_s, change, within, policy.waits)
     up = _rising(value, change)
     turns = np.flatnonzero(up[1:] != up[:-1])
     since = np.concatenate([[0.0], value[turns]])[np.searchsorted(turns, np.arange(len(value)))]
@@ -164,8 +170,13 @@ def _groups(value: np.ndarray, change: float) -> list[slice]:
     return [*found, slice(first, len(value))]
 
 
-def _resting(value: np.ndarray, time_s: np.ndarray, change: float, within: float) -> np.ndarray:
-    """(n,) Rows that belong to a wait, of which each is ``within`` of the others' middle."""
+def _resting(
+    value: np.ndarray, time_s: np.ndarray, change: float, within: float, longer: float
+) -> np.ndarray:
+    """(n,) Rows that belong to a wait, of which each is ``within`` of the others' middle.
+
+    A ramp takes less than a wait for ``longer`` changes.
+    """
     groups = _groups(value, change)
     means = np.array([value[group].mean() for group in groups])
     middle_s = np.array([time_s[group].mean() for group in groups])
@@ -178,15 +189,13 @@ def _resting(value: np.ndarray, time_s: np.ndarray, change: float, within: float
         if not lasts_s > 0:  # or where nobody told times
             waits.append(False)
             continue
-        slope = np.polynomial.Polynomial.fit(time_s[group], value[group], 1).deriv()(0.0)
-        waits.append(
-            bool(abs(slope) * lasts_s <= change / 2 and lasts_s * rate >= ROUTES.waits * change)
-        )
+        slope = Polynomial.fit(time_s[group], value[group], 1).deriv()(0.0)
+        waits.append(bool(abs(slope) * lasts_s <= change / 2 and lasts_s * rate >= longer * change))
     rests = np.zeros(len(value), dtype=bool)
     for group in (group for group, waited in zip(groups, waits, strict=True) if waited):
         # the first and last rows of a group may be a ramp's
         off = np.abs(value - np.median(value[group]))
-        near = off <= 1.001 * max(within, float(np.median(off[group])))
+        near = off <= (1 + 1e-3) * max(within, float(np.median(off[group])))
         inside = np.flatnonzero(near[group]) + group.start
         rests[inside[0] : inside[-1] + 1] = True
         run, _ = label(near)

@@ -31,8 +31,9 @@ from dolfingrip.config import NO_CHANGE, Change, Config, ConfigError, checked
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, SetupFile
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.table import NUMBERS
-from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.experiments.synthetic import NOISE
+from dolfingrip.sections.procedure import ExperimentSettings
 from dolfingrip.sections.section import Section
 
 MOST_READINGS: Final = 1000
@@ -53,6 +54,7 @@ def planned_rows(
     columns: Sequence[str],
     *,
     hold_s: float = 60.0,
+    readings_of_wait: int = Policy().few,
 ) -> pd.DataFrame:
     """Rows of a protocol, as in ``Measurement.readings``; the first is at rest.
 
@@ -63,13 +65,14 @@ def planned_rows(
         rate: rate of ramps, in the unit of ``ramp`` per second.
         columns: columns that are read.
         hold_s: duration of a wait.
+        readings_of_wait: whose distances grow.
     """
     values = np.asarray(ramp, dtype=float)
     found: list[dict[str, Any]] = []
     time_s, here = 0.0, 0.0
     for number, (branch, cycle) in enumerate(way):
         if branch == "hold":
-            waits = hold_s * (np.arange(1, DATA.readings_of_wait + 1) / DATA.readings_of_wait) ** 2
+            waits = hold_s * (np.arange(1, readings_of_wait + 1) / readings_of_wait) ** 2
             steps = [(here, time_s + wait) for wait in waits]
         else:
             up = values if number else np.append(0.0, values)
@@ -105,9 +108,15 @@ KINDS: Final = (
 class RigProtocol(Section):
     """How the rig leads and reads."""
 
-    highest_pressure_kPa: float = Field(250.0, gt=0, le=1e4, description="end of a ramp")
-    step_kPa: float = Field(25.0, gt=0, le=1e4, description="between readings")
-    coupon_readings: int = Field(20, ge=2, le=MOST_READINGS, description="of a ramp of a coupon")
+    highest_pressure_kPa: float = Field(
+        ExperimentSettings().max_pressure_kPa, gt=0, le=1e4, description="end of a ramp"
+    )
+    step_kPa: float = Field(
+        ExperimentSettings().step_kPa, gt=0, le=1e4, description="between readings"
+    )
+    coupon_readings: int = Field(
+        Policy().dense, ge=2, le=MOST_READINGS, description="of a ramp of a coupon"
+    )
     cycles: int = Field(1, ge=1, le=100, description="ramps up; more than one are up and down")
     unload: bool = Field(False, description="read while unloading, too")
     hold_s: float = Field(0.0, ge=0, le=1e6, description="wait after the first ramp")
@@ -124,6 +133,7 @@ def read(
     config: Config,
     changes: Change = NO_CHANGE,
     noise: Mapping[str, float] = NO_CHANGE,
+    policy: Policy = Policy(),
 ) -> tuple[Measurement, tuple[str, ...]]:
     """The measurement that a rig would make, with readings of 0, and the additions it can make.
 
@@ -132,6 +142,7 @@ def read(
         config: configuration that its set-up is a difference from.
         changes: values by key of its table ``[protocol]``.
         noise: standard deviations by column, which replace those of the file.
+        policy: numbers that its readings are simulated and compared by.
 
     Raises:
         ConfigError: one line naming the file or key, the value and what is allowed.
@@ -148,12 +159,15 @@ def read(
         setup = told.of(experiment, "rig") if told else LabSetup()
         setup = replace(setup, noise={**NOISE, **setup.noise, **noise})
         tests.append(SpecimenTest(i, file or Path("rig.toml"), experiment, "rig", setup))
-    tables = [_rows(test, protocol, config) for test in tests]
+    tables = [_rows(test, protocol, config, policy) for test in tests]
     warnings = told.warnings if told else []
-    return Measurement(pd.concat(tables, ignore_index=True), tests, warnings), protocol.can_vary
+    rows = pd.concat(tables, ignore_index=True)
+    return Measurement(rows, tests, list(warnings), policy), protocol.can_vary
 
 
-def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataFrame:
+def _rows(
+    test: SpecimenTest, protocol: RigProtocol, config: Config, policy: Policy
+) -> pd.DataFrame:
     if test.experiment == "coupon":
         coupon, count = test.applied(config).coupon, protocol.coupon_readings
         top = coupon.max_strain * coupon.gauge_length_mm
@@ -175,4 +189,6 @@ def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataF
     way = cycles(protocol.cycles, unload=protocol.unload)
     if protocol.hold_s:
         way.insert(1, ("hold", 1))
-    return planned_rows(test, way, ramp, rate, columns, hold_s=protocol.hold_s)
+    return planned_rows(
+        test, way, ramp, rate, columns, hold_s=protocol.hold_s, readings_of_wait=policy.few
+    )

@@ -16,12 +16,14 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial import Polynomial
 
 from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.lab_setup import STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS
-from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis import Slip
 
 _DEGREES: Final = 180 / math.pi
@@ -35,11 +37,11 @@ SIGNED: Final = (ANGLE.unit, FORCE.unit)
 _OF_READING: Final[Mapping[str, Mapping[str, float]]] = {
     "deg": {"an angle in radians": _DEGREES, "degrees turned twice": 1 / _DEGREES},
     "N": {
-        "a force in grams": 1 / 101.97,
+        "a force in grams": STANDARD_GRAVITY_m_s2 / 1000,
         "a force in mN": 1 / 1000,
         "a force in kN": 1000.0,
-        "a force in kg": 9.81,
-        "a force multiplied by g": 1 / 9.81,
+        "a force in kg": STANDARD_GRAVITY_m_s2,
+        "a force multiplied by g": 1 / STANDARD_GRAVITY_m_s2,
     },
     "mm": {"a length in m": 1000.0, "a length in cm": 10.0},
     "": {"a strain in percent": 0.01},
@@ -96,8 +98,8 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
             for name, rows in part.groupby("column", sort=False)
         }
         rows = measurement.rows(int(number))
-        swapped = _swapped(test, columns) or _swapped_with_travel(test, rows)
-        found += swapped or _scaled(test, columns)
+        swapped = _swapped(test, columns) or _swapped_with_travel(test, rows, measurement.policy)
+        found += swapped or _scaled(test, columns, measurement.policy)
     return found
 
 
@@ -119,9 +121,9 @@ def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
             continue
         for name in (each for each in READING_COLUMNS if CHANNELS[each].unit in SIGNED):
             pairs = rows[[test.control, name]].dropna()
-            if len(pairs) < DATA.fewest_of_sign or not pairs.std().all():
+            if len(pairs) < measurement.policy.few or not pairs.std().all():
                 continue
-            if (alike := pairs.corr().iloc[0, 1]) < DATA.falls:
+            if (alike := pairs.corr().iloc[0, 1]) < -measurement.policy.nearly:
                 found.append(Suspicion(test, name, -1.0, _REVERSED, 1 + alike))
     return found
 
@@ -145,7 +147,7 @@ def slips(raised: Sequence[Suspicion]) -> list[Slip]:
     return listed
 
 
-def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspicion]:
+def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame, policy: Policy) -> list[Suspicion]:
     """The suspicion that travel and force of a coupon are swapped.
 
     A machine moves evenly in time, and a force does not rise so.
@@ -153,10 +155,10 @@ def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspici
     if test.control != DISPLACEMENT.name:
         return []
     first = rows[(rows["cycle"] == 1) & (rows["branch"] == "loading")].dropna(subset=FORCE.name)
-    if len(first) < DATA.fewest_of_loading or np.ptp(first["time_s"]) <= 0:
+    if len(first) < policy.few or np.ptp(first["time_s"]) <= 0:
         return []
     travel, force = (_unevenness(first, name) for name in (DISPLACEMENT.name, FORCE.name))
-    if travel < DATA.uneven or force > travel / DATA.more_even:
+    if travel < policy.alike or force > travel / policy.more_even:
         return []
     meaning = f"swapped with {FORCE.name}, which rises evenly in time, as a machine's travel does"
     return [Suspicion(test, DISPLACEMENT.name, math.nan, meaning, force / travel)]
@@ -165,11 +167,11 @@ def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspici
 def _unevenness(rows: pd.DataFrame, column: str) -> float:
     """Largest distance of a column from a line in time, by its range."""
     value, time_s = rows[column].to_numpy(), rows["time_s"].to_numpy()
-    line = np.polynomial.Polynomial.fit(time_s, value, 1)(time_s)
+    line = Polynomial.fit(time_s, value, 1)(time_s)
     return float(np.abs(value - line).max() / max(np.ptp(value), 1e-12))
 
 
-def _scaled(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
+def _scaled(test: SpecimenTest, columns: Pairs, policy: Policy) -> list[Suspicion]:
     """Slips of unit or sign."""
     every = {name: _ratio(*pair) for name, pair in columns.items() if len(pair[0]) > 1}
     ratios = {name: ratio for name, ratio in every.items() if math.isfinite(ratio)}
@@ -179,29 +181,31 @@ def _scaled(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
         left = _left(measured, simulated, ratio)
         # readings of noise alone are near any small multiple, which explains nothing of them
         missed = np.linalg.norm(measured - ratio * simulated)
-        if left >= DATA.slip_leaves or missed >= DATA.slip_leaves * np.linalg.norm(measured):
+        if left >= 0.5 or missed >= 0.5 * np.linalg.norm(measured):
             continue
-        if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
+        if ratio < 0 and 1 / policy.no_slip < -ratio < policy.no_slip:
             found.append(Suspicion(test, name, -1.0, _REVERSED, left))
             continue
         slips = _OF_READING.get(CHANNELS[name].unit, {}).items()
-        alike = [each for each in slips if _alike(abs(ratio), 1 / each[1])]
+        alike = [each for each in slips if _alike(abs(ratio), 1 / each[1], policy)]
         if ratio < 0 and not alike:  # however much softer or stiffer the finger is, too
             alike = [(_REVERSED, 1.0)]
         for meaning, factor in alike:
             found.append(Suspicion(test, name, math.copysign(factor, ratio), meaning, left))
-    return found + _of_control(test, ratios, columns)
+    return found + _of_control(test, ratios, columns, policy)
 
 
-def _of_control(test: SpecimenTest, ratios: Mapping[str, float], columns: Pairs) -> list[Suspicion]:
+def _of_control(
+    test: SpecimenTest, ratios: Mapping[str, float], columns: Pairs, policy: Policy
+) -> list[Suspicion]:
     """Slips of the pressure's or displacement's unit, which every reading shows."""
     left = max((_left(*columns[name], ratio) for name, ratio in ratios.items()), default=1.0)
-    if left >= DATA.slip_leaves:
+    if left >= 0.5:
         return []
     return [
         Suspicion(test, test.control, factor, meaning, left)
         for meaning, factor in _OF_CONTROL[CHANNELS[CONTROL[test.experiment]].unit].items()
-        if all(_alike(ratio, factor) for ratio in ratios.values())
+        if all(_alike(ratio, factor, policy) for ratio in ratios.values())
     ]
 
 
@@ -217,17 +221,17 @@ def _swapped(test: SpecimenTest, columns: Pairs) -> list[Suspicion]:
             continue
         straight = _misfit(turned, turned_simulated) + _misfit(force, force_simulated)
         crossed = _misfit(turned, force_simulated) + _misfit(force, turned_simulated)
-        if crossed < DATA.slip_leaves * straight and crossed < 1:
+        if crossed < 0.5 * straight and crossed < 1:
             meaning = f"swapped with {other}, {angle} and {other} fit far better so"
             return [Suspicion(test, angle, math.nan, meaning, crossed / straight)]
     return []
 
 
-def _alike(ratio: float, factor: float) -> bool:
+def _alike(ratio: float, factor: float, policy: Policy) -> bool:
     """Tell whether a ratio is close to a factor and not close to 1."""
-    if ratio <= 0 or 1 / DATA.no_slip < ratio < DATA.no_slip:
+    if ratio <= 0 or 1 / policy.no_slip < ratio < policy.no_slip:
         return False
-    return abs(math.log(ratio / factor)) < math.log(DATA.slip_within)
+    return abs(math.log(ratio / factor)) < math.log(policy.slip)
 
 
 def _ratio(measured: np.ndarray, simulated: np.ndarray) -> float:

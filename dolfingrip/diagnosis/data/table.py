@@ -105,7 +105,7 @@ def near(name: str, known: Sequence[str]) -> str:
         name: as it is written.
         known: names that there are.
     """
-    found = difflib.get_close_matches(name, known, 1, 0.6)
+    found = difflib.get_close_matches(name, known, 1)
     return f"did you mean {found[0]}? " if found else ""
 
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from dolfingrip.channels import TIME
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.table import CONTROL, READINGS
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import simulate
 from dolfingrip.jobs.cluster import Where
@@ -48,7 +47,7 @@ def request(
     Raises:
         ConfigError: one line, where the configuration cannot have the experiment's settings.
     """
-    shortest = max(config.solver.min_step_kPa, POLICY.shortest_step * config.solver.max_step_kPa)
+    shortest = max(config.solver.min_step_kPa, 0.125 * config.solver.max_step_kPa)
     plain = config.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
     columns = (TIME.name, CONTROL[experiment], *(read or READINGS[experiment]))
     return Request.of(experiment, plain, gradients or None, columns=columns, mesh_check=mesh_check)

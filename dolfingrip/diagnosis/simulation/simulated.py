@@ -86,7 +86,8 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     """
     led = []
     for test in measurement.tests:
-        segments = stops.segments(measurement.rows(test.number), test.controls, test.sigma)
+        rows, policy = measurement.rows(test.number), measurement.policy
+        segments = stops.segments(rows, test.controls, test.sigma, policy)
         led.append(_Led(test, test.applied(config), segments))
     found = []
     for of_setup in _together(led, _same_setup):

@@ -3,7 +3,7 @@
 Branches of few rows are simulated at their rows, at round values where these were read with noise
 (:class:`NominalStop`). Of more rows some stops are made and the rows are
 interpolated. A wait has stops that grow sparser.
-How many there are, :class:`~dolfingrip.diagnosis.policy.RoutePolicy` says. The control is taken as
+How many there are, :class:`~dolfingrip.diagnosis.policy.Policy` says. The control is taken as
 one-directional within a ramp and constant within a wait, at the mean of what was read: the gauge's
 own noise is no motion of the finger. Where a ramp begins behind the end of the one before, the way
 back is led, too. A model with a memory but no clock settles: its third cycle is its second.
@@ -39,7 +39,7 @@ from scipy.interpolate import CubicSpline
 
 from dolfingrip.channels import DISPLACEMENT
 from dolfingrip.diagnosis.data.motion import farthest, smallest_change
-from dolfingrip.diagnosis.policy import ROUTES
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.sections.procedure import branch_of
 
 
@@ -53,12 +53,16 @@ class StopInterpolant:
             logarithm of time.
         rows: places of the rows in ``Measurement.readings``.
         rows_at: of each row.
+        beyond: how far beyond the stops that were reached rows are read, by their range.
+        fewest: stops that tell where a force begins.
     """
 
     stops: np.ndarray
     at: np.ndarray
     rows: np.ndarray
     rows_at: np.ndarray
+    beyond: float = Policy().alike
+    fewest: int = Policy().few
 
     def weights(
         self,
@@ -90,7 +94,7 @@ class StopInterpolant:
             found[told * acting.sum() < 0] = 0.0
         if there.size < len(self.stops):
             low, high = self.at[there].min(), self.at[there].max()
-            margin = ROUTES.outside * (high - low)
+            margin = self.beyond * (high - low)
             found[(where > high + margin) | (where < low - margin)] = np.nan
         return found
 
@@ -104,7 +108,7 @@ class StopInterpolant:
             force: at the leg's stops that were reached, shape (stops,).
         """
         some = np.flatnonzero(np.abs(force) > 1e-9 * np.abs(force).max(initial=0.0))
-        if len(some) < ROUTES.fewest:
+        if len(some) < self.fewest:
             return slice(None)
         first, last = int(some[0]), int(some[-1]) + 1
         at, own = self.at[first:last], force[first:last]
@@ -112,7 +116,7 @@ class StopInterpolant:
         def over(place: int, end: float) -> bool:
             """Tell if the force is over before a stop, beyond the one at which it is ``end``."""
             beyond = float(spline_weights(at, self.at[[place]], 0)[0] @ own)
-            return beyond / end < -ROUTES.turns
+            return beyond / end < -0.1
 
         first = first if first and over(first - 1, own[0]) else 0
         last = last if last < len(force) and over(last, own[-1]) else len(force)
@@ -140,7 +144,7 @@ def spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.nda
     return np.asarray(spline(inside) + (where - inside)[:, None] * slopes)
 
 
-@functools.lru_cache(maxsize=1024)  # a fit reads the same stops anew for each modulus that it tries
+@functools.lru_cache(maxsize=1000)  # a fit reads the same stops anew for each modulus that it tries
 def _spline(at: tuple[float, ...]) -> CubicSpline:
     """Column j: through 1 at stop j and 0 at the others; a line or parabola for 2 or 3 stops."""
     # of stops at one place, as between two cycles at rest, the last one counts
@@ -255,6 +259,7 @@ class ControlSegment:
         lead: column of the control whose values these are: of several the one that moves farthest.
         below: whether it lies on the side of suction, where a load grows as its value falls.
         others: values of the other controls at each row, by column; those that rest are constant.
+        policy: how many stops it has, and where.
     """
 
     cycle: int
@@ -270,6 +275,7 @@ class ControlSegment:
     lead: str = ""
     below: bool = False
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
+    policy: Policy = Policy()
 
     def led(
         self, stops: Sequence[NominalStop], before: NominalStop | None
@@ -313,18 +319,20 @@ class ControlSegment:
     def most(self) -> int:
         """Stops that a ramp is worth: fewer where its rows lie within the gauge's noise."""
         if not self.sigma:
-            return ROUTES.most
-        told_apart = int(np.ptp(self.value) / (ROUTES.certain * self.sigma))
-        return min(ROUTES.most, max(ROUTES.fewest, told_apart))
+            return self.policy.most_stops
+        told_apart = int(np.ptp(self.value) / (self.policy.certain * self.sigma))
+        return min(self.policy.most_stops, max(self.policy.few, told_apart))
 
 
-def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[ControlSegment]:
+def segments(
+    rows: pd.DataFrame, controls: Sequence[str], sigma: float, policy: Policy = Policy()
+) -> list[ControlSegment]:
     """The segments of one test's rows, in order; ``sigma`` is the controls' gauge's."""
     values = rows[list(controls)].to_numpy().T
     time_s = rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
-    jumps = [smallest_change(value, sigma) for value in values]
-    guessed = sigma or ROUTES.gauge * float(np.abs(values).max())
+    jumps = [smallest_change(value, sigma, policy) for value in values]
+    guessed = sigma or policy.gauge * float(np.abs(values).max())
     few, many = (0.0, 0.0) if controls[0] == DISPLACEMENT.name else (guessed, sigma)
     if (np.abs(values[:, 0]) < jumps).all():  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
@@ -343,12 +351,13 @@ def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[
             for name, beside, rest in zip(controls, values, jumps, strict=True)
             if name != controls[lead]
         }
-        rounds_by = few if b - a <= ROUTES.most else many  # whose stops are means
+        rounds_by = few if b - a <= policy.most_stops else many  # whose stops are means
         if branch[a] == "hold":
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
             mean = float(np.concatenate([before, own]).mean())
-            meant = meant_end(mean, size / ROUTES.most, rounds_by / math.sqrt(b - a))
+            within = rounds_by / math.sqrt(b - a)
+            meant = meant_end(mean, size / policy.most_stops, within, policy)
             own = np.full(b - a, meant)
             if before.size and found[-1].branch != "hold" and found[-1].lead == controls[lead]:
                 found[-1] = replace(found[-1], leads_to=meant)
@@ -357,6 +366,7 @@ def segments(rows: pd.DataFrame, controls: Sequence[str], sigma: float) -> list[
             ControlSegment(
                 int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma,
                 rounds_by, jump, lead=controls[lead], below=bool(side < -jump), others=others,
+                policy=policy,
             )
         )  # fmt: skip
     return found
@@ -371,9 +381,9 @@ def _settled_at(value: np.ndarray, jump: float) -> np.ndarray:
 
 def alike(first: Sequence[ControlSegment], second: Sequence[ControlSegment]) -> bool:
     """Tell whether two tests went the same way, so that one simulation serves both."""
-    size = max(abs(s.end) for s in first)
-    return _as_far(first, second, ROUTES.alike * size) and all(
-        a.cycle == b.cycle and abs(a.lasts_s - b.lasts_s) <= ROUTES.alike_in_time * a.lasts_s + 0.5
+    off = first[0].policy.alike * max(abs(s.end) for s in first)
+    return _as_far(first, second, off) and all(
+        a.cycle == b.cycle and abs(a.lasts_s - b.lasts_s) <= 0.1 * a.lasts_s + 0.5
         for a, b in zip(first, second, strict=True)
     )
 
@@ -387,15 +397,17 @@ def elastic(tests: Sequence[Sequence[ControlSegment]], control: str) -> StopSche
     values = np.concatenate([segment.value for segment in every])
     low, high = min(0.0, float(values.min())), float(values.max())
     longest = max(every, key=lambda segment: len(segment.rows))
-    least = max(ROUTES.closest * (high - low), ROUTES.certain * longest.sigma)
+    policy = longest.policy
+    least = max(policy.gauge * (high - low), policy.certain * longest.sigma)
     at = _rising([low, *np.sort(values), high], least)
-    if len(at) <= ROUTES.most:
-        at = meant_values(at, longest.rounds_by)
+    if len(at) <= policy.most_stops:
+        at = meant_values(at, longest.rounds_by, policy)
     else:
-        last = meant_end(high, (high - low) / ROUTES.most, longest.rounds_by)
-        at = np.linspace(low, last, ROUTES.most)
+        last = meant_end(high, (high - low) / policy.most_stops, longest.rounds_by, policy)
+        at = np.linspace(low, last, policy.most_stops)
     rows = np.concatenate([segment.rows for segment in every])
-    leg = StopInterpolant(np.arange(len(at)), at, rows, values)
+    ends = policy.alike, policy.few
+    leg = StopInterpolant(np.arange(len(at)), at, rows, values, *ends)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
     count = len(at)
     return StopSchedule(
@@ -447,7 +459,8 @@ def in_time(
             rows_at = np.concatenate([each.value for each in same])
             at = np.array([stop.controls[segment.lead] for stop in own])
         rows = np.concatenate([each.rows for each in same])
-        legs.append(StopInterpolant(places, at, rows, rows_at))
+        ends = segment.policy.alike, segment.policy.few
+        legs.append(StopInterpolant(places, at, rows, rows_at, *ends))
     time_s, _, cycle, branch, every = zip(*stops, strict=True)
     value, *others = (tuple(each[name] for each in every) for name in (control, *beside))
     named = dict(zip(beside, others, strict=True))
@@ -463,7 +476,7 @@ def _settled(segments: Sequence[ControlSegment]) -> dict[int, int]:
     cycles: dict[int, list[int]] = {}
     for place, segment in enumerate(segments):
         cycles.setdefault(segment.cycle, []).append(place)
-    off = ROUTES.alike * max(abs(segment.end) for segment in segments)
+    off = segments[0].policy.alike * max(abs(segment.end) for segment in segments)
     found: dict[int, int] = {}
     for before, now in pairwise([*cycles.values()][1:]):
         ends = [segment.end for segment in segments[: before[0]]]
@@ -493,8 +506,8 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
 
 def _back(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
     """The way back from the stop before to where a ramp begins, if nothing was read along it."""
-    way = segment.way
-    start = meant_end(float(segment.value[0]), segment.size / ROUTES.most, segment.rounds_by)
+    way, apart = segment.way, segment.size / segment.policy.most_stops
+    start = meant_end(float(segment.value[0]), apart, segment.rounds_by, segment.policy)
     if before is None or way * (start - before.value) >= -segment.jump:
         return []
     time_s = max(float(segment.time_s[0]), before.time_s + 1e-6)
@@ -503,7 +516,7 @@ def _back(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
 
 def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
     """Stops of a ramp."""
-    way = segment.way
+    way, closest = segment.way, segment.policy.gauge * segment.size
     time_s, value = segment.time_s, segment.value
     if len(value) > segment.most:
         edges = np.linspace(0, len(value), segment.most + 1).astype(int)
@@ -515,19 +528,19 @@ def _ramp(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         if before is None:
             value, time_s = np.append(segment.value[0], value), np.append(segment.time_s[0], time_s)
     if not math.isnan(segment.leads_to):
-        there = way * value < way * segment.leads_to - ROUTES.closest * segment.size
+        there = way * value < way * segment.leads_to - closest
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
     found: list[NominalStop] = []
     last_s, last = (before.time_s, before.value) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
-        if way * (here - last) > ROUTES.closest * segment.size:
+        if way * (here - last) > closest:
             last_s, last = max(float(moment), last_s), float(here)
             found.append(NominalStop(last_s, last, segment.cycle, segment.branch))
     if not found:  # a ramp that does not move
         end_s = max(float(time_s[-1]), last_s)
         found.append(NominalStop(end_s, float(last), segment.cycle, segment.branch))
-    return meant_ramp(found, before, segment.rounds_by, segment.leads_to)
+    return meant_ramp(found, before, segment)
 
 
 def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalStop]:
@@ -537,12 +550,13 @@ def _wait(segment: ControlSegment, before: NominalStop | None) -> list[NominalSt
         value = before.value
     last_s = before.time_s if before else 0.0
     start_s, end_s = float(segment.time_s[0]), float(segment.time_s[-1])
-    if len(segment.rows) <= ROUTES.most_of_wait or end_s == start_s:
+    most = 2 * segment.policy.few
+    if len(segment.rows) <= most or end_s == start_s:
         moments = [float(moment) for moment in segment.time_s]
     else:
         since = last_s if before is not None and value == before.value else start_s
         delays = segment.time_s - since
-        spread = np.geomspace(delays[delays > 0].min(), end_s - since, ROUTES.most_of_wait)
+        spread = np.geomspace(delays[delays > 0].min(), end_s - since, most)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
     found: list[NominalStop] = []
     for moment in moments:
@@ -563,14 +577,16 @@ def _rising(values: Sequence[float], least: float) -> np.ndarray:
     return np.array(found, dtype=float)
 
 
-def unit_for(distance: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten up to a part of a distance."""
-    most = distance / ROUTES.fineness
+def unit_for(distance: float, policy: Policy = Policy()) -> float:
+    """The largest round whole number times a power of ten up to a part of a distance."""
+    most = distance / policy.fineness
     power = 10.0 ** math.floor(math.log10(most) + 1e-9)
-    return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
+    return power * max(
+        step for step in policy.steps if step.is_integer() and step * power <= most * (1 + 1e-9)
+    )
 
 
-def common_unit(read: np.ndarray, sigma: float) -> float:
+def common_unit(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> float:
     """Return the unit that the places of a laboratory's stops are multiples of.
 
     It is the largest of 1, 2, 2.5, 5 times a power of ten that all readings of the gauge are within
@@ -580,13 +596,15 @@ def common_unit(read: np.ndarray, sigma: float) -> float:
     Args:
         read: (n,) stops as read, of which no two are the same.
         sigma: standard deviation of the gauge, above 0.
+        policy: round numbers, and how far off them stops may be.
     """
     distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
     power = 10.0 ** math.floor(math.log10(distance) + 1e-9)
-    finest = unit_for(distance)
-    for unit in (step * power for step in (5.0, 2.5, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)):
-        within = min(ROUTES.certain * sigma, ROUTES.clear * unit)
-        plausible = max(finest, ROUTES.tells * sigma) <= unit <= distance * (1 + ROUTES.alike)
+    finest = unit_for(distance, policy)
+    least = max(finest, 2 * policy.unlikely * sigma)
+    for unit in (step * ten for ten in (power, power / 10) for step in policy.steps[::-1]):
+        within = min(policy.certain * sigma, policy.clear * unit)
+        plausible = least <= unit <= distance * (1 + policy.alike)
         if plausible and np.abs(read - unit * np.round(read / unit)).max() <= within:
             return unit
     return finest
@@ -597,20 +615,21 @@ def rounded(value: float, unit: float) -> float:
     return float(f"{round(value / unit) * unit:.9g}")
 
 
-def meant_end(value: float, distance: float, sigma: float) -> float:
+def meant_end(value: float, distance: float, sigma: float, policy: Policy = Policy()) -> float:
     """A turn, a wait: the round value if the gauge's noise allows, else as it was read."""
     if not (sigma and distance > 0):
         return value
-    meant = rounded(value, unit_for(distance))
-    return meant if abs(meant - value) <= ROUTES.certain * sigma else value
+    meant = rounded(value, unit_for(distance, policy))
+    return meant if abs(meant - value) <= policy.certain * sigma else value
 
 
-def meant_values(read: np.ndarray, sigma: float) -> np.ndarray:
+def meant_values(read: np.ndarray, sigma: float, policy: Policy = Policy()) -> np.ndarray:
     """Round rising values of a control, the last by :func:`meant_end`.
 
     Args:
         read: (n,) values as read, rising.
         sigma: standard deviation of the gauge; nothing is rounded where it is 0.
+        policy: round numbers, and how far off them stops may be.
 
     Returns:
         (m,) round values.
@@ -618,22 +637,23 @@ def meant_values(read: np.ndarray, sigma: float) -> np.ndarray:
     if len(read) < 2 or not sigma:
         return read
     distance = float(read[-1] - read[0]) / (len(read) - 1)
-    unit, last = common_unit(read, sigma), meant_end(float(read[-1]), distance, sigma)
+    unit = common_unit(read, sigma, policy)
+    last = meant_end(float(read[-1]), distance, sigma, policy)
     inner = dict.fromkeys(rounded(float(value), unit) for value in read[:-1])
     return np.array([*(value for value in inner if value < last), last])
 
 
 def meant_ramp(
-    found: Sequence[NominalStop], before: NominalStop | None, sigma: float, leads_to: float
+    found: Sequence[NominalStop], before: NominalStop | None, segment: ControlSegment
 ) -> list[NominalStop]:
     """The stops of a ramp at round values, at one rate where its rows allow.
 
     Args:
         found: its stops as read, the values rise or fall.
         before: the stop that it starts from; None at the start of a test.
-        sigma: standard deviation of the gauge; nothing is changed where it is 0.
-        leads_to: value of the wait that follows, where the ramp ends exactly; NaN without one.
+        segment: the ramp; its stops are not changed where its gauge has no noise.
     """
+    sigma, leads_to, policy = segment.rounds_by, segment.leads_to, segment.policy
     known = [*([before] if before else []), *found]
     if not sigma or len(known) < 2:
         return list(found)
@@ -642,22 +662,24 @@ def meant_ramp(
     distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
     if not distance:
         return list(found)
-    unit = common_unit(read, sigma)
+    unit = common_unit(read, sigma, policy)
     meant = np.array([rounded(float(value), unit) for value in read])
     meant[-1] = (
-        leads_to if not math.isnan(leads_to) else meant_end(float(read[-1]), distance, sigma)
+        leads_to
+        if not math.isnan(leads_to)
+        else meant_end(float(read[-1]), distance, sigma, policy)
     )
-    meant[0] = before.value if before else meant_end(float(read[0]), distance, sigma)
+    meant[0] = before.value if before else meant_end(float(read[0]), distance, sigma, policy)
     rises = meant[-1] > meant[0]
     whole_s = float(time_s[-1] - time_s[0])
     # the time at which the gauge reads an end is as uncertain as its reading there
     sigma_s = sigma * whole_s / abs(float(read[-1] - read[0]))
-    lasts_s = meant_end(whole_s, whole_s / (len(read) - 1), sigma_s)
+    lasts_s = meant_end(whole_s, whole_s / (len(read) - 1), sigma_s, policy)
     ends, ends_s = [0, -1], time_s[0] + np.array([0.0, lasts_s])
     if not rises:
         ends, ends_s = [-1, 0], ends_s[::-1]
     line_s = np.interp(meant, meant[ends], ends_s)
-    if np.abs(line_s - time_s).max() <= ROUTES.straight * whole_s:
+    if np.abs(line_s - time_s).max() <= 0.1 * whole_s:
         time_s = line_s
     way = 1.0 if rises else -1.0
     kept = [0]

@@ -6,32 +6,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-import numpy as np
-
 from dolfingrip.config import Config, ConfigError, changed
-from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes, tail_of
-from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.extensions.effect import Prior
-from dolfingrip.extensions.index import effect
+from dolfingrip.diagnosis.core.unknown import Cause, Unknown, causes
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation.nuisances import feels, fitted_in
+from dolfingrip.extensions.effect import Prior, Stage
+from dolfingrip.extensions.index import effect, fitted_effects
 from dolfingrip.parameter import every
-from dolfingrip.parameter.nuisances import GAP, WALL, modulus_keys, wall_key
-from dolfingrip.parameter.nuisances import WALLS as WALL_KEYS
-from dolfingrip.sections.section import Role
+from dolfingrip.parameter.nuisances import modulus_keys
+from dolfingrip.sections.section import Entry, Role
 
-RIG: Final = {
-    "pressure_gain": ("extensions.pressure_gain.gain", "pressure_gain", 1.0),
-    "pressure_offset": ("extensions.pressure_offset.offset_kPa", "pressure_offset_kPa", 0.0),
-}
-"""Numbers of the regulator: key of the configuration, what the laboratory tells, and the middle."""
-
-BODY: Final = {"wall_offset": WALL, "plate_gap": "plate_gap_mm"}
-"""Numbers that simulations are made at: what the laboratory tells, by the name of the effect."""
-
-WALLS: Final = "wall_offset"
-
-TILTED: Final = "gravity_pitch"
-"""The effect that turns the gravity that a test has."""
+STEP: Final = 0.1
+"""Of ζ, by which the range is searched that a body can be built in."""
 
 
 def unknowns(
@@ -48,38 +34,14 @@ def unknowns(
         ConfigError: one line with the name of a number of a finger's rig, and the readings that
             feel it, where no reading is of such a rig.
     """
-    for name in names or ():
-        if name in {*RIG, *BODY} and not _tests_of(name, measurement):
-            which = "a blocked finger" if name == "plate_gap" else "a finger"
-            raise ConfigError(f"--effects {name}: allowed: with readings of {which}")
-    config = measurement.lab(config)
-    found = causes(config, names)
-    if not config.gravity.acceleration_m_s2:
-        return found
-    hangs = all(own.gravity.direction == (0.0, 0.0, 1.0) for own in measurement.applied(config))
-    return [
-        _tilted(each, config) if each.name == TILTED else each
-        for each in found if each.name != TILTED or hangs
-    ]  # fmt: skip
-
-
-def _tilted(cause: Cause, config: Config) -> Cause:
-    """The pitch in place of the weight, which is there."""
-    prior = effect(TILTED).priors()["pitch_deg"]
-    reach = POLICY.reach
-    weight, *_ = cause.numbers
-    pitch = Unknown(f"extensions.{TILTED}.pitch_deg", prior, -reach, reach, (-180.0, 180.0),
-                    tail=tail_of(prior))  # fmt: skip
-    return Cause(cause.name, (pitch,), ((weight, config.gravity.acceleration_m_s2),))
-
-
-def _tests_of(name: str, measurement: Measurement) -> list[SpecimenTest]:
-    """Tests whose rig has a number: the plate's gap is one of blocked fingers alone."""
-    return [
-        test
-        for test in measurement.tests
-        if test.of_finger and (name != "plate_gap" or test.experiment == "blocked_force")
-    ]
+    for each in fitted_effects():
+        asked_for = each.name() in (names or ())
+        if asked_for and not any(feels(each, test) for test in measurement.tests):
+            which = "a blocked finger" if each.felt_by == ("plate",) else "a finger"
+            raise ConfigError(f"--effects {each.name()}: allowed: with readings of {which}")
+    applied = measurement.applied(config)
+    every_cause = causes(measurement.lab(config), names, measurement.policy)
+    return [each for each in every_cause if all(map(effect(each.name).possible, applied))]
 
 
 def rig_numbers(
@@ -95,50 +57,27 @@ def rig_numbers(
     Returns:
         Those that simulations are made at, and those that readings are linear in.
     """
-    applied = measurement.applied(config)
-    bodies = [own for test, own in zip(measurement.tests, applied, strict=True) if test.of_finger]
-    on = {each.name() for each in measurement.lab(config).extensions.active()}
+    on, policy = measurement.lab(config).extensions.inner, measurement.policy
     solid: list[Unknown] = []
-
-    def told(name: str, key: str) -> float:
-        tests = _tests_of(name, measurement)
-        return max((test.setup.nuisances[key] for test in tests), default=0.0)
-
-    def number(name: str, key: str, prior: Prior, bounds: tuple[float, float], tail: float) -> None:
-        # walls are fitted, whichever causes are tried
-        tried = names is None or name in (*names, WALLS)
-        named = (name,) if tried and name not in on else ()
-        reach = POLICY.reach * (tail if named else 1.0)
-        made = Unknown(key, prior, -reach, reach, bounds, role="always", names=named)
-        solid.append(made.reaching(reach))
-
-    walls = {(wall_key(own), own.geometry.wall_mm) for own in bodies if wall_key(own)}
-    if len(walls) == 1 and (std := told(WALLS, WALL)):
-        ((key, wall_mm),) = walls
-        prior = Prior(wall_mm, wall_mm * std, "as reported")
-        number(
-            WALLS, str(key), prior, (0.2 * wall_mm, 2 * wall_mm), POLICY.walls_reach / POLICY.reach
-        )
-    gaps = {
-        own.plate.gap_mm
-        for test, own in zip(measurement.tests, applied, strict=True)
-        if test.experiment == "blocked_force"
-    }
-    if len(gaps) == 1 and (std := told("plate_gap", "plate_gap_mm")):
-        prior = Prior(gaps.pop(), std, "as reported")
-        number("plate_gap", GAP, prior, (0.0, np.inf), POLICY.implausible_width)
-    solid += _own(measurement, config)
-    linear = []
-    for name, (key, in_setup, middle) in RIG.items():
-        if (std := told(name, in_setup)) and name not in on:
-            prior, reach = (
-                Prior(middle, std, "as reported"),
-                POLICY.reach * POLICY.implausible_width,
-            )
-            named = (name,) if names is None or name in names else ()
-            made = Unknown(key, prior, -reach, reach, role="always", names=named)
-            linear.append(made)
-    return solid, linear
+    linear: list[Unknown] = []
+    for each in fitted_effects():
+        name, stage, told = each.name(), issubclass(each, Stage), each.told
+        felt = fitted_in(each, measurement, config)
+        std = max((test.setup.nuisances[told.key] for test, _ in felt), default=0.0)
+        if not std or len({number for _, number in felt}) > 1 or (stage and name in on):
+            continue
+        number = felt[0][1]
+        prior = Prior(number.value, told.spread(std, number.value), "as reported")
+        # a shape is fitted, whichever causes are tried
+        shape = each.entry_of(number.key) is Entry.SHAPE
+        tried = names is None or name in names or shape
+        reach = policy.shape_reach if shape else policy.reach * prior.tail
+        made = Unknown(
+            number.key, prior, -reach, reach, (number.low, number.high), role="always",
+            names=(name,) if tried and name not in on else (), told=told.key,
+        )  # fmt: skip
+        (linear if stage else solid).append(made.reaching(reach))
+    return [*solid, *_own(measurement, config)], linear
 
 
 def _own(measurement: Measurement, config: Config) -> list[Unknown]:
@@ -158,7 +97,7 @@ def _own(measurement: Measurement, config: Config) -> list[Unknown]:
             continue
         assert values[0] is not None
         value, parameter = values[0]
-        reach = POLICY.walls_reach
+        reach = measurement.policy.shape_reach
         number = Unknown(
             key, Prior(value, std, "as reported"), -reach, reach, (parameter.low, parameter.high),
             role="always", modulus=key in modulus_keys(bodies[0]),
@@ -174,22 +113,10 @@ def _feasible(config: Config, number: Unknown) -> Unknown:
         end = 0.0
         while end < most:
             try:
-                changed(config, number.change(float(number.at(sign * (end + POLICY.read_beyond)))))
+                changed(config, number.change(float(number.at(sign * (end + STEP)))))
             except ConfigError:
                 break
-            end += POLICY.read_beyond
+            end = min(end + STEP, most)
         ends.append(sign * end)
     low, high = ends
     return replace(number, low=low, high=high)
-
-
-def told_as(number: Unknown) -> str:
-    """Return the key of ``[nuisance]`` by which a laboratory tells a number.
-
-    Args:
-        number: that every hypothesis fits.
-    """
-    by_key = {key: told for key, told, _ in RIG.values()} | {GAP: BODY["plate_gap"]}
-    if number.key in WALL_KEYS:
-        return WALL
-    return by_key.get(number.key, number.key)

@@ -34,7 +34,7 @@ from dolfingrip.experiments.derivatives.softness import ReadingAt, Softness
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.parameter import every
-from dolfingrip.parameter.nuisances import NUISANCES, USUAL, changes, neutral_stages
+from dolfingrip.parameter.nuisances import changes, known, neutral_stages, usual
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.result import Result
@@ -59,7 +59,7 @@ class Bands:
     Attributes:
         experiment: that is run.
         config: of the run, with the regulator's gain and offset as parameters.
-        spreads: standard deviations by key of :data:`~dolfingrip.parameter.nuisances.NUISANCES`,
+        spreads: standard deviations by key of :func:`~dolfingrip.parameter.nuisances.known`,
             by key of the configuration, or by column for the noise of its instrument.
     """
 
@@ -86,19 +86,19 @@ class Bands:
         own = config
         if cls(experiment, config, {})._pressurised:
             own = changed(config, neutral_stages(config))
-        known = _felt(experiment, own)
+        felt_keys = _felt(experiment, own)
         noisy = [each.name for each in CHANNELS.values() if each.noise]
         for key, value in told.items():
             number = isinstance(value, int | float) and not isinstance(value, bool)
             if not number or not 0 <= value < math.inf:
                 raise ConfigError(f"--uncertain {key} = {value}: allowed: a number from 0 on")
-            if key not in (*NUISANCES, *noisy, *known):
-                allowed = ", ".join([*NUISANCES, *noisy])
+            if key not in (*known(), *noisy, *felt_keys):
+                allowed = ", ".join([*known(), *noisy])
                 raise ConfigError(
                     f"--uncertain {key}: nothing of this run; allowed: {allowed}, or a number of "
                     "the configuration, as finger.wall_mm"
                 )
-        spreads = {key: float(std) for key, std in {**USUAL, **told}.items()}
+        spreads = {key: float(std) for key, std in {**usual(), **told}.items()}
         felt = {*cls(experiment, own, spreads).changes, *noisy}
         return cls(
             experiment, own, {key: std for key, std in spreads.items() if key in felt and std}

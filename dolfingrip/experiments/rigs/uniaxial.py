@@ -66,9 +66,9 @@ class UniaxialTension:
     """
 
     def __init__(self, config: Config) -> None:
-        raster = getattr(config.extensions, "print_anisotropy")  # noqa: B009
-        if raster is not None and raster.raster_deg:
-            raise ValueError("raster_deg: a bar pulled across its raster shears; allowed: 0")
+        for on in config.extensions.active():
+            if on.shears_bars:
+                raise ValueError(f"{on.shears_bars}: a bar that is pulled shears; allowed: 0")
         self._along, self._across = ufl.Constant(SOLID), ufl.Constant(SOLID)
         base = BaseMaterial.on(SOLID, config.material)
         self._fixed = {

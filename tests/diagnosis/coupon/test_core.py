@@ -19,7 +19,7 @@ from dolfingrip.diagnosis.core.evidence import CovarianceModel, InferenceProblem
 from dolfingrip.diagnosis.core.sampling import drawn as sampled_draws
 from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.unknown import Unknown, factor_of_moduli
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.extensions.effect import Prior
 
 SEED = 5
@@ -37,7 +37,7 @@ def case(
 ) -> InferenceProblem:
     """Readings that are BASE at any modulus, with causes and numbers of a rig that are linear."""
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
-    factor, wide = factor_of_moduli(0.1, -8.0, 8.0), POLICY.implausible_width * 3.3
+    factor, wide = factor_of_moduli(0.1, -8.0, 8.0), 4.0 * 3.3
     far = [
         Unknown(name, Prior(0.0, 1.0, "invented"), -wide, wide, role="always", names=(name,))
         for name in rig
@@ -393,9 +393,9 @@ def test_where_readings_tell_nothing_probabilities_are_the_priors() -> None:
     found = [0.0, 0.0, 0.0]
     for subset, probability in posterior.subsets.items():
         found[len(own.causes(subset))] += probability
-    assert found == pytest.approx(POLICY.prior_by_size, rel=0.01)
+    assert found == pytest.approx(Policy().prior_by_size, rel=0.01)
     twos = [p for subset, p in posterior.subsets.items() if subset == ("bent", "wave")]
-    assert twos == pytest.approx([POLICY.prior_by_size[2] / 3], rel=0.1)
+    assert twos == pytest.approx([Policy().prior_by_size[2] / 3], rel=0.1)
 
 
 @pytest.mark.parametrize(("change", "by_shape"), [(0.8 * X**3, True), (0.8 * (X > 0.5), False)])

@@ -19,6 +19,7 @@ from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan import (
+    NOISES,
     Hidden,
     RecoveryOutcome,
     analyse_plan,
@@ -28,7 +29,7 @@ from dolfingrip.diagnosis.plan import (
     share,
     threshold,
 )
-from dolfingrip.diagnosis.policy import ADDITIONS
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.files.plan import EffectOutlook
 
@@ -193,23 +194,20 @@ def test_strengths_are_parts_of_the_prior(planned: Analysis[Any]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("least", [0, 1, 5, ADDITIONS.strengths])
+@pytest.mark.parametrize("least", [0, 1, 5, Policy().strengths])
 def test_strengths_between_are_not_drawn(planned: Analysis[Any], least: int) -> None:
     """As where all are: none below a place is named, one draw there, and all above."""
-    told = np.clip(1 + np.arange(ADDITIONS.strengths) - least, 0, ADDITIONS.noises)
+    told = np.clip(1 + np.arange(Policy().strengths) - least, 0, NOISES)
     drawn: list[int] = []
 
     class Told(Hidden):
         def drawn(self, place: int) -> list[RecoveryOutcome]:
             drawn.append(place)
-            return [
-                RecoveryOutcome(i < told[place], within=False, mass={})
-                for i in range(ADDITIONS.noises)
-            ]
+            return [RecoveryOutcome(i < told[place], within=False, mass={}) for i in range(NOISES)]
 
     hidden = Told(planned, planned.causes["yeoh"])
     assert (hidden.counted(lambda each: each.alone) == told).all()
-    assert len(drawn) < ADDITIONS.strengths
+    assert len(drawn) < Policy().strengths
 
 
 @pytest.mark.parametrize(

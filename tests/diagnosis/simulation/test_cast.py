@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.core.unknown import factor_of_moduli
 from dolfingrip.diagnosis.data.measurement import Measurement, read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.finger import FingerSimulation
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.screening import analyse_fingers, not_reached
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
@@ -129,8 +129,8 @@ def test_the_bodys_own_numbers_are_fitted_as_moduli_are(
     np.testing.assert_allclose(found.told[0, :, 0] - simulation.delta, stiffer, rtol=1e-4)
     by_u = (stiffer - plain) / 0.2
     np.testing.assert_allclose(found.told[0, :, 2], by_u, rtol=0.25)
-    assert film.prior.at(film.low) > 0 >= film.prior.at(film.low - POLICY.read_beyond) - 1e-9
-    assert film.high == pytest.approx(POLICY.walls_reach)
+    assert film.prior.at(film.low) > 0 >= film.prior.at(film.low - 0.1) - 1e-9
+    assert film.high == pytest.approx(Policy().shape_reach)
 
 
 def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
@@ -195,7 +195,7 @@ def test_a_nuisance_that_nothing_feels_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"^\[nuisance\] plate_gap_mm = 0.5: nothing in these"):
         keys(plate, block())
     twice = read([written(tmp_path, lines, told + "cast.wall_mm = 0.5\n")], block())
-    with pytest.raises(ConfigError, match=r"^\[nuisance\] cast.wall_mm = 0.5: walls are fitted"):
+    with pytest.raises(ConfigError, match=r"^\[nuisance\] cast.wall_mm = 0.5: every hypothesis"):
         keys(twice, block())
     lone = Config().changed(mesh={"file": "finger.msh"})
     with pytest.raises(ConfigError, match=r"^\[nuisance\] wall = 0.1: nothing .*; allowed: modu"):

@@ -18,7 +18,6 @@ from dolfingrip.diagnosis.finger import FingerSimulation
 from dolfingrip.diagnosis.simulation.simulated import ModelVariant, SimulatedReadings, simulate
 from dolfingrip.diagnosis.simulation.simulator import Point
 from dolfingrip.experiments import run
-from dolfingrip.parameter.nuisances import GAP
 
 TOLD = """experiment = ["bending", "blocked_force"]
 [plate]
@@ -85,7 +84,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     columns = {each.name: each.change for each in simulation.rig}
     free = of(measurement, "bending")
     assert not columns["plate_gap_mm"][free].any()
-    np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slopes[GAP])
+    np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slopes["plate.gap_mm"])
     np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.slopes["finger.wall_mm"])
     ends = [
         one(measurement, store, {"extensions.pressure_gain.gain": gain}) for gain in (1.005, 0.995)

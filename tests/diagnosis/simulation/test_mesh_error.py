@@ -11,7 +11,7 @@ import pandas as pd
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.errors import of_mesh
 from dolfingrip.diagnosis.finger import FingerSimulation
-from dolfingrip.diagnosis.policy import MODEL
+from dolfingrip.diagnosis.policy import Policy
 
 PRESSURES_kPa = np.array([0.0, 50.0, 100.0, 150.0, 200.0])
 FREE = np.repeat([True, False], len(PRESSURES_kPa))
@@ -22,7 +22,7 @@ def test_each_experiment_is_off_by_another_part_at_small_loads_than_at_large_one
     experiment = np.where(FREE, "bending", "blocked_force")
     control = np.tile(PRESSURES_kPa, 2)
     measurement = SimpleNamespace(
-        listed=pd.DataFrame({"experiment": experiment, "control": control})
+        listed=pd.DataFrame({"experiment": experiment, "control": control}), policy=Policy()
     )
     unused = cast("Any", None)
     simulation = FingerSimulation(
@@ -31,7 +31,7 @@ def test_each_experiment_is_off_by_another_part_at_small_loads_than_at_large_one
     plain = np.r_[0.3 * PRESSURES_kPa, 0.01 * PRESSURES_kPa]
     vars(simulation)["first"] = SimpleNamespace(readings=plain)
     vars(simulation)["fine"] = SimpleNamespace(readings=1.1 * plain)
-    whole = MODEL.mesh_share * 0.1 * plain
+    whole = Policy().mesh_share * 0.1 * plain
     load = control / PRESSURES_kPa[-1]
     columns = of_mesh(simulation.mesh, measurement.listed["experiment"], load)
     np.testing.assert_allclose(columns.sum(axis=1), whole, rtol=1e-12)

@@ -11,7 +11,7 @@ from support.measured_files import written
 
 from dolfingrip.config import Config, changed
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.policy import ROUTES
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation.simulated import groups, path_independent
 from dolfingrip.experiments.index import find
 from dolfingrip.sections.tables import assignments
@@ -55,8 +55,8 @@ def test_many_noisy_rows_make_a_smooth_way(tmp_path: Path) -> None:
     measurement = measured(tmp_path, cycle("A", 200, 60, sigma=0.5))
     (group,) = groups(measurement, Config())
     way = group.in_time
-    assert len(group.curve.value) <= ROUTES.most + 1
-    assert len(way.value) <= 2 * (ROUTES.most + 2) + ROUTES.most_of_wait + 1
+    assert len(group.curve.value) <= Policy().most_stops + 1
+    assert len(way.value) <= 2 * (Policy().most_stops + 2) + 2 * Policy().few + 1
     up, wait, down = (
         [v for v, b in zip(way.value, way.branch, strict=True) if b == name]
         for name in ("loading", "hold", "unloading")
