@@ -17,8 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
     [
         ("dolfingrip/sections/laws/gent.py", "tests/experiments/test_laws.py", "gent"),
         ("dolfingrip/extensions/prony.py", "tests/extensions/test_index.py", "prony"),
-        ("dolfingrip/foods/cube.py", "tests/mechanics/test_shapes.py", "cube"),
-        ("dolfingrip/mechanics/readings/angle.py", "tests/mechanics/test_readings.py", "angle"),
+        ("dolfingrip/mechanics/readings/tip.py", "tests/mechanics/test_readings.py", "tip"),
         ("forms/neo_hookean.py", "tests/mechanics/test_taylor.py", "neo_hookean"),
     ],
 )
@@ -34,6 +33,8 @@ def test_a_file_of_one_kind_takes_the_tests_with_its_name(
 def test_another_file_takes_the_tests_that_import_it() -> None:
     assert "tests/design/test_campaign.py" in check.select(["dolfingrip/jobs/pool.py"]).files
     assert "tests/mechanics/test_hertz.py" in check.select(["tests/mechanics/test_hertz.py"]).files
+    foods = check.select(["dolfingrip/foods/cube.py"]).files
+    assert "tests/experiments/test_grasped.py" in foods
     assert check.select(["dolfingrip/extensions/prony.py"]).files == {
         "tests/extensions/test_prony.py"
     }
