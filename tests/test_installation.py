@@ -149,6 +149,21 @@ def test_one_process_computes_designs_without_dask(tmp_path: Path) -> None:
     assert "2 designs: 2 computed now, 2 done, 0 failed" in ended.stdout
 
 
+def test_a_pdf_without_a_browser_is_refused_before_the_page_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from typer.testing import CliRunner
+
+    from dolfingrip.cli.app import app
+    from dolfingrip.report.page import pdf
+
+    monkeypatch.setattr(pdf, "chromium", lambda: None)
+    out = tmp_path / "report.html"
+    said = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(out), "--pdf"])
+    assert str(said.exception).startswith(f"--pdf {tmp_path / 'report.pdf'}: allowed: ")
+    assert not out.exists()
+
+
 def test_the_extra_all_has_every_extra_that_commands_use() -> None:
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     every = listed["optional-dependencies"]
