@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import importlib.util
 import re
 import shlex
@@ -75,6 +76,25 @@ def test_files_that_pages_name_are_there() -> None:
     missing = [(page, path) for page, path in sorted(named)
                if not (root / path).exists() and not (root / f"{path}.py").exists()]  # fmt: skip
     assert missing == []
+
+
+@needs_checkout
+def test_the_gallery_names_examples_and_pictures_that_are_there() -> None:
+    root = DOCS.parent
+    with (DOCS / "gallery.csv").open(encoding="utf-8", newline="") as text:
+        rows = list(csv.DictReader(text))
+    assert len(rows) > 20
+    assert [row for row in rows if not (root / "examples" / row["example"]).is_file()] == []
+    assert [row for row in rows if row["picture"] and not (root / row["picture"]).is_file()] == []
+    assert all(float(row["processor_s"] or 1) > 0 for row in rows)
+
+
+@needs_checkout
+def test_the_glossary_is_in_order() -> None:
+    page = (DOCS / "glossary.md").read_text(encoding="utf-8")
+    terms = re.findall(r"^(\w.*)\n  \S", page, re.M)
+    assert len(terms) >= 30
+    assert terms == sorted(terms, key=str.casefold)
 
 
 DOCUMENTS: Final = [

@@ -132,6 +132,44 @@ def test_a_command_that_needs_an_extra_says_the_line_that_installs_it(
     (said,) = ended.stderr.splitlines()
     assert f"{missing} is missing; install it by: pip install " in said
     assert said.endswith(f"(dolfingrip's extra {extra})")
+    assert not (tmp_path / "out").exists()  # it is told before any work
+
+
+@pytest.mark.slow
+def test_one_process_computes_designs_without_dask(tmp_path: Path) -> None:
+    small = ["--set", "finger.bellows=2", "--set", "finger.length_mm=38", "--set",
+             "mesh.size_mm=8", "--set", "mesh.edge_size_mm=8"]  # fmt: skip
+    load = ["--set", "experiment.max_pressure_kPa=10", "--set", "experiment.step_kPa=10"]
+    out = tmp_path / "out"
+    ended = without(
+        ["distributed", "dask"], "doe", "--parameter", "finger.wall_mm=1.4:1.8:2", *small, *load,
+        "--out", str(out),
+    )  # fmt: skip
+    assert ended.returncode == 0, ended.stderr
+    assert "2 designs: 2 computed now, 2 done, 0 failed" in ended.stdout
+
+
+def test_a_pdf_without_a_browser_is_refused_before_the_page_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from typer.testing import CliRunner
+
+    from dolfingrip.cli.app import app
+    from dolfingrip.report.page import pdf
+
+    monkeypatch.setattr(pdf, "chromium", lambda: None)
+    out = tmp_path / "report.html"
+    said = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(out), "--pdf"])
+    assert str(said.exception).startswith(f"--pdf {tmp_path / 'report.pdf'}: allowed: ")
+    assert not out.exists()
+
+
+def test_the_extra_all_has_every_extra_that_commands_use() -> None:
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    every = listed["optional-dependencies"]
+    (line,) = every["all"]
+    names = line.removeprefix("dolfingrip[").removesuffix("]").split(",")
+    assert set(names) == set(every) - {"all", "dolfinx", "docs", "test"}
 
 
 def test_a_grasp_without_pyav_has_all_but_the_film(

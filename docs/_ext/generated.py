@@ -1,4 +1,4 @@
-"""Writes one page for each energy, term and effect from the code and its docstrings, and commands.
+"""Writes one page for each energy, term, effect and example, and lists of keys, columns, commands.
 
 The pages and their pictures go to ``docs/generated`` before Sphinx looks for sources.
 """
@@ -12,9 +12,14 @@ from typing import Any
 import commands
 import effects
 import energies
+import gallery
+import keys
 import terms
 from docstrings import inline
 from pages import Page
+
+from dolfingrip.cli.reference_commands import page as columns
+from dolfingrip.experiments.index import EXPERIMENTS
 
 GROUPS = (
     (
@@ -45,7 +50,15 @@ def write(folder: Path) -> None:
     """Write all pages below ``folder``."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    (folder / "commands.inc").write_text(commands.listed() + "\n", encoding="utf-8")
+    for name, text in (
+        ("commands.inc", commands.listed()),
+        ("options.md", commands.options()),
+        ("keys.md", keys.page()),
+        ("columns.md", columns(list(EXPERIMENTS.values()))),
+    ):
+        (folder / name).write_text(f"{text.rstrip()}\n", encoding="utf-8")
+    (folder / "gallery").mkdir()
+    gallery.pages(folder / "gallery")
     for name, title, about, make in GROUPS:
         own = folder / name
         own.mkdir(parents=True)

@@ -22,8 +22,8 @@ import dolfingrip
 from dolfingrip.cli.installation import DOLFINX, extras
 from dolfingrip.cli.settings import DoctorSettings
 
-APART = {"", "dolfinx", "docs", "test"}
-"""Extras that have a line of their own, or that no command needs."""
+APART = {"", "all", "dolfinx", "docs", "test"}
+"""Extras that have a line of their own, or that no command needs by itself."""
 
 
 def doctor(_settings: DoctorSettings) -> None:

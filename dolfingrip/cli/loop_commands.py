@@ -210,12 +210,12 @@ def demo(asked: DemoSettings) -> None:
     if asked.loop:  # an older campaign of other settings is refused before minutes of solving
         designs = doe_commands.planned(DoeSettings(parameter=DESIGNS), coarsened(resolved))
         campaign.check(designs, asked.out / "loop" / "doe")
+    alone = MPI.COMM_WORLD.size == 1
+    lacking = missing("torch") if alone else "under mpirun it cannot start processes"
+    if asked.loop and lacking:
+        screen.say(f"no design loop: {lacking}")
     results = run_demo(resolved, asked.out, screen)
-    if asked.loop and MPI.COMM_WORLD.size > 1:
-        screen.print("no design loop under mpirun: it starts processes of its own")
-    elif asked.loop and (line := missing("torch")):
-        screen.say(f"no design loop: {line}")
-    elif asked.loop:
+    if asked.loop and not lacking:
         run_small_loop(resolved, asked.out / "loop")
 
     def work() -> None:

@@ -32,10 +32,9 @@ INTRODUCTION = """# Columns of results
 
 The unit of a column stands at the end of its name.
 A column that is not listed for an experiment stays empty. With `--bands` each reading has two
-more, such as `low_angle_deg` and `high_angle_deg`: ends of an interval that the reading is in with
-95 %; [](sensitivities.md#bands) tells what it is made of.
-`scripts/run dolfingrip columns grasp` prints the columns of one experiment;
-`scripts/run dolfingrip columns --markdown > docs/columns.md` writes this page.
+more, such as `low_angle_deg` and `high_angle_deg`: the ends of an interval that holds the reading
+with 95 %; the page on [bands](../sensitivities.md#bands) says what it is made of.
+`scripts/run dolfingrip columns grasp` prints the columns of one experiment.
 """
 
 

@@ -12,7 +12,7 @@ from dolfingrip.files import whole
 from dolfingrip.files.table import read_csv
 from dolfingrip.report.page import html, sources
 from dolfingrip.report.page.content import Given
-from dolfingrip.report.page.pdf import print_page
+from dolfingrip.report.page.pdf import browser, print_page
 
 MB = 1e6
 
@@ -22,6 +22,8 @@ def report(asked: ReportSettings) -> None:
     one_process("without mpirun")
     if asked.out.suffix.lower() not in (".html", ".htm"):
         raise ConfigError(f"--out {asked.out}: allowed: a file that ends in .html")
+    if asked.pdf:
+        browser(asked.out.with_suffix(".pdf"))
     screen = console()
     with screen.status("reading results"):
         file = write_report(asked.results, asked.out, measured=asked.measured, title=asked.title)

@@ -56,7 +56,7 @@ def robot(asked: RobotSettings) -> None:
         screen.say(f"{joints}: the fewest within the errors asked for")
     (low, high), gaps = file.valid.pressure_kPa, file.valid.gaps_mm
     screen.say(
-        f"{joints}, which follow its sections to {file.shape_error_mm:.2g} mm; "
+        f"the chain has {joints} and follows the finger to {file.shape_error_mm:.2g} mm; it was "
         f"fitted from {low:g} to {high:g} kPa, to plates at {min(gaps):.3g} to {max(gaps):.3g} mm "
         f"and up to {file.valid.force_N:.3g} N, where these errors hold; "
         f"the runs of finite elements took {file.simulated_s:.0f} s"

@@ -75,8 +75,8 @@ def write(config: Config, file: Path, *, plate: bool = False) -> str:
     farthest = max((each for own in pressures.values() for each in own), key=abs)
     said = f"{len(mesh.cells)} elements, {len(times_s) - 1} s for {farthest:g} kPa"
     if SYMMETRY in mesh.facets:
-        said += ", of half a finger, whose forces are half"
-    return f"{said}; its walls may pass through one another"
+        said += "; the file has half of the finger, and its forces are half of the finger's"
+    return f"{said}; walls may pass through one another"
 
 
 def _materials(config: Config, mesh: SolidMesh) -> Iterator[str]:

@@ -8,6 +8,7 @@ import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -49,6 +50,19 @@ class Where:
     slurm: Path | None = None
     workers: int = 1
     ranks: int = 1
+
+    @property
+    def without_dask(self) -> bool:
+        """True where Dask is not installed and one process here is asked for, which can do without.
+
+        Raises:
+            ModuleNotFoundError: Dask is not installed and the workers need it.
+        """
+        if find_spec("distributed"):
+            return False
+        if self.scheduler or self.slurm or self.workers > 1 or self.ranks > 1:
+            raise ModuleNotFoundError(name="distributed")
+        return True
 
 
 @contextmanager

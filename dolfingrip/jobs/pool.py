@@ -32,12 +32,18 @@ class SchedulerGone(Unfinished):
 class Pool:
     """Workers that start with the first job and end with the ``with`` block.
 
+    Without Dask this process computes the jobs itself, where one process is asked for.
+
     Args:
         where: which workers.
+
+    Raises:
+        ModuleNotFoundError: the workers need Dask, which is not installed.
     """
 
     def __init__(self, where: Where) -> None:
         self.where = where
+        self._here = where.without_dask
         self._stack = ExitStack()
         self._client: Any = None
 
@@ -74,6 +80,9 @@ class Pool:
             KeyboardInterrupt: Ctrl-C, which waits until the next answer is asked for.
         """
         if not jobs:
+            return
+        if self._here:
+            yield from (work(job, spool.folder) for job in jobs)
             return
         if self._client is None:
             self._client = self._stack.enter_context(connected(self.where))

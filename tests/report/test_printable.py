@@ -103,7 +103,7 @@ def test_the_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     said = capfd.readouterr()
     assert not said.err
     assert [line.split(": ")[0] for line in said.out.splitlines()] == [f"wrote {f}" for f in files]
-    assert "of half a finger, whose forces are half" in said.out
+    assert "the file has half of the finger" in said.out
     assert config.load(files[2]).finger.length_mm == 38
     # `robot` and others take it as it stands here: the default finger would replace it
     before = files[2].read_bytes()

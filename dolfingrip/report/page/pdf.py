@@ -34,6 +34,24 @@ def chromium() -> str | None:
     return found
 
 
+def browser(out: Path) -> str:
+    """Return the path of the Chromium that prints a page.
+
+    Args:
+        out: PDF to write.
+
+    Raises:
+        ConfigError: one line, if there is none.
+    """
+    found = chromium()
+    if found is None:
+        raise ConfigError(
+            f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it; install it by: "
+            "pip install playwright && playwright install chromium"
+        )
+    return found
+
+
 def print_page(page: Path, out: Path) -> Path:
     """Print a page.
 
@@ -45,18 +63,13 @@ def print_page(page: Path, out: Path) -> Path:
         ConfigError: one line, if there is no Chromium or it fails.
         WriteError: one line, if not the whole PDF was written.
     """
-    browser = chromium()
-    if browser is None:
-        raise ConfigError(
-            f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it; install it by: "
-            "pip install playwright && playwright install chromium"
-        )
+    printer = browser(out)
     with (
         TemporaryDirectory() as profile,
         whole.replacing(out, check=whole.ends_with(b"%%EOF")) as (partial,),
     ):
         command = [
-            browser, "--headless", "--disable-gpu-sandbox", "--enable-unsafe-swiftshader",
+            printer, "--headless", "--disable-gpu-sandbox", "--enable-unsafe-swiftshader",
             "--no-first-run", f"--user-data-dir={profile}", "--no-pdf-header-footer",
             f"--virtual-time-budget={WAIT_MS}", f"--print-to-pdf={partial.resolve()}",
             *(["--no-sandbox"] if os.geteuid() == 0 else []), page.resolve().as_uri(),
