@@ -17,7 +17,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import choice, coupons, fit
 from dolfingrip.experiments.material_fit.choice import choose, unstable
 from dolfingrip.experiments.material_fit.coupons import MODES, CouponSeries, farthest
-from dolfingrip.experiments.material_fit.first_loading import is_hollow
+from dolfingrip.experiments.material_fit.first_loading import slack_strain
 from dolfingrip.experiments.material_fit.fit import FREE, LOOKED_AT, MISFIT, LawFit
 from dolfingrip.experiments.material_fit.law import LAWS, limit_points
 from dolfingrip.report import material
@@ -171,10 +171,11 @@ def _remarks(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
         if fit is best or "fits equally" in line
     ]  # fmt: skip
     found += [
-        f"{series.name}: its tangent rises from the start, as that of rubber does in compression "
-        f'and in no tension; if it was pressed, tell mode = "{coupons.COMPRESSION}" in its TOML'
+        f"{series.name}: its load stays next to nothing up to a strain of {slack:.2g}, as that of "
+        "a coupon that is slack there; begin its table where it is taut, and import it with "
+        "--zero-at-rest"
         for series in data
-        if series.stretch.min() >= 1 and is_hollow(series.stretch - 1, series.stress_MPa)
+        if (slack := slack_strain(series.stretch, series.stress_MPa))
     ]
     found += choice.apart(fits, data)
     if best.correlation > 0.5:

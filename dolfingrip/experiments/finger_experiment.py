@@ -109,10 +109,13 @@ def notes(config: Config) -> list[str]:
 
     found = [*doubts.not_given(config), *_units(config)]
     names = config.cavity.all if config.mesh.file else config.geometry.cavities()
-    if names and all(config.cavity.of(name).closed for name in names):
+    cavities = config.cavity
+    if names and not any(cavities.ratio(name) or name in cavities.own for name in names):
+        first = next(iter(names))
+        why = "closed = true" if cavities.of(first).closed else "pressure_ratio = 0"
         found.append(
-            f"cavity.{next(iter(names))}.closed = true: no cavity has a supply, so the pressure "
-            "moves nothing; allowed for an answer to it: at least one cavity that is not closed"
+            f"cavity.{first}.{why}: no cavity has a supply, so the pressure moves nothing; allowed "
+            "for an answer to it: at least one cavity that is not closed, at a ratio that is not 0"
         )
     region, element = config.geometry.limiting, config.solver.element
     if region and not (config.mesh.file or region in config.material.own or config.film.all):

@@ -113,7 +113,7 @@ def _ending(key: str) -> str:
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4, "m": 1000.0}
 """Millimetres of each unit that a part's file may be in."""
 
-LENGTHS_MM = (1.0, 1000.0)
+LENGTHS_MM = (10.0, 1000.0)
 """Shortest and longest part whose unit is not doubted."""
 
 
@@ -125,11 +125,11 @@ def doubted(length_mm: float, scale: float) -> tuple[str, ...]:
         scale: mm of the unit that was taken for the file's.
 
     Returns:
-        One sentence with another unit and the length in it, or none.
+        One sentence with other units and the length in each, or none.
     """
     low, high = LENGTHS_MM
     if low <= length_mm <= high:
         return ()
     others = {name: length_mm / scale * mm for name, mm in UNITS_MM.items()}
     fits = [f"--unit {name} makes {x:.4g} mm of it" for name, x in others.items() if low < x < high]
-    return (f"{length_mm:.4g} mm long: in another unit? {fits[-1] if fits else 'scale it'}",)
+    return (f"{length_mm:.4g} mm long: in another unit? {' or '.join(fits) or 'scale it'}",)

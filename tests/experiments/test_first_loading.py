@@ -16,7 +16,11 @@ from dolfingrip import config
 from dolfingrip.cli.app import app
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import coupons
-from dolfingrip.experiments.material_fit.first_loading import first_loading, is_hollow
+from dolfingrip.experiments.material_fit.first_loading import (
+    first_loading,
+    is_hollow,
+    slack_strain,
+)
 from dolfingrip.experiments.material_fit.fit import MISFIT, fit
 from dolfingrip.experiments.material_fit.law import LAWS
 
@@ -152,13 +156,45 @@ def test_a_press_is_fitted_with_either_sign(sign: int, tmp_path: Path) -> None:
     assert "rises from the start" not in ran.output
 
 
-def test_a_press_taken_for_tension_is_doubted(tmp_path: Path) -> None:
+def test_a_fit_asks_whether_a_coupon_was_pressed(tmp_path: Path) -> None:
     way = np.linspace(0, 0.4, 40)
     file = write(tmp_path / "press.csv", 1 + way, -neo_hooke(1 - way))
-    ran = CliRunner().invoke(
-        app, ["coupon", "--fit", str(file), "--law", "ogden-1", "-o", str(tmp_path / "out")]
-    )
-    assert 'if it was pressed, tell mode = "compression"' in " ".join(ran.output.split())
+    with pytest.raises(ConfigError, match='mode = "compression" or mode = "uniaxial" in press'):
+        coupons.read(file)
+    file.with_suffix(".toml").write_text('mode = "uniaxial"')
+    assert len(coupons.read(file)[0].stretch) == 40
+
+
+@pytest.mark.parametrize("far", [0.3, 1.5, 3.0])
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_slack_is_told(far: float, noise: float) -> None:
+    """With a tenth of the way slack, the strain at which a coupon is taut is read to a step."""
+    way = np.linspace(0, far, 101)
+    errors = noise * np.random.default_rng(3).standard_normal(101)
+    for slack in (0.1, 0.3):
+        stress = neo_hooke(1 + np.maximum(way - slack * far, 0))
+        stress += errors * stress.max()
+        assert slack_strain(1 + way, stress) == pytest.approx(slack * far, abs=0.03 * far)
+    taut = neo_hooke(1 + way)
+    assert slack_strain(1 + way, taut + errors * taut.max()) == 0
+
+
+@pytest.mark.parametrize("soft", [0.2, 0.4])
+@pytest.mark.parametrize("noise", [0.0, 0.001])
+def test_a_coupon_pulled_on_after_loops_is_taken_to_its_break(soft: float, noise: float) -> None:
+    """Softened by its loops, it comes back to its first loading within a tenth of the strain."""
+    draw = np.random.default_rng(7)
+    up, pull = np.linspace(1, 1.5, 50), np.linspace(1, 4, 200)
+    loop = np.concatenate([up, up[::-1]])
+    softened = np.where(pull > 1.5, 1 - soft * np.exp(-(pull - 1.5) / 0.05), 1 - soft)
+    stretch = np.concatenate([loop, *3 * [loop], pull, np.full(9, 4.0)])
+    factors = [np.ones(50), np.linspace(1, 1 - soft, 50), *3 * [np.full(100, 1 - soft)], softened]
+    stress = np.concatenate([*factors, np.full(9, 0.0)]) * neo_hooke(stretch)
+    stretch += noise * draw.standard_normal(len(stretch))
+    keep = first_loading(stretch, stress)
+    assert 210 < keep.sum() < 225
+    assert stretch[keep].max() > 3.9
+    assert found_MPa(stretch, stress) == pytest.approx(MU, rel=0.02)
 
 
 PRESS = "Weg [mm];Kraft [N]\n" + "".join(

@@ -28,6 +28,16 @@ from dolfingrip.sections.tables import assignments
         (["finger.kind=cast", "material.film.mu_MPa=30"], []),
         (["finger.kind=pneunet", "film.paper.Et_N_per_mm=50"], []),
         (["cavity.cavity.closed=true"], ["closed = true: no cavity has a supply, so the pressure"]),
+        (["cavity.cavity.pressure_ratio=0"], ["pressure_ratio = 0: no cavity has a supply"]),
+        (
+            [
+                "protocol.time_s=[0.0, 1.0]",
+                "protocol.pressure_kPa=[0.0, 0.0]",
+                "cavity.cavity.pressure_kPa=[0.0, 9.0]",
+            ],
+            [],
+        ),
+        (["cavity.cavity.pressure_ratio=-0.2"], []),
         (["mesh.file=a.msh", "cavity.one.closed=true"], ["cavity.one.closed = true: no cavity"]),
         (["mesh.file=a.msh", "cavity.one.closed=true", "cavity.two.pressure_ratio=0.5"], []),
     ],

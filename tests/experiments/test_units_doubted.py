@@ -35,19 +35,20 @@ def test_a_rubber_is_not_doubted(given: float) -> None:
 
 @pytest.mark.parametrize("unit", ["m", "in", "cm"])
 def test_the_unit_of_a_file(tmp_path: Path, capfd: pytest.CaptureFixture[str], unit: str) -> None:
-    """The same part as one in mm; a file in metres is doubted without it, with the factor."""
+    """The same part as one in mm; without its unit it is doubted, with the factor."""
     part = hollow_bar.stl(tmp_path / "bar.stl", scale=1 / UNITS_MM[unit])
     assert run_command("adopt", part, "--unit", unit, "--out", tmp_path) == 0
     said = capfd.readouterr().out
     assert "long: in another unit" not in said
     written = config.load(tmp_path / "adopted.toml").geometry
     assert written.length_mm == pytest.approx(50.0, rel=1e-4)
-    if unit == "m":
-        assert run_command("adopt", part, "--out", tmp_path / "mm") == 0
-        said = capfd.readouterr().out
-        assert "0.05 mm long: in another unit? --unit m makes 50 mm of it" in said
-        tiny = config.load(tmp_path / "mm" / "adopted.toml")
-        assert any("--unit m makes 50 mm of it" in each for each in notes(tiny))
+    assert run_command("adopt", part, "--out", tmp_path / "mm") == 0
+    said = capfd.readouterr().out
+    length = {"m": "0.05", "in": "1.969", "cm": "5"}[unit]
+    assert f"{length} mm long: in another unit? --unit" in said
+    assert f"--unit {unit} makes 50 mm of it" in said
+    tiny = config.load(tmp_path / "mm" / "adopted.toml")
+    assert any(f"--unit {unit} makes 50 mm of it" in each for each in notes(tiny))
     assert run_command("adopt", part, "--scale", "25.4") == 2
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 
 from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit.first_loading import first_loading, pressed
+from dolfingrip.experiments.material_fit.first_loading import first_loading, is_hollow, pressed
 from dolfingrip.experiments.material_fit.law import EXPONENTS, Mode
 from dolfingrip.sections import tables
 
@@ -87,6 +87,7 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
     in ``[coupon]``. Or they are nominal: ``strain`` or ``stretch``, and ``stress_MPa``. ``mode``
     stands in the TOML file or is a column of the table. A nominal table needs no TOML file. Only
     readings of the first loading are used; where no column ``branch`` tells them, they are found.
+    Where no ``mode`` is told, a curve that no rubber has in tension is refused.
 
     Args:
         file: CSV file.
@@ -109,6 +110,7 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
         table["stretch"] = 1 + table[STRAIN]
     if FORCE.name in table:
         table[STRESS] = table[FORCE.name] / area
+    mode_told = "mode" in table or "mode" in setup
     if "mode" not in table:
         table["mode"] = setup.get("mode", "uniaxial")
     if "specimen" not in table:
@@ -127,6 +129,12 @@ def read(file: Path, max_stretch: float | None = None) -> list[CouponSeries]:
         left_out = int((~keep).sum())
         keep &= (stretch > 0) & (stretch <= (max_stretch or np.inf))
         stretch, stress = stretch[keep], stress[keep]
+        if not mode_told and stretch.min(initial=1) >= 1 and is_hollow(stretch - 1, stress):
+            raise ConfigError(
+                f"--fit {file}: its tangent rises from the start, as that of rubber does in "
+                f'compression and in no tension; allowed: mode = "{COMPRESSION}" or '
+                f'mode = "{MODES[0]}" in {file.stem}.toml'
+            )
         noise = _noise(setup, area, length, stretch, stress)
         name = f"{file.stem} {specimen}".strip()
         found.append(CouponSeries(name, mode, stretch, stress, noise, left_out))

@@ -26,6 +26,12 @@ FLAT: Final = 0.95
 STEEPER: Final = 1.1
 """Growth of the tangent from the first to the last quarter, above which no noise makes it."""
 
+NEXT_TO_NOTHING: Final = 0.02
+"""Part of the largest load up to which a coupon may be slack."""
+
+SLACK: Final = 0.04
+"""Part of the farthest way from which on that is told."""
+
 
 def first_loading(stretch: np.ndarray, stress: np.ndarray, *, told: bool = False) -> np.ndarray:
     """Say which readings of one specimen are of its first loading, (n,).
@@ -46,8 +52,14 @@ def first_loading(stretch: np.ndarray, stress: np.ndarray, *, told: bool = False
         way = sign * (stretch[own] - 1)
         if not len(own) or not (told or _in_order(way)):
             continue
-        onwards = own if told else own[_onwards(way)]
-        keep[own] = np.isin(own, onwards[_unbroken(sign * stress[onwards])])
+        parts = [own] if told else [own[part] for part in _onwards(way)]
+        load = sign * stress[np.concatenate(parts)]
+        noise = max(TURN * float(load.max()), _noise(load))
+        keep[own] = False
+        for part in parts:
+            keep[part] = _unbroken(sign * stress[part], noise)
+            if not keep[part].all():
+                break
     return keep
 
 
@@ -62,28 +74,29 @@ def _in_order(way: np.ndarray) -> bool:
     return rises > TURN * float(way.max()) and _noise(way) < UNORDERED * float(way.max())
 
 
-def _onwards(way: np.ndarray) -> np.ndarray:
-    """Which readings go farther than all before the last turn."""
+def _onwards(way: np.ndarray) -> list[np.ndarray]:
+    """Readings that go farther than all before the last turn: those of each loop, in its order."""
     back = max(TURN * float(way.max()), _noise(way))
-    keep = np.zeros(len(way), dtype=bool)
+    parts: list[list[int]] = [[]]
     farthest = before = -np.inf
+    beyond = 0.0
     pending: list[int] = []
     for i, each in enumerate(way):
-        if each > farthest:
-            keep[[*pending, i]] = True
-            farthest, pending = each, []
-        elif each < farthest - back:
-            before, pending = farthest, []
+        if each > farthest + beyond:
+            parts[-1] += [*pending, i]
+            farthest, beyond, pending = each, 0.0, []
+        elif each < farthest - back:  # noise alone takes the tip of a later loop as far as this
+            before, beyond, pending = farthest, back, []
+            parts.append([])
         elif each > before:  # noise, unless the way back begins here
             pending.append(i)
-    return keep
+    return [np.array(part, dtype=int) for part in parts if part]
 
 
-def _unbroken(load: np.ndarray) -> np.ndarray:
+def _unbroken(load: np.ndarray, noise: float) -> np.ndarray:
     """Which readings come before a fall of the load; one that falls alone is a fault of its own."""
     smooth = median_filter(load, 3, mode="nearest")
-    greatest = np.maximum.accumulate(smooth)
-    least = (1 - FALL) * greatest - max(TURN * float(load.max()), _noise(load))
+    least = (1 - FALL) * np.maximum.accumulate(smooth) - noise
     keep, fallen = load >= least, smooth < least
     if fallen.any():
         keep[int(np.argmax(load[: int(np.argmax(fallen)) + 1])) + 1 :] = False
@@ -103,6 +116,21 @@ def is_hollow(strain: np.ndarray, load: np.ndarray) -> bool:
         return False
     slopes = np.array([np.polyfit(strain[part], load[part], 1)[0] for part in parts])
     return bool(slopes[0] > 0 and (np.diff(slopes) > 0).all() and slopes[3] > STEEPER * slopes[0])
+
+
+def slack_strain(stretch: np.ndarray, stress: np.ndarray) -> float:
+    """Return the strain up to which a coupon is slack, as its load then rises at once; else 0.
+
+    Args:
+        stretch: (n,) stretches of its first loading.
+        stress: (n,) nominal stresses.
+    """
+    strain, load = np.abs(stretch - 1), np.abs(median_filter(stress, 3, mode="nearest"))
+    idle = NEXT_TO_NOTHING * load.max()
+    taut = float(strain[load <= idle].max(initial=0))
+    behind = load[(1.5 * taut <= strain) & (strain <= 2 * taut)]
+    rises = len(behind) and np.median(behind) > 3 * idle
+    return taut if rises and taut > SLACK * strain.max() else 0.0
 
 
 def pressed(values: np.ndarray) -> np.ndarray:

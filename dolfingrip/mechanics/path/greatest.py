@@ -20,7 +20,7 @@ from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.mechanics.path.policy import PathPolicy
 from dolfingrip.sections.numerics import Solver
 
-LONGEST: Final = 0.2
+LONGEST: Final = 0.4
 """Longest step of the volume, relative to that at the start."""
 
 LARGEST: Final = 10.0
