@@ -60,6 +60,14 @@ def test_pressure_is_shown_on_the_walls_that_it_acts_on(colour: str | None, cut:
     assert experiment_commands.wanted_pictures(asked).cut is cut
 
 
+def test_a_coupon_has_no_pressure_to_show(tmp_path: Path) -> None:
+    asked = ["coupon", "--video", "--colour-by", "pressure", "-o", str(tmp_path / "out")]
+    found = CliRunner().invoke(app, asked)
+    assert isinstance(found.exception, ConfigError)
+    assert str(found.exception).startswith("--colour-by pressure: allowed: for a finger")
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(("command", "name"), [("bend", "bending"), ("force", "blocked_force")])
 def test_an_experiment_is_found_by_either_name(command: str, name: str) -> None:
     assert find(command) is find(name) is EXPERIMENTS[name]

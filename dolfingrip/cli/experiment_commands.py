@@ -296,6 +296,8 @@ def perform(asked: RunSettings) -> None:
     for flag, value in of_film.items():
         if value is not None and not wanted_pictures(asked).video:
             raise ConfigError(f"{flag} {value:g}: allowed: with --video")
+    if asked.colour_by == "pressure" and "finger" not in experiment.parts:
+        raise ConfigError("--colour-by pressure: allowed: for a finger, whose chambers have one")
     wanted = {
         "mesh_check": asked.mesh_check,
         "bands": asked.uncertain if asked.bands else None,
