@@ -55,6 +55,11 @@ FINGER: Final = {
 }  # fmt: skip
 """A finger of two bellows, coarsely meshed."""
 
+TABLES: Final = (
+    "ecoflex_actuators/bending", "ecoflex_actuators/blocked_force", "coupons/ninjaflex_uniaxial",
+)  # fmt: skip
+"""Measured tables of each experiment, among the examples."""
+
 TOO_DEEP: Final = "[" * 3000 + "]" * 3000
 """A value that parsers give up at, before they know of a key."""
 
@@ -111,6 +116,46 @@ def damaged(data: bytes, rng: random.Random | None) -> bytes:
                 one = rng.choice(found)
                 data = data[: one.start()] + rng.choice(BYTES) + data[one.end() :]
     return data
+
+
+CELLS: Final = (
+    "", "-", "x", "nan", "-inf", "0", "-1", "1e308", "1e-320", "1e400", "12,5", "3 kPa", "12:30",
+    "1_0", "#DIV/0!", "TRUE", "loading", "coupon", "1.5", "99999999999",
+)  # fmt: skip
+"""What takes the place of cells of a table."""
+
+HEADERS: Final = (
+    "time_s", "pressure_kPa", "suction_kPa", "angle_deg", "force_N", "tip_x_mm", "cycle", "branch",
+    "specimen", "experiment", "displacement_mm", "marker_1_x_mm", "cavity_1_supply_kPa", "mode",
+    "transverse_strain", "Pressure [bar]", "Strain (%)", "Stress (MPa)", "stretch", "t/min", "",
+)  # fmt: skip
+"""What takes the place of a header."""
+
+
+def retabled(text: str, rng: random.Random) -> str:
+    """A table in CSV with one or two changes, as hands and spreadsheets make them."""
+    header, *rows = (line.split(",") for line in text.splitlines())
+    for _ in range(rng.randint(1, 2)):
+        at, kind = rng.randrange(len(header)), rng.randrange(8)
+        if kind == 0:
+            header[at] = rng.choice(HEADERS)
+        elif kind == 1:
+            header = [*header, rng.choice(HEADERS)]
+            rows = [[*row, rng.choice((str(i), rng.choice(CELLS)))] for i, row in enumerate(rows)]
+        elif kind == 2 and len(header) > 1:
+            header, *rows = ([*row[:at], *row[at + 1 :]] for row in [header, *rows])
+        elif kind == 3:
+            rows = rng.choice((rows[::-1], rows + rows[::-1], rng.sample(rows, len(rows))))
+        elif kind == 4:
+            rows = rows[: rng.choice((0, 1, 2, 3))]
+        elif kind == 5:
+            cell = rng.choice(CELLS)
+            rows = [[*row[:at], cell, *row[at + 1 :]] for row in rows]
+        elif rows:
+            one = rng.choice(rows)
+            one[at] = rng.choice(CELLS)
+    text = "".join(",".join(row) + "\n" for row in [header, *rows])
+    return text.replace(",", ";") if rng.random() < 0.2 else text
 
 
 def revalued(text: str, rng: random.Random) -> tuple[str, str]:
@@ -178,7 +223,38 @@ def _assigned(folder: Path, rng: random.Random | None, told: Callable[[str], Non
 def _measured(folder: Path) -> None:
     from dolfingrip.diagnosis.data import measurement
 
-    measurement.read([folder / "bending.csv"])
+    measurement.read([*folder.glob("*.csv")])
+
+
+def _tabled(source: Path, read: Callable[[Path], Any]) -> Reader:
+    """A reader of a folder with a table and its set-up, of which either is changed."""
+    (csv,) = source.glob("*.csv")
+
+    def fuzzed(folder: Path, rng: random.Random | None, told: Callable[[str], None]) -> None:
+        rows, setup = (each.read_text(encoding="utf-8") for each in (csv, csv.with_suffix(".toml")))
+        if rng is not None and rng.random() < 0.8:
+            rows = retabled(rows, rng)
+        elif rng is not None:
+            setup, _ = revalued(setup, rng)
+        (folder / csv.name).write_text(rows, encoding="utf-8")
+        (folder / csv.name).with_suffix(".toml").write_text(setup, encoding="utf-8")
+        read(folder)
+
+    return Reader(fuzzed, 5)
+
+
+def _imported(folder: Path) -> None:
+    from dolfingrip.importing import importing
+    from dolfingrip.importing.told import Question, Told
+
+    (file,) = folder.glob("*.csv")
+    try:
+        found = importing.understand(file, Told())
+    except Question as question:
+        raise ConfigError(str(question)) from None
+    if found.questions:
+        raise ConfigError("; ".join(map(str, found.questions)))
+    importing.write(found, folder / "imported")
 
 
 def _design(file: Path) -> None:
@@ -295,10 +371,12 @@ def readers(folder: Path, *, quick: bool = False) -> dict[str, Reader]:
     from dolfingrip.meshes import files
 
     finger = configuration.load(None, dict(FINGER))
-    measured = folder / "measured"
-    measured.mkdir()
-    for suffix in (".csv", ".toml"):
-        shutil.copy(EXAMPLES / "ecoflex_actuators" / f"bending{suffix}", measured)
+    tables = {}
+    for name in TABLES:
+        tables[Path(name).name] = measured = folder / name
+        measured.mkdir(parents=True)
+        for suffix in (".csv", ".toml"):
+            shutil.copy((EXAMPLES / name).with_suffix(suffix), measured)
     found = {
         "configuration": _toml(configuration.dumps(finger), lambda file: configuration.load(file)),
         "--set": Reader(_assigned),
@@ -310,7 +388,9 @@ def readers(folder: Path, *, quick: bool = False) -> dict[str, Reader]:
         ),
         "design": _toml((EXAMPLES / "paper_design.toml").read_text(encoding="utf-8"), _design),
         "free design": _toml((EXAMPLES / "free_design.toml").read_text(encoding="utf-8"), _design),
-        "measured data": _copied(measured, _measured),
+        "measured data": _copied(tables["bending"], _measured),
+        **{f"measured {name}": _tabled(each, _measured) for name, each in tables.items()},
+        **{f"import {name}": _tabled(each, _imported) for name, each in tables.items()},
         "explorer's messages": Reader(_message),
     }
     mesh = solid(configuration.changed(finger, {"mesh.half": False, "mesh.order": 1}))

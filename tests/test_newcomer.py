@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from dolfingrip import config
 from dolfingrip.cli import console as console_module
-from dolfingrip.cli import diagnosis_commands, experiment_commands, progress
+from dolfingrip.cli import diagnosis_commands, experiment_commands, progress, settings
 from dolfingrip.cli.app import app
 from dolfingrip.cli.console import console
 from dolfingrip.config import ConfigError
@@ -51,6 +51,21 @@ def test_a_protocol_has_its_own_pressures(tmp_path: Path) -> None:
 def test_a_length_or_a_turn_needs_a_video(given: list[str], tmp_path: Path) -> None:
     found = CliRunner().invoke(app, [*given, "5", "-o", str(tmp_path / "out")])
     assert str(found.exception) == f"{given[-1]} 5: allowed: with --video"
+
+
+@pytest.mark.parametrize(("colour", "cut"), [("pressure", True), ("stretch", False), (None, False)])
+def test_pressure_is_shown_on_the_walls_that_it_acts_on(colour: str | None, cut: bool) -> None:
+    """They are inside: without a cut a picture would have no colour of its scale."""
+    asked = settings.of_experiment(EXPERIMENTS["bending"])(colour_by=colour)
+    assert experiment_commands.wanted_pictures(asked).cut is cut
+
+
+def test_a_coupon_has_no_pressure_to_show(tmp_path: Path) -> None:
+    asked = ["coupon", "--video", "--colour-by", "pressure", "-o", str(tmp_path / "out")]
+    found = CliRunner().invoke(app, asked)
+    assert isinstance(found.exception, ConfigError)
+    assert str(found.exception).startswith("--colour-by pressure: allowed: for a finger")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(("command", "name"), [("bend", "bending"), ("force", "blocked_force")])

@@ -69,7 +69,7 @@ def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Resu
                 f'difference of the two as "{choice.label}"'
             )
     result = _run(request, screen)
-    _pictures(experiment, result, out, wanted, _look(asked), screen)
+    _pictures(experiment, result, out, wanted, wanted_pictures(asked), screen)
     if MPI.COMM_WORLD.rank == 0:
         _print(experiment, result, out, screen)
     return result
@@ -102,11 +102,16 @@ def run_demo(config: Config, out: Path, console: Screen) -> list[Result]:
     return results
 
 
-def _look(asked: RunSettings) -> WantedPictures:
-    """How pictures are asked for; the film of a grasp needs no asking."""
+def wanted_pictures(asked: RunSettings) -> WantedPictures:
+    """How pictures are asked for; the film of a grasp needs no asking.
+
+    Args:
+        asked: settings of the command.
+    """
     video = asked.experiment.pictures != "finger" if asked.video is None else asked.video
     turn_deg = WantedPictures().turn_deg if asked.video_turn is None else asked.video_turn
-    return WantedPictures(asked.colour_by, asked.cut, video, asked.video_length, turn_deg)
+    cut = asked.cut or asked.colour_by == "pressure"  # no wall of a chamber is seen from outside
+    return WantedPictures(asked.colour_by, cut, video, asked.video_length, turn_deg)
 
 
 def _pressures(wanted: Sequence[float], config: Config) -> Sequence[float]:
@@ -289,8 +294,10 @@ def perform(asked: RunSettings) -> None:
         raise ConfigError(f"--uncertain {key}: allowed: with --bands")
     of_film = {"--video-length": asked.video_length, "--video-turn": asked.video_turn}
     for flag, value in of_film.items():
-        if value is not None and not _look(asked).video:
+        if value is not None and not wanted_pictures(asked).video:
             raise ConfigError(f"{flag} {value:g}: allowed: with --video")
+    if asked.colour_by == "pressure" and "finger" not in experiment.parts:
+        raise ConfigError("--colour-by pressure: allowed: for a finger, whose chambers have one")
     wanted = {
         "mesh_check": asked.mesh_check,
         "bands": asked.uncertain if asked.bands else None,

@@ -160,7 +160,7 @@ class RunSettings(ConfiguredSettings):
         None,
         "Field that colours pictures and video; default: displacement, and stretch in a grasp.",
     )
-    cut: bool = option(False, "Cut open body and chambers in pictures and video.")
+    cut: bool = option(False, "Cut open body and chambers in pictures and video, as for pressure.")
     video: bool | None = option(None, "Draw a video, .mp4 and .gif; default: of a grasp alone.")
     video_length: float | None = option(
         None,

@@ -13,8 +13,9 @@ import pandas as pd
 import tomlkit
 
 from dolfingrip.channels import ANGLE, CHANNELS, OF_CAVITIES, TIME, WHO, cavity_of_supply
-from dolfingrip.config import ConfigError
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table as measured
+from dolfingrip.diagnosis.data.lab_setup import SetupFile
 from dolfingrip.diagnosis.data.table import (
     CONTROL,
     IGNORED,
@@ -352,7 +353,14 @@ def _numbers(found: ImportedTable, header: str, texts: Sequence[str]) -> np.ndar
 def _setup(file: Path) -> dict[str, Any]:
     """The set-up that a TOML file beside the table tells."""
     beside = file.with_suffix(".toml")
-    return dict(tables.whole(beside, "beside the table,")) if beside.exists() else {}
+    if not beside.exists():
+        return {}
+    told = SetupFile(beside)
+    try:
+        Config().changed(coupon=told.table("coupon"))
+    except ConfigError as error:
+        raise ConfigError(f"{beside}: {error}") from None
+    return dict(tables.whole(beside, ""))
 
 
 def _experiment(found: ImportedTable, told: Told) -> str | None:
@@ -683,7 +691,7 @@ def write(found: ImportedTable, out: Path) -> tuple[Path, Path]:
     for key, value in sorted(found.setup.items(), key=lambda item: isinstance(item[1], Mapping)):
         document.add(key, value)
     text = found.table.to_csv(index=False, float_format="%.10g", lineterminator="\n")
-    _check(found, text)
+    _check(found, text, tomlkit.dumps(document))
     whole.write_together({target: text, target.with_suffix(".toml"): tomlkit.dumps(document)})
     return target, target.with_suffix(".toml")
 
@@ -693,17 +701,21 @@ def _comments(found: ImportedTable) -> list[str]:
     return [*lines, *found.notes, *(f"passed over: {text}" for text in found.cells.passed_over)]
 
 
-def _check(found: ImportedTable, text: str) -> None:
-    """Read the rows as ``diagnose`` does, unless they are nominal."""
+def _check(found: ImportedTable, rows: str, setup: str) -> None:
+    """Read both files as ``diagnose`` does, unless the rows are nominal."""
     import tempfile
 
     if STRESS in found.table or STRAIN in found.table or "stretch" in found.table:
         return
-    experiments = found.setup.get("experiment", [])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{found.file.stem}.csv"
-        whole.write(file, text)
+        whole.write(file, rows)
+        whole.write(file.with_suffix(".toml"), setup)
         try:
-            measured.read(file, [experiments] if isinstance(experiments, str) else experiments)
+            told = SetupFile(file)
+            read = measured.read(file, told.experiments)
+            told.check_specimens(set(read["specimen"]))
+            for experiment, specimen in read.groupby(["experiment", "specimen"]).groups:
+                told.of(experiment, specimen)
         except ConfigError as error:
             raise ConfigError(str(error).replace(folder + "/", "")) from None

@@ -251,12 +251,18 @@ def probabilities(found: DiagnosisFile, least: float = PICTURES.least_probabilit
     for colour, of_cause in (("green", True), ("grey", False)):
         own = [i for i, name in enumerate(names) if (name in known) is of_cause]
         values = [shown[names[i]] for i in own]
-        said = [f"{p:.2f}" if p >= ROUNDED else "< 0.01" for p in values]
+        said = [_probability(p) for p in values]
         bars.append(Series("", values, own, "bar", colour=colour, said=said))
     across = Axis("Probability that it takes part", ends=(0.0, 1.1))
     title = "Probability that each cause takes part"
     note = "Two causes can act together, so the numbers may add up to more than 1."
     return Chart(title, across, Axis("", names=names), bars, note=note)
+
+
+def _probability(p: float) -> str:
+    if p < ROUNDED:
+        return "< 0.01"
+    return f"{p:.2f}" if p < 1 - ROUNDED else "> 0.99"
 
 
 def gain(found: DiagnosisFile) -> list[Chart]:

@@ -610,3 +610,23 @@ def test_the_set_up_beside_a_table_is_taken_along(tmp_path: Path) -> None:
     text = toml.read_text(encoding="utf-8")
     assert "wall_mm = 1.8" in text
     assert 'note = "hung"' in text
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ("experiment = 3", r"vacuum\.toml: experiment = 3: allowed: a name"),
+        ('experiment = "bending"\nrate_kPa_per_s = "x"', "rate_kPa_per_s = x: allowed: at least"),
+        ('[coupon]\nwidth_mm = "x"', r"vacuum\.toml: coupon\.width_mm = .x.: not a number"),
+        ("[specimen.B]\nwall_mm = 1.8", r"vacuum\.toml: \[specimen\.B\]: not in the CSV"),
+        ("[noise]\nangle_deg = -1.0", r"noise\.angle_deg = -1\.0: allowed: at least 0"),
+    ],
+)
+def test_a_set_up_that_diagnose_would_refuse_is_refused(
+    told: str, said: str, tmp_path: Path
+) -> None:
+    table = next(each for each in TABLES if each.name == "vacuum.csv")
+    (tmp_path / "vacuum.toml").write_text(told, encoding="utf-8")
+    with pytest.raises(ConfigError, match=said):
+        importing.write(imported(table, tmp_path), tmp_path / "out")
+    assert not (tmp_path / "out").exists()

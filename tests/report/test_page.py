@@ -341,14 +341,18 @@ def test_the_diagnosis_begins_with_the_answer_and_what_was_measured(
 def test_no_probability_reads_one(tmp_path: Path) -> None:
     write_diagnosis(tmp_path / "diagnosed")
     file = tmp_path / "diagnosed" / DiagnosisFile.FILE
-    said = []
+    said, bars = [], []
     for probability in ("0.9,", "0.9999,"):
-        pattern, found = r'("probability": )0.9,(\s+"claimed")', file.read_text(encoding="utf-8")
-        text = re.sub(pattern, rf"\g<1>{probability}\2", found)
+        text = file.read_text(encoding="utf-8").replace(
+            '"probability": 0.9,', f'"probability": {probability}'
+        )
         (tmp_path / "other").mkdir(exist_ok=True)
         (tmp_path / "other" / file.name).write_text(text, encoding="utf-8")
-        said += [each.said for each in sources.build(sources.find([tmp_path / "other"])).numbers]
+        page = sources.build(sources.find([tmp_path / "other"]))
+        said += [each.said for each in page.numbers]
+        bars += [each for chart in page.diagnoses for each in chart.bars.series[0].said]
     assert said == ["probability 0.90", "probability > 0.99"]
+    assert bars == ["0.90", "> 0.99"]
 
 
 def test_every_measured_reading_is_drawn_however_many_there_are(

@@ -63,6 +63,8 @@ def test_what_the_page_has(tmp_path: Path) -> None:
     assert title == "In MuJoCo"
     assert f"MjModel.from_xml_path({str(tmp_path / 'finger.xml')!r})" in lines
     assert ".ctrl = 25\n" in lines  # the highest fitted pressure
+    (source,) = page.sources
+    assert source.again == f"dolfingrip robot {tmp_path / 'robot.json'}"
 
 
 def test_without_mujoco_nothing_is_measured(

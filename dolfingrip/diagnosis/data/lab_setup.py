@@ -135,6 +135,8 @@ class SetupFile:
         for name in _TABLES:
             if name != "material":
                 self.table(name)
+        for name in _DIRECT:
+            self._optional(name, self._data.get(name))
         self.warnings = [
             f"{self.file}: {key} is not known and not used"
             + (f"; {hint.strip()}" if (hint := near(key, (*_DIRECT, *_TABLES))) else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, Final
@@ -63,7 +64,7 @@ class Diagnosed(Contribution):
 
 
 def _source(folder: Path, content: DiagnosisFile) -> Source:
-    again = f"dolfingrip diagnose {' '.join(content.data)}" if content.data else ""
+    again = f"dolfingrip diagnose {shlex.join(content.data)}" if content.data else ""
     extended = folder / "extended.toml"
     files = []
     if extended.is_file():

@@ -64,7 +64,8 @@ class ReducedModel(Contribution):
                 ("valid for plates", f"at {min(gaps):.3g} to {max(gaps):.3g} mm"),
                 *robot.versions.items(),
             ]
-            page.sources.append(Source("Reduced model", str(each.folder), RobotFile.MADE_BY, facts))
+            again = f"{RobotFile.MADE_BY} {shlex.quote(str(each.folder / RobotFile.FILE))}"
+            page.sources.append(Source("Reduced model", str(each.folder), again, facts))
         return self.named(found)
 
 
