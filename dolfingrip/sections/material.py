@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Unio
 
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, create_model
 
+from dolfingrip import plugins
 from dolfingrip.channels import Part
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import shown
@@ -119,6 +120,12 @@ class Material(MaterialLaw):
         """
         return super().counted({**ALWAYS, **values}, parts)
 
+    @classmethod
+    def made_of(cls, values: Mapping[str, Any]) -> tuple[type, ...]:
+        """Return the class of the law that a table names, where there is such a law."""
+        law = LAWS.get(values.get("law", next(iter(LAWS))))
+        return () if law is None else (law,)
+
     def constants(self) -> dict[str, Any]:
         """Return the numbers of the law's energy by key; lists for lists."""
         own = (key for key in type(self).model_fields if key not in Material.model_fields)
@@ -164,7 +171,8 @@ def _with_law(data: Any) -> Any:
     data = _of_name(data, {**defaults, "law": next(iter(LAWS))})
     law = data.get("law", next(iter(LAWS)))
     if not isinstance(law, str) or law not in LAWS:
-        raise outside("law", shown(law), f"allowed: {', '.join(sorted(LAWS))}")
+        allowed = f"allowed: {', '.join(sorted(LAWS))}; {plugins.hint(str(law))}"
+        raise outside("law", shown(law), allowed)
     found = {"law": law, **data}
     for other, kind in LAWS.items():
         for key in kind.model_fields.keys() - LAWS[law].model_fields.keys() & data.keys():

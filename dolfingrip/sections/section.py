@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Final, NamedTuple, NoReturn, Self, 
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
+from dolfingrip import plugins
 from dolfingrip.channels import Part
 from dolfingrip.sections import errors, ranges, tables
 from dolfingrip.sections.errors import ConfigError
@@ -77,6 +78,7 @@ class Section(BaseModel):
         later: keys that are newer than stored results. They count only where they differ from these
             values, so that older results are still found.
         entries: class of the tables below it whose names a user chooses; None if there are none.
+        extensible: whether plugins add keys to it.
     """
 
     role: ClassVar[Role]
@@ -85,6 +87,7 @@ class Section(BaseModel):
     effort: ClassVar[tuple[str, ...]] = ()
     later: ClassVar[Mapping[str, Any]] = {}
     entries: ClassVar[type[Section] | None] = None
+    extensible: ClassVar[bool] = False
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True
@@ -225,7 +228,18 @@ class Section(BaseModel):
                     found[key] = inner.counted(value, parts)
             elif value is not None and key not in cls.effort:
                 found[key] = value
-        return {k: v for k, v in found.items() if k not in cls.later or v != cls.later[k]}
+        found = {k: v for k, v in found.items() if k not in cls.later or v != cls.later[k]}
+        own = plugins.digests(*cls.made_of(values))
+        return {**found, "plugin": own} if own else found
+
+    @classmethod
+    def made_of(cls, values: Mapping[str, Any]) -> tuple[type, ...]:
+        """Return the classes whose code a result depends on: this one, and a kind that it names.
+
+        Args:
+            values: of the table, as plain data.
+        """
+        return (cls,)
 
 
 def with_keys_of(

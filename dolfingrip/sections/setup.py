@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from pydantic import create_model, model_validator
 
@@ -35,6 +35,8 @@ KINDS: Final = {name: kind for name, kind in GEOMETRIES.items() if kind.table() 
 
 class Sections(Section):
     """The sections that every kind of geometry has, and their checks against one another."""
+
+    extensible: ClassVar = True
 
     finger: Finger = Finger()
     material: AnyMaterials = DEFAULT
