@@ -26,7 +26,7 @@ from importlib.machinery import ModuleSpec
 from importlib.util import find_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Final
+from typing import Any, Final
 
 VARIABLE: Final = "DOLFINGRIP_PLUGINS"
 """Environment variable with the paths of the files."""
@@ -189,13 +189,17 @@ def of_group(group: str) -> Iterator[Plugin]:
         yield Plugin(entry.module, found.origin, f"{entry.dist.name} {entry.dist.version}")
 
 
-def digests(*kinds: type) -> dict[str, str]:
-    """Return the digests, by module, of the plugins that classes or their bases are of.
+def digests(*things: Any) -> dict[str, str]:
+    """Return the digests, by module, of the plugins that classes, their bases or functions are of.
 
     Args:
-        kinds: classes; none of a plugin has none.
+        things: classes and functions.
     """
-    modules = (base.__module__ for kind in kinds for base in kind.__mro__)
+    modules = [
+        getattr(base, "__module__", "")
+        for each in things
+        for base in getattr(each, "__mro__", [each])
+    ]
     used = {name: _LOADED[name] for name in modules if name in _LOADED}
     return {name: f"{each.digest} {each.version}".rstrip() for name, each in used.items()}
 

@@ -44,7 +44,7 @@ EFFECTS: tuple[type[Effect], ...] = tuple(
                 if file.name not in SHARED
             ],
             Effect,
-        ),
+        ).values(),
         key=lambda each: (get_args(Kind).index(each.kind), each.place, each.name()),
     )
 )

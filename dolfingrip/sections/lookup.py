@@ -10,8 +10,8 @@ from dolfingrip import plugins
 from dolfingrip.plugins import PluginError
 
 
-def classes[T](group: str, package: str, files: Sequence[str], base: type[T]) -> list[type[T]]:
-    """Return the classes of an index, those of plugins last.
+def classes[T](group: str, package: str, files: Sequence[str], base: type[T]) -> dict[str, type[T]]:
+    """Return the classes of an index by their files' names, those of plugins last.
 
     Args:
         group: one of :data:`dolfingrip.plugins.GROUPS`.
@@ -33,7 +33,7 @@ def classes[T](group: str, package: str, files: Sequence[str], base: type[T]) ->
             raise PluginError(f"--plugin {plugin.path}: {words}; allowed: one of {group} in a file")
         if kinds:
             found[name] = kinds[0]
-    return list(found.values())
+    return found
 
 
 def only_class[T](module: str, base: type[T]) -> type[T]:

@@ -24,7 +24,7 @@ from dolfingrip.sections import tables
 from dolfingrip.sections.errors import shown
 from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.laws.law import MaterialLaw
-from dolfingrip.sections.section import EVERYWHERE, FINGERS, Entry, Refusal, Role, outside
+from dolfingrip.sections.section import EVERYWHERE, FINGERS, Entry, Ratio, Refusal, Role, outside
 
 NAME: Final = "name"
 """Key of a material's table that names one of these; the resolved configuration has its law."""
@@ -91,12 +91,12 @@ class Material(MaterialLaw):
     felt_by: ClassVar = FINGERS
     entry: ClassVar = Entry.CONSTANT
 
-    nu: float | None = Field(
+    nu: Ratio | None = Field(
         None, gt=0, lt=0.5, description="Poisson's ratio; default 0.45 where no bulk_MPa is given"
     )
     bulk_MPa: float | None = Field(None, gt=0, description="bulk modulus, instead of nu")
     density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
-    elongation_at_break: float | None = Field(
+    elongation_at_break: Ratio | None = Field(
         None, gt=0, le=100, description="nominal strain at which it breaks; break_share is by it"
     )
 

@@ -13,7 +13,11 @@ from dolfingrip import plugins
 from dolfingrip.channels import Part
 from dolfingrip.sections import errors, ranges, tables
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.ranges import PURE
 from dolfingrip.sections.units import unit
+
+Ratio = Annotated[float, PURE]
+"""Type of a number without a unit: a ratio, an exponent, a strain. Names of others end in one."""
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 """Type of a list of numbers of any length."""
@@ -21,6 +25,9 @@ Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 """Type of a list of numbers: TOML's arrays are lists, and their numbers are checked."""
 
+
+PLUGGED: Final[dict[str, Any]] = {"plugin": True}
+"""Note of a key whose choices plugins add to, for messages."""
 
 EVERYWHERE: Final[tuple[Part, ...]] = get_args(Part)
 """Parts of all experiments."""
@@ -95,9 +102,9 @@ class Section(BaseModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: object) -> None:
-        """Give every number the range of its unit."""
+        """Give every number the range of its unit, which its name has in the configuration."""
         for key, info in cls.model_fields.items():
-            ranges.narrow(key, info)
+            ranges.narrow(key, info, named=hasattr(cls, "role"))
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse a change, in one line.
@@ -254,7 +261,11 @@ def with_keys_of(
     """
     keys: dict[str, Any] = dict(choice)
     for kind in kinds:
-        keys |= {key: (info.annotation, info) for key, info in kind.model_fields.items()}
+        for key, info in kind.model_fields.items():
+            if key in keys and keys[key][1].default != info.default:
+                why = f"{key}: a key of another kind, with the default {keys[key][1].default}"
+                raise plugins.PluginError(f"{kind.__name__}: {why}; allowed: another name")
+            keys[key] = (info.annotation, info)
     return create_model(name, __base__=Section, **keys)
 
 

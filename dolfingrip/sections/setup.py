@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 from pydantic import create_model, model_validator
 
 from dolfingrip.channels import VACUUM_KPA
+from dolfingrip.plugins import PluginError
 from dolfingrip.sections.curve import CurveTarget
 from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
@@ -309,6 +310,8 @@ class Sections(Section):
 if TYPE_CHECKING:  # its further tables are known as it runs only
     Setup = Sections
 else:
+    for _name in KINDS.keys() & Sections.model_fields.keys():
+        raise PluginError(f"--plugin {_name}.py: [{_name}] is a section; allowed: another name")
     Setup = create_model(
         "Setup",
         __base__=Sections,

@@ -19,6 +19,7 @@ FILES: Final = (
 )
 
 LAWS: Final[Mapping[str, type[MaterialLaw]]] = {
-    law.law_name(): law for law in classes("laws", "dolfingrip.sections.laws", FILES, MaterialLaw)
+    law.law_name(): law
+    for law in classes("laws", "dolfingrip.sections.laws", FILES, MaterialLaw).values()
 }
 """By ``material.law``; the first is the default."""
