@@ -39,7 +39,7 @@ def energy(strain: Expr, mu: Expr, inverse_limit: Expr) -> Expr:
 
 
 def of_invariant(first: Jet, mu: Any, inverse_limit: Any) -> Jet:
-    """The same energy, of expressions or of numbers.
+    """Return the energy by the first invariant, of expressions or of numbers.
 
     Args:
         first: Ī₁ − 3.

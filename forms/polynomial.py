@@ -35,7 +35,7 @@ def energy(strain: Expr, c: Mapping[tuple[int, int], Expr]) -> Expr:
 
 
 def of_invariants(invariants: Invariants, c: Mapping[tuple[int, int], Any]) -> Jet:
-    """The same energy, of expressions or of numbers.
+    """Return the energy by the invariants, of expressions or of numbers.
 
     Args:
         invariants: of the isochoric stretches.

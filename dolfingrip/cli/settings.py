@@ -11,9 +11,9 @@ from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 from dolfingrip.channels import Colour
 from dolfingrip.cli.command import NOTHING, argument, option
 from dolfingrip.experiments.experiment import Experiment, Option
-from dolfingrip.experiments.grasp import HIGHEST_KPA
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.gripper import HIGHEST_KPA
 
 Point = tuple[float, float, float]
 Box = tuple[float, float, float, float, float, float]

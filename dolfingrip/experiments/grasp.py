@@ -33,9 +33,6 @@ so that a whole finger is meshed as half a finger and its mirror image. It bends
 default mesh. With 7 mm it had a fifth more elements, none of them with a side on the plane of
 symmetry, and bent 3.5 % less. Fingers with thick walls stay graded to their edges."""
 
-HIGHEST_KPA: Final = 300.0
-"""Pressure above which no search tries a grasp, unless another one is told; the paper's highest."""
-
 LEAST_STEP: Final = 0.004
 """Shortest step, as a part of the longest one. A sausage that slips out of three curled fingers
 needs steps of 0.6 ms: with 0.02 its grasp ended there before its class was decided."""
