@@ -10,6 +10,7 @@ numbers or arrays.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -57,3 +58,20 @@ def remaining(x: Any) -> Any:
         x: expression, number or array.
     """
     return 1 - x if isinstance(x, Expr) else np.maximum(1 - x, NEAREST)
+
+
+def from_limit_on(x: Any, limit: float, near: Any, far: Callable[[Any], Any]) -> Any:
+    """Return one value below a limit and another from there on.
+
+    Args:
+        x: expression, number or array.
+        limit: of x.
+        near: value where x is below the limit.
+        far: function of x that gives the value elsewhere; it is called with no smaller x.
+
+    >>> float(from_limit_on(4.0, 1.0, 0.0, sqrt)), float(from_limit_on(0.5, 1.0, 0.0, sqrt))
+    (2.0, 0.0)
+    """
+    if isinstance(x, Expr):
+        return ufl.conditional(ufl.lt(x, limit), near, far(ufl.max_value(x, limit)))
+    return np.where(x < limit, near, far(np.maximum(x, limit)))

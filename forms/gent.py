@@ -1,9 +1,12 @@
 """The Gent strain energy less the neo-Hookean one."""
 
-import ufl
+from typing import Any
+
 from ufl.core.expr import Expr
 
-from dolfingrip.forms import invariants
+from dolfingrip.forms import isotropic
+from dolfingrip.forms.functions import from_limit_on, ln, remaining
+from dolfingrip.forms.jet import Jet
 
 SMALL = 0.01
 """The share x of the limit below which ln(1 − x) is a series; its seventh term is round-off."""
@@ -30,10 +33,26 @@ def energy(strain: Expr, mu: Expr, inverse_limit: Expr) -> Expr:
         >>> round(nominal_stress(lambda strain: energy(strain, 1.0, 0.25), 2.0), 9)
         1.75
     """
-    first, _ = invariants.isochoric(strain)
-    x = first * inverse_limit
-    series = sum(x**k / (k + 1) for k in range(1, 8))
+    return isotropic.energy(
+        strain, lambda invariants: of_invariant(invariants.first, mu, inverse_limit)
+    )
+
+
+def of_invariant(first: Jet, mu: Any, inverse_limit: Any) -> Jet:
+    """Return the energy by the first invariant, of expressions or of numbers.
+
+    Args:
+        first: Ī₁ − 3.
+        mu: shear modulus μ (MPa).
+        inverse_limit: 1/Jₘ, from 0 on.
+
+    Returns:
+        The energy (MPa = mJ/mm³) with its derivatives by the invariants.
+    """
+    x = first.f * inverse_limit
+    left = remaining(x)
     # at small x, ln(1 − x)/x would lose its digits or divide by 0
-    large = ufl.max_value(x, SMALL)
-    closed = -ufl.ln(1 - large) / large - 1
-    return mu / 2 * first * ufl.conditional(ufl.lt(x, SMALL), series, closed)
+    series = sum(x**k / (k + 1) for k in range(1, 8))
+    factor = from_limit_on(x, SMALL, series, lambda large: -ln(remaining(large)) / large - 1)
+    bend = mu / 2 * inverse_limit / (left * left)
+    return first.through(mu / 2 * first.f * factor, mu / 2 * x / left, bend)

@@ -1,11 +1,13 @@
 """Strain energies that are polynomials of the invariants, such as Mooney–Rivlin's and Yeoh's."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import isotropic
-from dolfingrip.forms.jet import series
+from dolfingrip.forms.isotropic import Invariants
+from dolfingrip.forms.jet import Jet, series
 
 
 def energy(strain: Expr, c: Mapping[tuple[int, int], Expr]) -> Expr:
@@ -29,4 +31,17 @@ def energy(strain: Expr, c: Mapping[tuple[int, int], Expr]) -> Expr:
         >>> round(nominal_stress(lambda strain: energy(strain, c), 2.0), 9)
         15.75
     """
-    return isotropic.energy(strain, lambda each: series(c, each.first, each.second))
+    return isotropic.energy(strain, lambda invariants: of_invariants(invariants, c))
+
+
+def of_invariants(invariants: Invariants, c: Mapping[tuple[int, int], Any]) -> Jet:
+    """Return the energy by the invariants, of expressions or of numbers.
+
+    Args:
+        invariants: of the isochoric stretches.
+        c: C_ij (MPa) by (i, j).
+
+    Returns:
+        The energy (MPa = mJ/mm³) with its derivatives by the invariants.
+    """
+    return series(c, invariants.first, invariants.second)

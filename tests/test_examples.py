@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,7 @@ from dolfingrip.diagnosis.data.measurement import read as measured
 from dolfingrip.experiments import run
 
 TESTED_ELSEWHERE = {"mpi"}
-LONGEST, SHORTEST = 150, 40
+LONGEST, SHORTEST = 150, 30
 """Lines of an example: the physics first, then code that can be read at once."""
 
 
@@ -190,3 +192,40 @@ def test_readings_of_measured_pneunets(tmp_path: Path, monkeypatch: pytest.Monke
     assert one["force_N"].max() == pytest.approx(0.35 * 9.81, rel=1e-3)
     assert four["force_N"].to_numpy() == pytest.approx(one["force_N"].to_numpy() / 4, rel=1e-3)
     assert one["pressure_kPa"].max() == pytest.approx(112.82, abs=0.01)
+
+
+PLUGIN = """
+import dolfingrip
+dolfingrip.plugin({file!r})
+from mpi4py import MPI
+from dolfingrip import config
+from dolfingrip.experiments import run
+short = {{"coupon.max_strain": 0.5, "coupon.step_strain": 0.5, "material.bulk_MPa": 1e4}}
+result = run("coupon", config.load(None, short | {change}), comm=MPI.COMM_SELF)
+print(result.column({column!r})[-1])
+"""
+
+
+def with_plugin(name: str, change: dict[str, object], column: str) -> float:
+    """The last reading of a coupon that an example takes part in, in a process of its own."""
+    code = PLUGIN.format(file=str(EXAMPLES / f"{name}.py"), change=change, column=column)
+    ended = subprocess.run(
+        [sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True
+    )
+    return float(ended.stdout.splitlines()[-1])
+
+
+def test_own_law() -> None:
+    """P = μ exp(b (Ī₁ − 3)) (λ − λ⁻²) at constant volume, where Ī₁ = λ² + 2/λ."""
+    stretch, b = 1.5, 0.4
+    first = stretch**2 + 2 / stretch - 3
+    expected = math.exp(b * first) * (stretch - stretch**-2)
+    change = {"material.law": "own-law", "material.own_b": b}
+    assert with_plugin("own_law", change, "nominal_stress_MPa") == pytest.approx(expected, rel=1e-3)
+
+
+def test_own_effect() -> None:
+    true_N = with_plugin("own_effect", {}, "force_N")
+    displayed_N = with_plugin("own_effect", {"extensions.own_effect.square_per_N": 0.1}, "force_N")
+    assert true_N > 1
+    assert displayed_N == pytest.approx(true_N + 0.1 * true_N**2, rel=1e-6)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -167,3 +168,23 @@ def test_an_installed_package_adds_by_entry_points(tmp_path: Path) -> None:
         "print([(each.module, each.version) for each in plugins.loaded()])"
     )
     assert python(code, tmp_path) == ["0.1", "[('rubber.stiffening', 'rubber 1.2')]"]
+
+
+@pytest.mark.slow
+def test_all_tests_of_a_law_and_an_effect_hold_for_those_of_the_docs(tmp_path: Path) -> None:
+    """Copies of the examples under other names join the indexes, by which these tests are made."""
+    copies = {"my_law.py": "own_law.py", "my_effect.py": "own_effect.py"}
+    for name, example in copies.items():
+        (tmp_path / name).write_bytes((MADE_UP.parents[1] / "examples" / example).read_bytes())
+    tests = ("extensions/test_index.py", "extensions/test_neutral.py", "experiments/test_laws.py",
+             "test_config.py", "test_parameter.py", "experiments/test_synthetic.py")  # fmt: skip
+    ended = subprocess.run(
+        [sys.executable, "-P", "-m", "pytest", "-n", "0", "-q", "-p", "no:cacheprovider", "-m", "",
+         "-k", "my_law or my-law or my_effect", *(str(MADE_UP.parent / each) for each in tests)],
+        env={**os.environ, VARIABLE: os.pathsep.join(str(tmp_path / name) for name in copies)},
+        cwd=MADE_UP.parents[1], capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 0, ended.stdout
+    passed = re.search(r"(\d+) passed", ended.stdout)
+    assert passed is not None
+    assert int(passed[1]) >= 3

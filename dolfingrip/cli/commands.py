@@ -13,12 +13,13 @@ from dolfingrip import __version__, plugins
 from dolfingrip.cli import edge, settings
 from dolfingrip.cli.command import NOTHING, Group, Listed, Subcommand
 from dolfingrip.cli.installation import solver
+from dolfingrip.cli.rooms import is_there
 from dolfingrip.experiments.index import EXPERIMENTS
 
 INSTEAD = {"coupon": {"fit": "fit_command:fit_coupons"}}
 """Work that an option of an experiment asks for in place of the experiment."""
 
-COMMANDS = (
+_ALL = (
     Subcommand("demo", settings.DemoSettings, "loop_commands:demo"),
     *(
         Subcommand(
@@ -31,7 +32,7 @@ COMMANDS = (
     Subcommand("friction", settings.FrictionSettings, "pickup_commands:friction"),
     Subcommand("adopt", settings.AdoptSettings, "adopt_command:adopt"),
     Subcommand("mesh", settings.MeshSettings, "shape_commands:mesh"),
-    Subcommand("export", settings.ExportSettings, "shape_commands:export"),
+    Subcommand("export", settings.ExportSettings, "export_command:export"),
     Subcommand("robot", settings.RobotSettings, "robot_command:robot"),
     Subcommand("morph", settings.MorphSettings, "shape_commands:morph"),
     Subcommand("config", settings.ConfigSettings, "reference_commands:show_config"),
@@ -60,7 +61,10 @@ COMMANDS = (
     Subcommand("explore", settings.ExploreSettings, "explore_command:explore"),
     Subcommand("doctor", settings.DoctorSettings, "doctor_command:doctor"),
 )  # fmt: skip
-"""The commands in the order in which a new user needs them."""
+
+
+COMMANDS = tuple(each for each in _ALL if is_there(each.work.partition(":")[0]))
+"""The commands in the order in which a new user needs them, of the folders that there are."""
 
 
 class _InOrder(Group):

@@ -12,7 +12,7 @@ from dolfingrip.channels import CHORD_ANGLE, PRESSURE
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import check_writable, console, one_process, resumable
-from dolfingrip.cli.import_command import offered
+from dolfingrip.cli.rooms import offered
 from dolfingrip.cli.settings import DiagnoseSettings, PlanExperimentSettings, PredictSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import diagnose as diagnosing

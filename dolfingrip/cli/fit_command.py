@@ -11,7 +11,7 @@ from rich.table import Table
 from dolfingrip.charts import picture
 from dolfingrip.cli import progress
 from dolfingrip.cli.console import check_writable, console
-from dolfingrip.cli.import_command import offered
+from dolfingrip.cli.rooms import offered
 from dolfingrip.cli.settings import RunSettings
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit import choice, coupons, fit

@@ -10,10 +10,10 @@ from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 
 from dolfingrip.channels import Colour
 from dolfingrip.cli.command import NOTHING, argument, option
-from dolfingrip.design.campaign.policy import HIGHEST_KPA, LARGEST_PRESSURE_KPA
 from dolfingrip.experiments.experiment import Experiment, Option
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.gripper import HIGHEST_KPA
 
 Point = tuple[float, float, float]
 Box = tuple[float, float, float, float, float, float]
@@ -21,6 +21,10 @@ Box = tuple[float, float, float, float, float, float]
 _CAVITY_FILES: Final = (
     ".step", ".stp", ".brep", ".iges", ".igs", ".stl", ".obj", ".ply", ".3mf", ".vtk",
 )  # fmt: skip
+
+
+LARGEST_PRESSURE_KPA: Final = 1000.0
+"""Pressure of a grasp that may be asked for, at most."""
 
 
 def _assigned(texts: Sequence[str], flag: str) -> Mapping[str, Any]:

@@ -8,7 +8,7 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.lookup import classes
 
-FILES = (
+NAMES = (
     "bending",
     "blocked_force",
     "cycle",
@@ -21,7 +21,7 @@ FILES = (
 
 EXPERIMENTS: Mapping[str, Experiment] = {
     name: kind()
-    for name, kind in classes("experiments", "dolfingrip.experiments", FILES, Experiment).items()
+    for name, kind in classes("experiments", "dolfingrip.experiments", NAMES, Experiment).items()
 }
 """By the name of the file, those of plugins last."""
 

@@ -12,7 +12,7 @@ from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.extensions.effect import Adapting, Displaying
 from dolfingrip.meshes.cells import TETRAHEDRON
 from dolfingrip.meshes.groups import SYMMETRY
-from dolfingrip.meshes.solid import SolidMesh, assemble, mirrored, second_order
+from dolfingrip.meshes.solid import SolidMesh, mirrored
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.material import Material
 
@@ -107,28 +107,6 @@ def no_law(material: Material, suffix: str, known: str) -> ConfigError:
     return ConfigError(f'{suffix}: no law "{material.law}"; allowed: {known}')
 
 
-def elements(config: Config, order: int | None = None) -> SolidMesh:
-    """The finger in elements of the first or second order, the edges of new nodes straight.
-
-    Args:
-        config: of the finger.
-        order: of the elements; None: that of the solver's.
-
-    Raises:
-        MeshError: one line, if it cannot be meshed.
-    """
-    found = undeformed.solid(config.changed(mesh={"order": 1}))
-    order = order or (1 if config.solver.element == "P1" else 2)
-    if found.order == order:
-        return found
-    return second_order(found) if order == 2 else _linear(found)
-
-
-def _linear(mesh: SolidMesh) -> SolidMesh:
-    cells = mesh.cells[:, : mesh.shape.corners]
-    return assemble(mesh.points, cells, mesh.facets, mesh.regions)
-
-
 def tetrahedra(config: Config, suffix: str) -> SolidMesh:
     """The whole finger in linear tetrahedra.
 
@@ -141,7 +119,7 @@ def tetrahedra(config: Config, suffix: str) -> SolidMesh:
     """
     if config.mesh.file is None:
         config = config.changed(solver={"element": "P1"})
-    found = elements(config, 1)
+    found = undeformed.elements(config, 1)
     if found.shape is not TETRAHEDRON:
         raise ConfigError(f"mesh.file = {config.mesh.file}: {suffix}: allowed: of tetrahedra")
     return mirrored(found) if SYMMETRY in found.facets else found

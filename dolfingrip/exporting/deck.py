@@ -13,9 +13,10 @@ import numpy as np
 
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import KPA, Config
+from dolfingrip.experiments.rigs import undeformed
 from dolfingrip.experiments.rigs.fixture import SKIN, normal_of
 from dolfingrip.experiments.rigs.undeformed import REST, parts_of
-from dolfingrip.exporting.asked import beside, elements, no_law, plain, supplied, supplies_kPa
+from dolfingrip.exporting.asked import beside, no_law, plain, supplied, supplies_kPa
 from dolfingrip.files import whole
 from dolfingrip.meshes import abaqus
 from dolfingrip.meshes.groups import CLAMP, SOLID, SYMMETRY, TIP, cavities
@@ -66,7 +67,7 @@ def write(config: Config, file: Path, *, plate: bool = False) -> str:
         words = f"{file.suffix} with a plate: allowed: 0 m/s²"
         raise ConfigError(f"gravity.acceleration_m_s2: {words}")
     beside(config, file, file.suffix)
-    mesh = elements(config)
+    mesh = undeformed.elements(config)
     full = config.integration != "reduced"
     parts = [abaqus.deck(mesh, full=full), *_materials(config, mesh), _supports(mesh)]
     if plate:

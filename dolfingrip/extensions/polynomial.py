@@ -10,8 +10,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.kinds import Elastic
-from dolfingrip.forms import polynomial
-from dolfingrip.sections.laws.polynomial import POWERS
+from dolfingrip.sections.laws.polynomial import POWERS, InvariantPolynomial
 
 GUESS = "engineering guess"
 Factor = Annotated[float, Field(ge=-1000, le=1000)]
@@ -42,4 +41,4 @@ class PolynomialTerms(Elastic):
     C30_MPa: Annotated[Factor, Prior(0.0, 0.02, GUESS)] = Field(0.0, description="of (I1 - 3)³")
 
     def added(self, strain: Expr, mu: Expr, c: Mapping[str, Any]) -> Expr:
-        return polynomial.energy(strain, {powers: c[key] for key, powers in POWERS.items()})
+        return InvariantPolynomial.of_shape(strain, c)

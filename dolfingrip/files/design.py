@@ -116,6 +116,7 @@ class DesignFile(ResultFile):
 
     schema_version: Literal[1] = 1
     of: str = Field(description="what is improved, in words: minimise or maximise …")
+    quantity: str = Field("", description="name of what is improved, with its unit")
     objective: float = Field(description="of the design, in the unit of its name")
     start: float = Field(description="of the start")
     gain: float | None = Field(None, description="null: the start's is nothing")
@@ -137,11 +138,6 @@ class DesignFile(ResultFile):
     )
 
     @property
-    def quantity(self) -> str:
-        """Name of what is improved, with its unit."""
-        return [*self.of.split(), "", ""][1]
-
-    @property
     def shown(self) -> DesignFile:
         """A copy for people, in which a curve's mean squares are root mean squares in mm."""
         if self.quantity != CURVE_SQUARE:
@@ -149,6 +145,7 @@ class DesignFile(ResultFile):
         return _rooted(self).model_copy(
             update={
                 "of": named(self.of),
+                "quantity": named(self.quantity),
                 "by_condition": tuple(map(_rooted, self.by_condition)),
                 "refined": self.refined and _rooted(self.refined),
                 "starts": tuple(map(_rooted, self.starts)),

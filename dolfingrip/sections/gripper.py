@@ -22,6 +22,10 @@ OTHER_CLEARANCE_MM: Final = 4.0
 """Distance of straight fingers from the food if ``alpha_deg`` is given."""
 
 
+HIGHEST_KPA: Final = 300.0
+"""Pressure above which no search tries a grasp, unless another one is told; the paper's highest."""
+
+
 class Gripper(Section):
     """A thumb A and two fingers B, C around a centre O, as in the paper's Fig. 5(c)."""
 

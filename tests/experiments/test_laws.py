@@ -7,6 +7,7 @@ Non-Linear Elastic Deformations, 1984, section 7.2).
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ import ufl
 from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
-from support import bars
+from support import bars, trial
 
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
@@ -24,6 +25,8 @@ from dolfingrip.mechanics.model.element import displacement_element, pressure_fi
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.parameter import every
 from dolfingrip.sections import material
+from dolfingrip.sections.laws.index import LAWS as MATERIALS
+from dolfingrip.sections.laws.law import MaterialLaw
 from dolfingrip.sections.laws.polynomial import POWERS
 from dolfingrip.sections.tables import assignments
 
@@ -52,6 +55,10 @@ CHAINS = (
         "material.law=extended-tube", "material.tube_Gc_MPa=0.7", "material.tube_Ge_MPa=0.5",
         "material.tube_delta=0.2", "material.tube_beta=0.4",
     ),
+)  # fmt: skip
+SMALL = (
+    "finger.bellows=1", "finger.length_mm=26", "mesh.size_mm=12", "mesh.edge_size_mm=12",
+    "contact.self_contact=false", "plate.gap_mm=30",
 )  # fmt: skip
 LAWS = pytest.mark.parametrize("law", [OGDEN, POLYNOMIAL], ids=["ogden", "polynomial"])
 
@@ -328,3 +335,38 @@ def test_the_page_has_the_table_of_named_materials() -> None:
             f"{100 * own['elongation_at_break']:g} % |"
         )
         assert row in page
+
+
+@pytest.mark.parametrize("law", MATERIALS)
+def test_derivatives_of_every_law(law: str) -> None:
+    """Of the index, plugins' too, with the numbers that a law's first fit begins with.
+
+    Taylor remainders of energy and residual of a short finger are of second order.
+    """
+    change: dict[str, Any] = {"material.law": law}
+    for each in MATERIALS[law].fits[:1]:
+        for key, value in zip(each.keys, each.starts(2.0)[0], strict=True):
+            name, _, place = key.partition("[")
+            if place:
+                change.setdefault(f"material.{name}", []).append(value)
+            else:
+                change[f"material.{name}"] = value
+    settings = config.load(None, assignments(SMALL) | change)
+    assert settings.material.shear_MPa > 0
+    finger = trial.stirred(settings)
+    assert min(trial.orders(finger)) > 1.9
+
+
+def test_the_moduli_of_every_law_scale_its_energy() -> None:
+    """``moduli`` names the keys that the energy is linear in; the shear modulus follows them."""
+    for law, kind in MATERIALS.items():
+        start = {key: 1.5 for key in kind.moduli if kind.model_fields[key].annotation is float}
+        one, two = (
+            kind.model_construct(law=law, **{**_defaults(kind), **start}).shear_MPa
+            for start in (start, {key: 2 * value for key, value in start.items()})
+        )
+        assert two == pytest.approx(2 * one) or not start, law
+
+
+def _defaults(kind: type[MaterialLaw]) -> dict[str, Any]:
+    return {key: info.default for key, info in kind.model_fields.items() if key != "law"}

@@ -16,8 +16,8 @@ from benchmarks.calculix import Printed, printed, solve
 from benchmarks.tip import mean_displacement
 from dolfingrip import config, experiments
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.rigs.undeformed import elements
 from dolfingrip.exporting import deck
-from dolfingrip.exporting.asked import elements
 from dolfingrip.forms import bulk_modulus
 from dolfingrip.forms.evaluate import number
 from dolfingrip.meshes import files

@@ -34,6 +34,7 @@ RUN = RunFile(
 
 DESIGN = DesignFile(
     of="maximise force_N at 250 kPa",
+    quantity="force_N",
     objective=3.0,
     start=2.5,
     gain=0.2,

@@ -23,8 +23,8 @@ from benchmarks.tip import area_vector
 from dolfingrip import config as configuration
 from dolfingrip.channels import ANGLE, FORCE, PRESSURE
 from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.undeformed import elements
 from dolfingrip.exporting import deck
-from dolfingrip.exporting.asked import elements
 from dolfingrip.mechanics.readings.tip import angle_deg
 from dolfingrip.meshes.groups import SOLID
 from dolfingrip.sections.tables import assignments

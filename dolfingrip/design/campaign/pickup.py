@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign.policy import ESTIMATES, HIGHEST_KPA, LARGEST_FRICTION
+from dolfingrip.design.campaign.policy import ESTIMATES, LARGEST_FRICTION
 from dolfingrip.design.quantities.grasp import GRASP, NO_CLASS, outputs_of
 from dolfingrip.experiments.request import Answer, Request
 from dolfingrip.experiments.simulate import Compute
 from dolfingrip.jobs.job import ERROR, REFUSED
 from dolfingrip.jobs.pool import Unfinished
+from dolfingrip.sections.gripper import HIGHEST_KPA
 
 
 @dataclass(frozen=True, slots=True)

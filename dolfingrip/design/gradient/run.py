@@ -146,6 +146,7 @@ def facts(
     from_nothing = abs(start.objective) < NOTHING * abs(best.objective)
     return DesignFile(
         of=f"{word} {problem.objective}",
+        quantity=problem.objective.name,
         objective=best.objective,
         start=start.objective,
         gain=None if from_nothing else best.objective / start.objective - 1,

@@ -28,11 +28,13 @@ from dolfingrip.meshes.solid import (
     MeshError,
     SolidMesh,
     all_rows,
+    assemble,
     faces,
     interface,
     mirrored,
     of_group,
     on_plane,
+    second_order,
 )
 from dolfingrip.meshes.solid import side_by_side as copied
 from dolfingrip.meshes.structured import structured_mesh
@@ -236,6 +238,28 @@ class Made(NamedTuple):
     solid: SolidMesh
     parts: dict[str, Ints]
     sheets: dict[str, Ints]
+
+
+def elements(config: Config, order: int | None = None) -> SolidMesh:
+    """The finger in elements of the first or second order, the edges of new nodes straight.
+
+    Args:
+        config: of the finger.
+        order: of the elements; None: that of the solver's.
+
+    Raises:
+        MeshError: one line, if it cannot be meshed.
+    """
+    found = solid(config.changed(mesh={"order": 1}))
+    order = order or (1 if config.solver.element == "P1" else 2)
+    if found.order == order:
+        return found
+    return second_order(found) if order == 2 else _linear(found)
+
+
+def _linear(mesh: SolidMesh) -> SolidMesh:
+    cells = mesh.cells[:, : mesh.shape.corners]
+    return assemble(mesh.points, cells, mesh.facets, mesh.regions)
 
 
 def made(config: Config, made_for: Geometry | None = None) -> Made:

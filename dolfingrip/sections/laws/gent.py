@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.forms.functions import ln, remaining
+from dolfingrip.forms import gent
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
@@ -22,8 +22,7 @@ def limited(first: Jet, mu: Any, limit: Any) -> Jet:
         mu: shear modulus μ (MPa).
         limit: Jₘ.
     """
-    rest = remaining(first.f / limit)
-    return first.through(-mu * limit / 2 * ln(rest), mu / 2 / rest, mu / 2 / (limit * rest * rest))
+    return first * (mu / 2) + gent.of_invariant(first, mu, 1 / limit)
 
 
 class GentLaw(MaterialLaw):

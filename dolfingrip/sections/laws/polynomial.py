@@ -7,8 +7,9 @@ from typing import Any, ClassVar, Final
 
 from pydantic import Field
 
+from dolfingrip.forms import polynomial
 from dolfingrip.forms.isotropic import Invariants
-from dolfingrip.forms.jet import Jet, series
+from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
 from dolfingrip.sections.section import Refusal
 
@@ -58,5 +59,4 @@ class InvariantPolynomial(MaterialLaw):
     @classmethod
     def energy(cls, c: Mapping[str, Any], invariants: Invariants) -> Jet:
         """The polynomial."""
-        factors = {POWERS[key]: value for key, value in c.items()}
-        return series(factors, invariants.first, invariants.second)
+        return polynomial.of_invariants(invariants, {POWERS[key]: c[key] for key in c})
