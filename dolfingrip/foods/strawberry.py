@@ -26,9 +26,9 @@ class Strawberry(SampledKind):
 
     USDA's FoodData Central (SR Legacy, "Strawberries, raw") lists an extra large one with a
     diameter of 1 5/8 in (41.3 mm) and 27 g. The flesh has 1026 kg/m³ by the composition there and
-    the densities of Choi and Okos (Food Engineering and Process Applications 1, 1986). Fruit has air
-    between its cells, as densities of strawberries tell (Salvatori et al., J. Food Process Eng. 21,
-    1998); that it takes 6 % is assumed here. The length follows from the weight.
+    the densities of Choi and Okos (Food Engineering and Process Applications 1, 1986). Fruit has
+    air between its cells, as densities of strawberries tell (Salvatori et al., J. Food Process Eng.
+    21, 1998); that it takes 6 % is assumed here. The length follows from the weight.
     """
 
     portions: ClassVar = {"strawberry": Portion(38.4, 41.3, 38.4, 965.0)}
