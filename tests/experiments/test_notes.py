@@ -23,6 +23,11 @@ from dolfingrip.sections.tables import assignments
             ["nu = 0.4999 is nearly incompressible"],
         ),
         (["material.nu=0.499", "solver.element=P2-P1"], []),
+        (["finger.kind=adopted", "mesh.file=a.msh", "material.nu=0.48"], []),
+        (
+            ["finger.kind=adopted", "mesh.file=a.msh", "material.nu=0.499"],
+            ['"P2": nu = 0.499 is nearly incompressible, where it locks: the finger is too stiff'],
+        ),
         (["finger.kind=cast"], ["region film is of the same material as the rest"]),
         (["finger.kind=pneunet"], ["give [material.paper], or a film"]),
         (["finger.kind=cast", "material.film.mu_MPa=30"], []),

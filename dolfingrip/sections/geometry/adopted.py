@@ -13,6 +13,7 @@ class AdoptedGeometry(Geometry):
     """A part that `dolfingrip adopt` has turned into a mesh file; its outer size and its walls."""
 
     of_file: ClassVar = True
+    hexahedra: ClassVar = False
     effort: ClassVar = ("chamber_mm", "back", "bends_to_back", "doubts")  # what adopt told of it
 
     length_mm: float = Field(100.0, gt=0, le=10_000, description="clamp to tip, along z")
