@@ -46,7 +46,11 @@ def test_a_protocol_has_its_own_pressures(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "given", [["bend", "--video-length"], ["grasp", "--no-video", "--video-turn"]]
+    "given",
+    [
+        ["bend", "--video-length"],
+        ["grasp", "--no-video", "--colour-by", "pressure", "--video-turn"],
+    ],
 )
 def test_a_length_or_a_turn_needs_a_video(given: list[str], tmp_path: Path) -> None:
     found = CliRunner().invoke(app, [*given, "5", "-o", str(tmp_path / "out")])
@@ -64,7 +68,7 @@ def test_a_coupon_has_no_pressure_to_show(tmp_path: Path) -> None:
     asked = ["coupon", "--video", "--colour-by", "pressure", "-o", str(tmp_path / "out")]
     found = CliRunner().invoke(app, asked)
     assert isinstance(found.exception, ConfigError)
-    assert str(found.exception).startswith("--colour-by pressure: allowed: for a finger")
+    assert str(found.exception).startswith("--colour-by pressure: allowed: for fingers")
     assert not (tmp_path / "out").exists()
 
 

@@ -11,6 +11,8 @@ from pydantic import ValidationError
 
 import dolfingrip.sections
 from dolfingrip import config
+from dolfingrip.cli.app import COMMANDS
+from dolfingrip.cli.command import settings_of
 from dolfingrip.config import ConfigError
 from dolfingrip.sections import errors
 from dolfingrip.sections.section import Section
@@ -124,3 +126,27 @@ def test_a_path_with_a_nul_is_refused(section: str) -> None:
     """No file can be called so; TOML's and JSON's texts may have the character."""
     with pytest.raises(ConfigError, match=rf"^{section}\.file = .*: allowed: a text without"):
         config.load(None, {f"{section}.file": "a\0b.stl"})
+
+
+OPTIONS = [
+    (f"{command.name} {each.flag}", each)
+    for first in COMMANDS
+    for command in (first, *first.below)
+    for each in settings_of(command.settings)
+    if each.bare in (float, int) and not each.key and not each.read
+]
+
+
+@pytest.mark.parametrize(
+    "value", [1e-300, -1e-300, 1e18, -1e18, float("nan"), float("inf"), 10**18, -(10**18), 10**400]
+)
+def test_every_number_of_a_command_line_has_a_range(value: float) -> None:
+    """As a key of the configuration: a seed may be any whole number, a count not."""
+    assert len(OPTIONS) > 30
+    for name, each in OPTIONS:
+        whole = each.bare is int
+        if whole != isinstance(value, int) or (whole and each.least is None):
+            continue
+        with pytest.raises(ConfigError, match=rf"^{each.flag} .*: allowed: ") as refused:
+            each.value([value] if each.repeatable else value)
+        assert len(str(refused.value)) < 200, name

@@ -22,7 +22,7 @@ from typer.core import TyperArgument, TyperCommand, TyperGroup
 
 from dolfingrip.sections import errors
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.units import unit
+from dolfingrip.sections.units import sized, unit
 
 NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 """No values by key."""
@@ -158,8 +158,15 @@ class Setting:
     def _checked(self, value: Any) -> Any:
         if self.choices and value is not None and value not in self.choices:
             raise ConfigError(f"{self.flag} {value}: allowed: {', '.join(self.choices)}")
-        if isinstance(value, int | float) and not self._within(value):
-            raise ConfigError(f"{self.flag} {value:g}: allowed: {self.allowed}")
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            shown = f"{value:g}" if isinstance(value, float) else f"{value}"[:SHOWN]
+            if not self._within(value):
+                raise ConfigError(f"{self.flag} {shown}: allowed: {self.allowed}")
+            size = sized(self.unit)
+            free = self.key or (isinstance(value, int) and self.least is None)  # such as a seed
+            if not free and value and not size.least <= abs(value) <= size.most:
+                within = f"at least {size.least:g} and at most {size.most:g} {self.unit}".strip()
+                raise ConfigError(f"{self.flag} {shown}: allowed: {within}")
         return value
 
     def _within(self, value: float) -> bool:

@@ -292,12 +292,12 @@ def perform(asked: RunSettings) -> None:
     if asked.uncertain and not asked.bands:
         key = next(iter(asked.uncertain))
         raise ConfigError(f"--uncertain {key}: allowed: with --bands")
+    if asked.colour_by == "pressure" and not {"finger", "gripper"} & set(experiment.parts):
+        raise ConfigError("--colour-by pressure: allowed: for fingers, whose chambers have one")
     of_film = {"--video-length": asked.video_length, "--video-turn": asked.video_turn}
     for flag, value in of_film.items():
         if value is not None and not wanted_pictures(asked).video:
             raise ConfigError(f"{flag} {value:g}: allowed: with --video")
-    if asked.colour_by == "pressure" and "finger" not in experiment.parts:
-        raise ConfigError("--colour-by pressure: allowed: for a finger, whose chambers have one")
     wanted = {
         "mesh_check": asked.mesh_check,
         "bands": asked.uncertain if asked.bands else None,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Final, Literal, get_args, get_origin
 
 from dolfingrip.channels import Colour
-from dolfingrip.cli.command import NOTHING, argument, option
+from dolfingrip.cli.command import NOTHING, SHOWN, argument, option
 from dolfingrip.experiments.experiment import Experiment, Option
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError
@@ -52,6 +52,8 @@ def _uncertain(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
             continue
         from dolfingrip.diagnosis.data.lab_setup import SetupFile
 
+        if Path(text).suffix not in (".toml", ".csv"):
+            raise ConfigError(f"{flag} {text[:SHOWN]}: allowed: KEY=STD, or a measurement's TOML")
         found |= SetupFile(Path(text)).spreads()
     return found
 

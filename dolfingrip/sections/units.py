@@ -76,6 +76,15 @@ def of(key: str) -> Unit:
     return Unit(text, above.least / below.most, above.most / below.least)
 
 
+def sized(text: str) -> Unit:
+    """Return the unit of a text, with the sizes of numbers in it.
+
+    Args:
+        text: as people read it; those of a pure number where it is no unit of a key.
+    """
+    return next((each for each in UNITS.values() if each.text == text), PURE)
+
+
 def unit(key: str) -> str:
     """Return the unit that a key's name ends in; "" for a pure number.
 
