@@ -231,8 +231,9 @@ def _headline(
 ) -> outcome.Headline:
     """The number that the answer is about, and the option of other commands that uses it.
 
-    It is that of the first cause that is named, else the model's own number that changes the
-    readings most. The option sets it alone where nothing else that was fitted is seen.
+    It is that of a cause that is named, and first of one that is a number of the model, else the
+    model's own number that changes the readings most. The option sets it alone where nothing else
+    that was fitted is seen.
 
     Args:
         found: the diagnosis.
@@ -240,42 +241,49 @@ def _headline(
         file: extended configuration; None where it is refused.
     """
     decision, analysis, problem = found.decision, found.analysis, found.analysis.problem
-    best, values = decision.best, found.overrides(decision.best)
-    names, causes = (*decision.first, *decision.second), problem.causes(decision.best.subset)
+    fit = decision.best
+    far = [name for name in problem.implausible if name in decision.first]
+    if far and far[0] not in fit.subset:
+        fit = found.member(far[0])
+        numbers = found.numbers(fit)
+    values, causes = found.overrides(fit), problem.causes(fit.subset)
     by_key = {number.key: number for number in reversed(numbers)}
     # which of ζ each of the model's own numbers is; all moduli are one
     places = {place: by_key[number.key] for place, number in enumerate(problem.always) if place}
     places[0] = numbers[0]
     used = [place for place in places if place == 0 or places[place].key in values]
-    far = [places[at] for name, at in problem.implausible.items() if name in names]
-    of_causes = [number for number in numbers if number.part in names]
-    most = max(used, key=lambda place: _change(found, [place]))
-    number = [*of_causes, *far, places[most]][0]
+    named = [(name, places[problem.implausible[name]]) for name in far]
+    of_causes = [(number.part, number) for number in numbers if number.part in causes]
+    named += sorted(of_causes, key=lambda item: item[0] not in decision.first)
+    most = max(used, key=lambda place: _change(found, fit, [place]))
+    cause, number = named[0] if named and decision.answer == "cause" else ("", places[most])
     others = [place for place in used if places[place] is not number]
     alike = [other for other in numbers if other.part in (causes or ["material"])]
     held = any(analysis.causes[name].held for name in causes)
     alone = not held and (alike == [number] or (not causes and number.part != "material"))
+    alone = alone and number.key in values and _change(found, fit, others) < found.policy.visible
     option = f"--config {file}" if file else ""
-    if file and alone and number.key in values and _change(found, others) < found.policy.visible:
+    if file and alone:
         value = f"{number.value:.3g}"
         listed = isinstance(values[number.key], list)
         option = f"--set {number.key}={f'[{value}]' if listed else value}"
     common = None
     if decision.answer == "cause":
         kinds = {effect(name).kind if name in NAMES else "" for name in decision.first}
-        fits = [analysis.fitted(fit) for fit in (best, *found.members.values())]
+        fits = [analysis.fitted(fit) for fit in (decision.best, *found.members.values())]
         common = common_change(analysis, np.array(fits), of_body=kinds <= {*BODY})
-    return outcome.Headline(number=number, common=common, option=option)
+    return outcome.Headline(number=number, cause=cause, common=common, option=option)
 
 
-def _change(found: Diagnosis, places: Sequence[int]) -> float:
+def _change(found: Diagnosis, fit: MapFit, places: Sequence[int]) -> float:
     """Length of the readings' change by some of the model's own numbers, standard deviations.
 
     Args:
         found: the diagnosis.
+        fit: whose numbers they are.
         places: which of ζ these are.
     """
-    problem, fit = found.analysis.problem, found.decision.best
+    problem = found.analysis.problem
     as_told = np.where(np.isin(np.arange(len(fit.zeta)), places), 0.0, fit.zeta)
     change = problem.predicted(fit.subset, as_told) - problem.predicted(fit.subset, fit.zeta)
     return float(np.linalg.norm(change / found.analysis.errors.noise))

@@ -81,6 +81,7 @@ class Headline(Part):
     """One number with its interval and the option of other commands that uses it."""
 
     number: FittedNumber
+    cause: str = Field("", description="whose number it is; empty: none is named")
     common: CommonChange | None = Field(
         None, description="in place of the number where effects are a set"
     )

@@ -240,17 +240,18 @@ def _answer(result: DiagnosisFile) -> str:
         )  # fmt: skip
         return f"{why}; as fitted, {fitted}"
     words = {cause.name: cause.words for cause in result.causes}
-    if number.part in COMPARED:
-        others = "".join(f", or {words.get(name) or name}" for name in verdict.effects[1:])
-        start, fewer = _compared(number), listed(verdict.effects[1:], 1)
-        return _fitting(f"{start}{others}: {fitted}", f"{start}, or {fewer}: {fitted}")
+    cause = result.headline.cause
+    if number.part in COMPARED and not verdict.second:
+        names = [name for name in verdict.effects if name != cause]
+        others = "".join(f", or {words.get(name) or name}" for name in names)
+        start, fewer = _compared(number), f", or {listed(names, 1)}" if names else ""
+        return _fitting(f"{start}{others}: {fitted}", f"{start}{fewer}: {fitted}")
     if result.headline.common and len(verdict.effects) > 1:
         common = result.headline.common
         what = "it" if common.way in ("stiffer", "softer") else common.channel
         change = f"all of them make {what} {common_words(common)}{use}"
         return _fitting(*(f"{_named(verdict, most)}: {change}" for most in range(NAMES, 0, -1)))
-    name = number.part if number.part in words else verdict.effects[0]
-    alone = f"{_capital(words.get(name) or name)} ({name}): {fitted}"
+    alone = f"{_capital(words.get(cause) or cause)} ({cause}): {fitted}"
     return _fitting(
         *([] if verdict.second else [alone]),
         *(f"{_named(verdict, most)}: {fitted}" for most in range(NAMES, 0, -1)),

@@ -73,7 +73,8 @@ def told(answer: Verdict, number: FittedNumber = MU, option: str = SET_MU, **mor
         "fits": (FittedHypothesis(effects=(), log_evidence=0.0, parameters=(number,)),),
         "next_experiments": (MANOMETER,),
     }  # fmt: skip
-    head = Headline(number=number, common=common, option=option)
+    of = number.part if number is C01 else "".join(answer.effects[:1])
+    head = Headline(number=number, cause=of, common=common, option=option)
     return DiagnosisFile.model_validate({"verdict": answer, "headline": head, **given, **more})
 
 

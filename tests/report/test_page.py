@@ -53,7 +53,7 @@ def write_diagnosis(folder: Path, pressures: int = 9) -> None:
     fit = FittedHypothesis(effects=("yeoh",), log_evidence=50.0, parameters=(number,))
     DiagnosisFile(
         version="0", data=(), quick=False, readings=18, verdict=Verdict.model_validate(verdict),
-        headline=Headline(number=number, option="--config extended.toml"),
+        headline=Headline(number=number, cause="yeoh", option="--config extended.toml"),
         causes=(CauseProbability(name="yeoh", words="softening at large strain", probability=0.9,
                                  strength_sigma=10.0),),
         none=0.01, unknown=0.09, fits=(fit,),
