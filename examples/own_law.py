@@ -2,20 +2,19 @@
 
     dolfingrip bend --plugin examples/own_law.py --set material.law=own-law
 
-The energy alone is written down; stress and tangent are its derivatives, which UFL takes
-(Demiray, J. Biomech. 5, 1972).
+The energy alone is written down (Demiray, J. Biomech. 5, 1972); stress and tangent follow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import ufl
 from pydantic import Field
-from ufl.core.expr import Expr
 
-from dolfingrip.forms.invariants import isochoric
+from dolfingrip.forms.functions import exp
+from dolfingrip.forms.isotropic import Invariants
+from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import MaterialLaw
 from dolfingrip.sections.section import Ratio
 
@@ -33,6 +32,6 @@ class OwnLaw(MaterialLaw):
         return self.own_mu_MPa
 
     @classmethod
-    def of_shape(cls, strain: Expr, c: Mapping[str, Expr]) -> Expr:
-        first, _ = isochoric(strain)  # Ī₁ − 3
-        return c["own_mu_MPa"] / (2 * c["own_b"]) * (ufl.exp(c["own_b"] * first) - 1)
+    def energy(cls, c: Mapping[str, Any], invariants: Invariants) -> Jet:
+        mu, b = c["own_mu_MPa"], c["own_b"]
+        return mu / (2 * b) * (exp(b * invariants.first) - 1)  # first is Ī₁ − 3

@@ -1,4 +1,4 @@
-"""Elementary functions of UFL expressions and of numbers alike.
+"""Elementary functions of UFL expressions, of numbers and of jets alike.
 
 A law of a material is said once. The solver gives it expressions, and a fit to coupons gives it
 numbers or arrays.
@@ -17,6 +17,8 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
+from dolfingrip.forms.jet import Jet
+
 NEAREST: Final = 1e-6
 """Smallest distance from a limit, in numbers: a fit may try values where there is no state."""
 
@@ -25,8 +27,10 @@ def ln(x: Any) -> Any:
     """Return the natural logarithm.
 
     Args:
-        x: expression, number or array; above 0.
+        x: expression, number, array or jet; above 0.
     """
+    if isinstance(x, Jet):
+        return x.through(ln(x.f), 1 / x.f, -1 / (x.f * x.f))
     return ufl.ln(x) if isinstance(x, Expr) else np.log(x)
 
 
@@ -34,8 +38,14 @@ def exp(x: Any) -> Any:
     """Return the exponential function.
 
     Args:
-        x: expression, number or array.
+        x: expression, number, array or jet.
+
+    >>> exp(Jet(0.0, 3.0, 0.0, 0.0, 0.0, 0.0)).xx == 9.0
+    np.True_
     """
+    if isinstance(x, Jet):
+        value = exp(x.f)
+        return x.through(value, value, value)
     return ufl.exp(x) if isinstance(x, Expr) else np.exp(x)
 
 
@@ -43,8 +53,11 @@ def sqrt(x: Any) -> Any:
     """Return the square root.
 
     Args:
-        x: expression, number or array; from 0 on.
+        x: expression, number, array or jet; from 0 on, of a jet above 0.
     """
+    if isinstance(x, Jet):
+        root = sqrt(x.f)
+        return x.through(root, 1 / (2 * root), -1 / (4 * root * root * root))
     return ufl.sqrt(x) if isinstance(x, Expr) else np.sqrt(x)
 
 

@@ -38,7 +38,9 @@ class Jet:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Jet) -> Jet:
+    def __sub__(self, other: Jet | float) -> Jet:
+        if not isinstance(other, Jet):
+            return self + -1 * other
         return Jet(*(a - b for a, b in zip(self.parts(), other.parts(), strict=True)))
 
     def __mul__(self, other: Jet | Expr | float) -> Jet:

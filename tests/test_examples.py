@@ -200,6 +200,8 @@ dolfingrip.plugin({file!r})
 from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.experiments import run
+from dolfingrip.experiments.ballooning import forecast
+forecast(config.load(None, {change}))
 short = {{"coupon.max_strain": 0.5, "coupon.step_strain": 0.5, "material.bulk_MPa": 1e4}}
 result = run("coupon", config.load(None, short | {change}), comm=MPI.COMM_SELF)
 print(result.column({column!r})[-1])
@@ -207,7 +209,10 @@ print(result.column({column!r})[-1])
 
 
 def with_plugin(name: str, change: dict[str, object], column: str) -> float:
-    """The last reading of a coupon that an example takes part in, in a process of its own."""
+    """The last reading of a coupon that an example takes part in, in a process of its own.
+
+    What a finger's run asks of a law in numbers has an answer, too.
+    """
     code = PLUGIN.format(file=str(EXAMPLES / f"{name}.py"), change=change, column=column)
     ended = subprocess.run(
         [sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True
