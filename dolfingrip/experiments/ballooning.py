@@ -114,7 +114,7 @@ def note(config: Config) -> list[str]:
         config: of a finger.
     """
     found = None if config.experiment.control == "volume" else forecast(config)
-    highest = max([config.experiment.max_pressure_kPa, *config.protocol.pressure_kPa])
+    highest = max(config.protocol.pressure_kPa or [config.experiment.max_pressure_kPa])
     return [] if found is None or highest < NEAR * found.pressure_kPa else [found.sentence()]
 
 

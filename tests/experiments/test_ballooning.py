@@ -76,6 +76,10 @@ def test_a_film_that_hardly_stretches_does_not_balloon() -> None:
         (["material.mu_MPa=0.5"], True),
         (["material.mu_MPa=0.5", "experiment.max_pressure_kPa=50"], False),
         (["material.mu_MPa=0.5", "experiment.control=volume"], False),
+        (["material.mu_MPa=0.5", "protocol.time_s=[0.0, 9.0]",
+          "protocol.pressure_kPa=[0.0, 50.0]"], False),
+        (["material.mu_MPa=0.5", "protocol.time_s=[0.0, 9.0]",
+          "protocol.pressure_kPa=[0.0, 250.0]"], True),
     ],
 )  # fmt: skip
 def test_a_run_is_told_of_walls_that_balloon(changes: list[str], *, told: bool) -> None:
