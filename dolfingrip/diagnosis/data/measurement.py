@@ -22,7 +22,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from dolfingrip.channels import CHANNELS, CHORD_ANGLE, PRESSURE, cavity_of_supply, of_line
+from dolfingrip.channels import (
+    CHANNELS,
+    CHORD_ANGLE,
+    PRESSURE,
+    cavity_of_supply,
+    of_line,
+    supply_of,
+)
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
@@ -337,6 +344,8 @@ def read(
             except ConfigError as error:
                 raise ConfigError(f"{setup_file.file}: {error}") from None
             _check_markers(test, own, base)
+            if config is not None:
+                _check_supplies(test, config)
             timed, doubts = _timed(test, own, base, policy)
             warnings += doubts + _doubts(test, own)
             tests.append(test)
@@ -381,6 +390,22 @@ def _check_markers(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> None
                 else "with camera.markers in the set-up, the number of markers from clamp to tip"
             )
             raise ConfigError(f"{test.file}: column {name}: allowed: {words}")
+
+
+def _check_supplies(test: SpecimenTest, config: Config) -> None:
+    """Check that the configured finger has the cavities whose supplies were read.
+
+    Raises:
+        ConfigError: one line that names the column and what is allowed.
+    """
+    told = test.applied(config)
+    known = [supply_of(name).name for name in told.geometry.cavities()]
+    for name in filter(cavity_of_supply, test.supplies):
+        if not told.mesh.file and name not in known:
+            raise ConfigError(
+                f"{test.file}: column {name}: the configured finger has no such cavity; allowed: "
+                f"{', '.join(known)}, or --config with a finger that has it"
+            )
 
 
 def _supplies(rows: pd.DataFrame) -> tuple[str, ...]:

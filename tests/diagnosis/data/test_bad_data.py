@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from support.measured_files import CSV, TOML, written
 
-from dolfingrip.config import ConfigError
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import read
 
 
@@ -138,3 +138,15 @@ def test_a_width_is_a_strain(tmp_path: Path, row: str, said: str) -> None:
     csv = f"time_s,displacement_mm,force_N,transverse_strain\n0,0,0,0\n{row}\n"
     told = 'experiment = "coupon"\ngauge_length_mm = 33.0\narea_mm2 = 9.0\n'
     assert said in refused(written(tmp_path, csv, told))
+
+
+def test_a_supply_of_a_cavity_that_the_finger_has_not(tmp_path: Path) -> None:
+    file = tmp_path / "arm.csv"
+    rows = ["pressure_kPa,cavity_2_supply_kPa,time_s,angle_deg", "0,0,0,0", "0,10,1,2"]
+    file.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    file.with_suffix(".toml").write_text('experiment = "bending"\n', encoding="utf-8")
+    with pytest.raises(
+        ConfigError, match=r"column cavity_2_.* no such cavity; allowed: cavity_1_s"
+    ):
+        read([file], Config())
+    read([file])
