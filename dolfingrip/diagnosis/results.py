@@ -243,7 +243,7 @@ def _headline(
     decision, analysis, problem = found.decision, found.analysis, found.analysis.problem
     fit = decision.best
     far = [name for name in problem.implausible if name in decision.first]
-    if far and far[0] not in fit.subset:
+    if far:  # without causes beside it, where such a fit is possible
         fit = found.member(far[0])
         numbers = found.numbers(fit)
     values, causes = found.overrides(fit), problem.causes(fit.subset)
