@@ -8,11 +8,11 @@ from typing import Annotated, Any
 
 import typer
 
-from dolfingrip import __version__
 from dolfingrip.cli import edge, settings
 from dolfingrip.cli.command import NOTHING, Group, Listed, Subcommand
 from dolfingrip.cli.installation import solver
 from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.version import __version__
 
 INSTEAD = {"coupon": {"fit": "fit_command:fit_coupons"}}
 """Work that an option of an experiment asks for in place of the experiment."""

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
@@ -34,6 +33,7 @@ from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
 from dolfingrip.files.plan import PlanFile
 from dolfingrip.files.table import TextTable
+from dolfingrip.version import __version__
 
 
 def section(title: str, lines: Iterable[str]) -> list[str]:

@@ -7,9 +7,9 @@ from typing import ClassVar, Final, Literal
 
 from pydantic import Field
 
-from dolfingrip import __version__
 from dolfingrip.files.result_file import Part, ResultFile
 from dolfingrip.files.table import TextTable
+from dolfingrip.version import __version__
 
 IN_A_CELL: Final = 4
 """Names in a cell of a table; the others are counted."""
