@@ -85,11 +85,13 @@ def _print_version(wanted: bool) -> None:
 
 
 @app.callback(
-    cls=_InOrder, no_args_is_help=True, help="Simulate 3D-printed pneumatic gripper fingers."
+    cls=_InOrder,
+    no_args_is_help=True,
+    help="Simulate, design and diagnose pneumatic gripper fingers, printed or cast in silicone.",
 )
 def _start(
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", metavar="", help="Log details.")
+        bool, typer.Option("--verbose", "-v", metavar="", help="Log details to the terminal.")
     ] = False,
     version: Annotated[
         bool,

@@ -273,7 +273,8 @@ class Subcommand:
 
     Attributes:
         name: on the command line.
-        settings: dataclass; its docstring is the command's help.
+        settings: dataclass; its docstring is the command's help, and its ``group`` the heading
+            that the list of commands has it under.
         work: ``FILE:FUNCTION`` in this package, which is called with the settings.
         about: help in place of the docstring.
         instead: work in place of ``work`` where a setting of this name is given.
@@ -281,7 +282,7 @@ class Subcommand:
     """
 
     name: str
-    settings: type
+    settings: type[Any]
     work: str
     about: str = ""
     instead: Mapping[str, str] = NOTHING
@@ -339,7 +340,7 @@ class Listed(Command):
     """
 
     def __init__(self, entry: Subcommand) -> None:
-        super().__init__(entry.name, help=entry.help)
+        super().__init__(entry.name, help=entry.help, rich_help_panel=entry.settings.group)
         self.entry = entry
 
     def make_context(self, *arguments: Any, **named: Any) -> Any:

@@ -183,7 +183,6 @@ class Recorder:
         Raises:
             Interrupted: in place of an interrupt, with what is kept.
         """
-        self._fields.close()
         if self._file is not None:
             self._file.close()
         if error is None or self._finished:
