@@ -254,6 +254,11 @@ class DiagnosisFile(ResultFile):
             "unknown: not in the catalogue": self.unknown,
         }
 
+    def overview(self) -> TextTable:
+        """The ten lines that its page begins with."""
+        rows = [[HEADINGS[name], line] for name, line in self.brief or ()]
+        return TextTable(["", ""], rows, self.verdict.sentence)
+
     def tables(self) -> list[TextTable]:
         """List what was found as tables: fits, gain, next experiments, best designs."""
         tables = []
