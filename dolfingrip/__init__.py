@@ -30,21 +30,9 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "channels",
-    "config",
-    "design",
-    "diagnosis",
-    "experiments",
-    "extensions",
-    "files",
-    "foods",
-    "jobs",
-    "mechanics",
-    "meshes",
-    "parameter",
-    "report",
-    "sections",
-]
+    "channels", "config", "design", "diagnosis", "experiments", "extensions", "files", "foods",
+    "jobs", "mechanics", "meshes", "parameter", "report", "sections",
+]  # fmt: skip
 
 # One thread for each MPI rank and each worker of a campaign, whose threads would fight for cores.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):

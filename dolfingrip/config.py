@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Mapping
+from html import escape
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Self
@@ -16,7 +17,7 @@ from typing import Any, Final, Self
 from dolfingrip.channels import Part
 from dolfingrip.extensions.effect import Adapting
 from dolfingrip.extensions.index import Extensions
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.foods.food import Food, Obstacle
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked, shown
@@ -66,7 +67,7 @@ class Config(Setup):
     extensions: Extensions = Extensions()
 
     def overview(self) -> TextTable:
-        """What differs from the reference finger."""
+        """Return the table of values that differ from the reference finger's."""
         plain = self.model_dump(mode="json", exclude_none=True)
         reference = Config().model_dump(mode="json", exclude_none=True)
         rows = [
@@ -80,26 +81,15 @@ class Config(Setup):
         return TextTable(["key", "value", "reference"] if rows else [], rows, title)
 
     def __repr__(self) -> str:
-        """Its overview, as a console shows it."""
+        """The overview, as a console shows it."""
         return self.overview().text()
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """Its overview and all of its keys, as a notebook shows them."""
-        sections = [
-            TextTable(
-                ["key", "value", "meaning"],
-                [
-                    [key, shown(value), type(section).model_fields[key].description or ""]
-                    for key, value in section.model_dump(mode="json", exclude_none=True).items()
-                    if key in type(section).model_fields
-                ],
-                f"[{name}] {(type(section).__doc__ or '').splitlines()[0]}",
-            ).html(folded=True)
-            for name, section in self.tables.items()
-        ]
-        return "\n".join([self.overview().html(), *sections])
+        """The overview and all keys, as a notebook shows them."""
+        keys = f"<details><summary>All keys</summary><pre>{escape(dumps(self))}</pre></details>"
+        return f"{self.overview().html()}\n{keys}"
 
     def adapted(self) -> Self:
         """The configuration that is meshed and solved, with extensions of geometry applied."""

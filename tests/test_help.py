@@ -16,6 +16,7 @@ from support.command import run_command
 import dolfingrip
 from dolfingrip import config
 from dolfingrip.cli import app as cli
+from dolfingrip.cli import settings
 from dolfingrip.cli.command import settings_of
 
 COMMAND = typer.main.get_command(cli.app)
@@ -64,7 +65,7 @@ def test_commands_stand_in_six_groups_with_an_example_each(
     said = capfd.readouterr().out
     assert "printed or cast in silicone" in said
     headings = re.findall(r"^╭─ ([^─]+: dolfingrip [^─]+) ─", said, re.M)
-    assert headings == list(dict.fromkeys(each.settings.group for each in cli.COMMANDS))
+    assert headings == list(settings.GROUPS)
     assert len(headings) == 6
     for heading in headings:
         _parsed(heading.partition(": ")[2])

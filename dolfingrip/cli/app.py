@@ -67,7 +67,9 @@ class _InOrder(Group):
 
     def __init__(self, **more: Any) -> None:
         super().__init__(**more)
-        self.commands = {each.name: Listed(each) for each in COMMANDS}
+        self.commands = {
+            each.name: Listed(each, settings.group(each.settings)) for each in COMMANDS
+        }
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
         """Names of the commands."""

@@ -273,8 +273,7 @@ class Subcommand:
 
     Attributes:
         name: on the command line.
-        settings: dataclass; its docstring is the command's help, and its ``group`` the heading
-            that the list of commands has it under.
+        settings: dataclass; its docstring is the command's help.
         work: ``FILE:FUNCTION`` in this package, which is called with the settings.
         about: help in place of the docstring.
         instead: work in place of ``work`` where a setting of this name is given.
@@ -282,7 +281,7 @@ class Subcommand:
     """
 
     name: str
-    settings: type[Any]
+    settings: type
     work: str
     about: str = ""
     instead: Mapping[str, str] = NOTHING
@@ -337,10 +336,11 @@ class Listed(Command):
 
     Args:
         entry: the command.
+        group: heading of the list that it stands below.
     """
 
-    def __init__(self, entry: Subcommand) -> None:
-        super().__init__(entry.name, help=entry.help, rich_help_panel=entry.settings.group)
+    def __init__(self, entry: Subcommand, group: str | None = None) -> None:
+        super().__init__(entry.name, help=entry.help, rich_help_panel=group)
         self.entry = entry
 
     def make_context(self, *arguments: Any, **named: Any) -> Any:

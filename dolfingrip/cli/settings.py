@@ -94,21 +94,9 @@ def _regions(texts: Sequence[str], flag: str) -> tuple[Box | str, ...]:
     )
 
 
-SIMULATE: Final = "Simulate: dolfingrip bend --pressure 200 --render 0,200"
-SHAPE: Final = "Mesh, print and export: dolfingrip export finger.stl"
-LOOK_UP: Final = "Look up: dolfingrip config --set finger.wall_mm=1.8"
-MEASURE: Final = "Compare with measurements: dolfingrip diagnose measured.csv"
-DESIGN: Final = "Design: dolfingrip design problem.toml"
-SEE: Final = "See results, check this machine: dolfingrip report out/bend"
-"""Groups of commands, each with an example of its commands."""
-
-_out = partial(
-    option, help="Folder that results are written into.", flags=("--out", "-o"), metavar="FOLDER"
-)
+_out = partial(option, help="Folder for results.", flags=("--out", "-o"), metavar="FOLDER")
 _configfile = partial(
-    option,
-    help="Configuration: a TOML file, or the run.json of a run to repeat; see `config`.",
-    flags=("--config", "-c"),
+    option, help="Configuration: TOML, or a run.json; see `config`.", flags=("--config", "-c")
 )
 _changes = partial(
     option,
@@ -124,12 +112,8 @@ _noise = partial(
     read=_assigned,
 )
 _gradients = partial(option, help="Derive all readings by parameters: sensitivity.csv.")
-_parameters = partial(
-    option, help="Derive by these parameters alone; default: all.", metavar="KEY,KEY,…"
-)
-_protocolfile = partial(
-    option, help="Follow this protocol: a TOML file of ramps and waits, or a measurement's CSV."
-)
+_parameters = partial(option, help="Parameters of --gradients; default: all.", metavar="KEY,KEY,…")
+_protocolfile = partial(option, help="Follow a TOML of ramps and waits, or a measurement's CSV.")
 _specimen = partial(option, help="Follow this specimen of the CSV of --protocol.")
 _food = partial(option, help="Food that is grasped.", key="food.kind")
 _pose = partial(option, help="How fingers are turned.", key="gripper.pose")
@@ -138,16 +122,9 @@ _resolution = partial(
     option, help="Distance between the pressures that are tried.", measured_in="kPa", above=0
 )
 _workers = partial(option, help="Processes that simulate.", least=1)
-_store = partial(
-    option,
-    help="Folder that keeps simulations and gives them again; default: simulations/ in --out.",
-    metavar="FOLDER",
-)
+_store = partial(option, help="Kept simulations; default: simulations/ in --out.", metavar="FOLDER")
 _effects = partial(
-    option,
-    help="Try these effects alone; default: the whole catalogue.",
-    metavar="NAME,NAME,…",
-    read=_names,
+    option, help="Effects to try; default: the whole catalogue.", metavar="NAME,NAME,…", read=_names
 )
 _surrogate = partial(argument, help="Folder of the surrogate.", metavar="SURROGATE")
 
@@ -156,7 +133,6 @@ _surrogate = partial(argument, help="Folder of the surrogate.", metavar="SURROGA
 class ConfiguredSettings:
     """The settings of commands that begin with a configuration."""
 
-    group: ClassVar[str] = SIMULATE
     config: Path | None = _configfile(None)
     overrides: Mapping[str, Any] = _changes(NOTHING)
 
@@ -270,9 +246,7 @@ class PickupSettings(ConfiguredSettings):
     out: Path = _out(Path("out/pickup"))
     food: str | None = _food(None)
     pose: str | None = _pose(None)
-    friction: float | None = option(
-        None, "Coefficient of friction of fingers on food.", key="food.friction"
-    )
+    friction: float | None = option(None, "Friction of fingers on food.", key="food.friction")
     resolution: float = _resolution(5.0)
     start: float = option(150.0, "Pressure of the first grasp.", measured_in="kPa", above=0)
     highest: float = option(
@@ -305,9 +279,7 @@ class FrictionSettings(ConfiguredSettings):
     food: str | None = _food(None)
     pose: str | None = _pose(None)
     resolution: float = _resolution(5.0)
-    tolerance: float = option(
-        0.01, "Largest error of the friction that is sought.", least=1e-4, most=0.5
-    )
+    tolerance: float = option(0.01, "Largest error of the friction.", least=1e-4, most=0.5)
     preset: str | None = _preset(None)
 
 
@@ -322,10 +294,7 @@ class AdoptSettings:
     Example: dolfingrip adopt finger.step --size-mm 4
     """
 
-    group: ClassVar[str] = SHAPE
-    part: Path = argument(
-        MISSING, "Your part: STEP, IGES or BREP; STL, 3MF, OBJ or PLY; or a mesh, as .msh."
-    )
+    part: Path = argument(MISSING, "STEP, IGES or BREP; STL, 3MF, OBJ or PLY; or a mesh, as .msh.")
     out: Path = _out(Path("out/adopt"))
     cavity: tuple[Point | Path, ...] = option(
         (),
@@ -351,12 +320,8 @@ class AdoptSettings:
     )
     whole: bool = option(False, "Mesh both halves of a symmetric part; default: one of them.")
     repair: bool = option(False, "Close holes and crossings of triangles (needs pymeshfix).")
-    size_mm: float | None = option(
-        None, "Largest size of elements; default: by the thinnest wall.", above=0, most=1000
-    )
-    order: int | None = option(
-        None, "Order of elements: 1 linear, 2 quadratic.", metavar="1|2", least=1, most=2
-    )
+    size_mm: float | None = option(None, "Largest size of elements.", above=0, most=1000)
+    order: int | None = option(None, "Order of elements.", metavar="1|2", least=1, most=2)
     cap_mm: float | None = option(
         None, "Thickness of a cap on an opening away from the clamp.", above=0, most=1000
     )
@@ -375,7 +340,6 @@ class MeshSettings(ConfiguredSettings):
     Example: dolfingrip mesh --set mesh.size_mm=3 --out out/mesh
     """
 
-    group: ClassVar[str] = SHAPE
     out: Path = _out(Path("out/mesh"))
 
 
@@ -391,7 +355,6 @@ class ExportSettings(ConfiguredSettings):
     Example: dolfingrip export finger.stl finger.step --config finger.toml
     """
 
-    group: ClassVar[str] = SHAPE
     files: tuple[Path, ...] = argument(
         (), "Files to write, ending in .stl, .3mf, .step, .inp, .py, .xml or .toml.", "FILE"
     )
@@ -413,17 +376,11 @@ class RobotSettings(ConfiguredSettings):
     Example: dolfingrip robot --config finger.toml --angle-error-deg 1
     """
 
-    group: ClassVar[str] = SHAPE
     out: Path = _out(Path("out/robot"))
     angle_error_deg: float | None = option(None, "Largest error of the tip's angle.", above=0)
-    path_error_mm: float | None = option(
-        None, "Largest error of the tip's path, root mean square.", above=0
-    )
+    path_error_mm: float | None = option(None, "Largest error of the tip's path, rms.", above=0)
     force_error_percent: float | None = option(
-        None,
-        "Largest error of the force on a plate, by the largest force.",
-        measured_in="%",
-        above=0,
+        None, "Largest error of a plate's force, by the largest force.", measured_in="%", above=0
     )
     stiffness_error_percent: float | None = option(
         None, "Largest error of the tip's stiffness.", measured_in="%", above=0
@@ -438,7 +395,6 @@ class MorphSettings(ConfiguredSettings):
     Example: dolfingrip morph finger.msh --xi 0.3 -0.3 --out moved.msh
     """
 
-    group: ClassVar[str] = SHAPE
     mesh: Path = argument(MISSING, "Mesh of the original: .msh, .inp, .vtk or .vtu.")
     out: Path = option(MISSING, "File of the moved mesh.", "--out", "-o")
     xi: tuple[float, float] = option(
@@ -454,8 +410,6 @@ class ConfigSettings(ConfiguredSettings):
     Example: dolfingrip config --set finger.kind=pneunet
     """
 
-    group: ClassVar[str] = LOOK_UP
-
 
 @dataclass(frozen=True, kw_only=True)
 class DoctorSettings:
@@ -463,8 +417,6 @@ class DoctorSettings:
 
     Example: dolfingrip doctor
     """
-
-    group: ClassVar[str] = SEE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -474,7 +426,6 @@ class ColumnsSettings:
     Example: dolfingrip columns grasp
     """
 
-    group: ClassVar[str] = LOOK_UP
     experiment: str | None = argument(None, "Experiment, e.g. grasp; default: all.", "EXPERIMENT")
     markdown: bool = option(False, "Print a page of Markdown.")
 
@@ -486,7 +437,6 @@ class EffectSettings:
     Example: dolfingrip extensions mullins
     """
 
-    group: ClassVar[str] = LOOK_UP
     name: str | None = argument(None, "Effect to read all about; default: a line on each.", "NAME")
 
 
@@ -497,7 +447,6 @@ class SyntheticSettings(ConfiguredSettings):
     Example: dolfingrip synthetic --hide extensions.wall_offset.offset_mm=0.1
     """
 
-    group: ClassVar[str] = MEASURE
     out: Path = _out(Path("out/synthetic"))
     experiments: tuple[str, ...] = option(
         ("bending", "blocked_force"), "Experiments to simulate.", metavar="NAME,NAME,…", read=_names
@@ -529,14 +478,12 @@ class ImportSettings:
     Example: dolfingrip import pressure_and_angle.xlsx --out measured
     """
 
-    group: ClassVar[str] = MEASURE
     table: Path = argument(MISSING, "CSV, TSV, text or .xlsx.", "TABLE")
     out: Path = _out(Path("out/import"))
     column: tuple[str, ...] = option(
         (),
-        "Say what a column is, e.g. 'Druck \\[bar]=pressure_kPa', 'p=pressure_psi', "
-        "'ADC*0.05-2=pressure_kPa', "
-        "'Remarks=ignore'; repeatable.",
+        "Meaning of a column, e.g. 'Druck \\[bar]=pressure_kPa', 'p=pressure_psi', "
+        "'ADC*0.05-2=pressure_kPa', 'Remarks=ignore'; repeatable.",
         metavar="HEADER=COLUMN",
     )
     experiment: Literal["bending", "blocked_force", "coupon"] | None = option(
@@ -556,17 +503,11 @@ class ImportSettings:
         None, "Pictures per second, where a column counts frames.", measured_in="Hz", above=0
     )
     rate: float | None = option(
-        None, "Rate of ramps: kPa/s, of a coupon mm/s.", measured_in="kPa/s", above=0
+        None, "Rate of ramps; of a coupon mm/s.", measured_in="kPa/s", above=0
     )
-    encoding: str | None = option(
-        None, "Encoding of the text, e.g. cp1252, gb18030, cp932; default: guessed."
-    )
-    decimal: Literal[".", ","] | None = option(
-        None, "Decimal sign of the numbers; default: by the numbers."
-    )
-    sheet: str | None = option(
-        None, "Sheet of an .xlsx file to read; or the line above one of several tables."
-    )
+    encoding: str | None = option(None, "Encoding of the text, e.g. cp1252, gb18030, cp932.")
+    decimal: Literal[".", ","] | None = option(None, "Decimal sign.")
+    sheet: str | None = option(None, "Sheet of an .xlsx; or the line above one of several tables.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -580,17 +521,12 @@ class TrackSettings(ConfiguredSettings):
     Example: dolfingrip track bend.mp4 --log pressure.csv --colour red
     """
 
-    group: ClassVar[str] = MEASURE
     files: tuple[Path, ...] = argument((), "A video to read, or pictures.", "VIDEO|PICTURES")
     out: Path = _out(Path("out/track"))
-    log: Path | None = option(
-        None, "Pressures over time, a table that `import` can read.", metavar="LOG"
-    )
+    log: Path | None = option(None, "Table of pressures over time, as for `import`.", metavar="LOG")
     sheet: Literal["a4", "letter"] | None = option(None, "Write the sheet to print, to --out.")
     states: str | None = option(
-        None,
-        "Pressure of each picture: '{pressure_kPa}.jpg', or a CSV with a column file.",
-        metavar="NAME|CSV",
+        None, "Pressures: '{pressure_kPa}.jpg', or a CSV with a column file.", metavar="NAME|CSV"
     )
     scale: tuple[str, ...] = option(
         (), "'X,Y X,Y = LENGTH mm': two points (px) and their distance; repeatable."
@@ -615,22 +551,15 @@ class TrackSettings(ConfiguredSettings):
     side: Literal["left", "right"] | None = option(
         None, "Side to which it bends in the picture, clamp above; default: by its motion."
     )
-    light: str | None = option(
-        None, "Place of a light whose start sets the log's clock: 'X,Y' (px); see --event."
-    )
+    light: str | None = option(None, "Place of a light that goes on: 'X,Y' (px); see --event.")
     knock: bool = option(False, "Set the log's clock by a knock in the video and in --event.")
     event: str | None = option(None, "Column of the log that shows the light or knock.")
     shift: float | None = option(None, "Time of the log at the first frame.", measured_in="s")
-    until: float | None = option(
-        None, "Time up to which the video is read.", measured_in="s", above=0
-    )
+    until: float | None = option(None, "Time to read the video up to.", measured_in="s", above=0)
     column: tuple[str, ...] = option(
         (), "Say what a column of the log is, as for `import`; repeatable.", metavar="HEADER=COLUMN"
     )
-    overlay: bool = option(
-        True, "Write pictures with the points drawn in, and doubtful frames.",
-        "--overlay/--no-overlay",
-    )  # fmt: skip
+    overlay: bool = option(True, "Write overlay and doubtful frames.", "--overlay/--no-overlay")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -640,22 +569,15 @@ class DiagnoseSettings(ConfiguredSettings):
     Example: dolfingrip diagnose measured.csv --config finger.toml --workers 4
     """
 
-    group: ClassVar[str] = MEASURE
-    data: tuple[Path, ...] = argument(
-        MISSING, "Measured data; a TOML file lies beside each CSV.", "DATA.csv"
-    )
+    data: tuple[Path, ...] = argument(MISSING, "Measured data; each CSV has a TOML.", "DATA.csv")
     out: Path = _out(Path("out/diagnosis"))
     workers: int = _workers(2)
     store: Path | None = _store(None)
     effects: tuple[str, ...] = _effects(())
     campaign: Path | None = option(
-        None,
-        "Campaign of designs: compute its best ones with what was found, too.",
-        metavar="FOLDER",
+        None, "Campaign whose best designs are computed with it, too.", metavar="FOLDER"
     )
-    quick: bool = option(
-        False, "Stop once each effect is tried alone: no check on readings that are left out."
-    )
+    quick: bool = option(False, "Try each effect alone, and leave out what takes longer.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -665,17 +587,10 @@ class PlanExperimentSettings(ConfiguredSettings):
     Example: dolfingrip plan-experiment rig.toml --with cycles=3
     """
 
-    group: ClassVar[str] = MEASURE
-    rig: Path | None = argument(
-        None, "Rig: set-up and \\[protocol]; default: the paper's.", "RIG.toml"
-    )
+    rig: Path | None = argument(None, "Rig and \\[protocol]; default: the paper's.", "RIG.toml")
     out: Path = _out(Path("out/plan"))
     changes: Mapping[str, Any] = option(
-        NOTHING,
-        "Change a key of \\[protocol], e.g. cycles=3.",
-        "--with",
-        metavar="KEY=VALUE",
-        read=_assigned,
+        NOTHING, "Key of \\[protocol]: cycles=3.", "--with", metavar="KEY=VALUE", read=_assigned
     )
     noise: Mapping[str, Any] = _noise(NOTHING)
     workers: int = _workers(2)
@@ -691,10 +606,7 @@ class PredictSettings:
     Example: dolfingrip predict --from fitted.toml --pressures 20,40,60
     """
 
-    group: ClassVar[str] = MEASURE
-    source: Path = option(
-        MISSING, "Configuration with a \\[posterior], as a fit writes it.", "--from"
-    )
+    source: Path = option(MISSING, "Configuration with a \\[posterior].", "--from")
     out: Path = _out(Path("out/prediction"))
     overrides: Mapping[str, Any] = _changes(NOTHING)
     pressures: tuple[float, ...] = option(
@@ -715,10 +627,7 @@ class DesignSettings:
     Example: dolfingrip design problem.toml --workers 2
     """
 
-    group: ClassVar[str] = DESIGN
-    file: Path = argument(
-        MISSING, "Problem: a TOML file of objective, constraints, parameters.", "FILE.toml"
-    )
+    file: Path = argument(MISSING, "Problem: objective, constraints, parameters.", "FILE.toml")
     out: Path = _out(Path("out/design"))
     workers: int = _workers(1)
     overrides: Mapping[str, Any] = _changes(NOTHING)
@@ -733,11 +642,8 @@ class DoeSettings(ConfiguredSettings):
     Example: dolfingrip doe --parameter finger.wall_mm=1.5:2.5:5 --workers 2
     """
 
-    group: ClassVar[str] = DESIGN
     out: Path = _out(Path("out/doe"))
-    points: Literal["grid", "sobol", "lhs"] = option(
-        "grid", "How designs are chosen: evenly spaced, or sampled."
-    )
+    points: Literal["grid", "sobol", "lhs"] = option("grid", "Designs: evenly spaced, or sampled.")
     number: int | None = option(None, "Number of samples of sobol or lhs.")
     parameter: tuple[str, ...] = option(
         (),
@@ -746,22 +652,16 @@ class DoeSettings(ConfiguredSettings):
     )
     seed: int = option(0, "Seed of the samples.")
     quantity: tuple[str, ...] = option(
-        (),
-        "Output to compute, e.g. 'force_N at 250 kPa'; repeatable. Default: cog_offset_mm "
-        "and force_N.",
+        (), "Output, e.g. 'force_N at 250 kPa'; repeatable. Default: cog_offset_mm and force_N."
     )
     workers: int = option(1, "Number of local processes, or of Slurm jobs.", least=1)
     scheduler: str | None = option(
         None, "Use a Dask cluster that is there, tls://HOST:PORT.", metavar="ADDRESS"
     )
-    slurm: Path | None = option(
-        None, "Start workers as Slurm jobs, as this file says.", metavar="FILE.toml"
-    )
+    slurm: Path | None = option(None, "Start workers as Slurm jobs.", metavar="FILE.toml")
     ranks: int = option(1, "Number of MPI processes of each design.", least=1)
     retry_failed: bool = option(False, "Compute failed designs anew.")
-    objective: str | None = option(
-        None, "Function of your own that computes a design.", metavar="MODULE:FUNCTION"
-    )
+    objective: str | None = option(None, "Another objective function.", metavar="MODULE:FUNCTION")
     fields: bool = option(
         False,
         "Keep deformed shapes of designs computed now (2 MB for each reading, default "
@@ -793,22 +693,13 @@ class TrainSettings:
     Example: dolfingrip train out/doe --out out/surrogate
     """
 
-    group: ClassVar[str] = DESIGN
-    source: Path = argument(
-        MISSING, "Designs: the folder of a campaign, or .csv or .parquet.", "FROM"
-    )
+    source: Path = argument(MISSING, "Campaign's folder, or designs as .csv or .parquet.", "FROM")
     out: Path = _out(Path("out/surrogate"))
     inputs: tuple[str, ...] = option(
-        (),
-        "Input column; repeatable. Default: what a campaign varies.",
-        "--input",
-        metavar="COLUMN",
+        (), "Input; repeatable. Default: what a campaign varies.", "--input", metavar="COLUMN"
     )
     outputs: tuple[str, ...] = option(
-        (),
-        "Output column; repeatable. Default: a campaign's quantities.",
-        "--output",
-        metavar="COLUMN",
+        (), "Output; repeatable. Default: a campaign's quantities.", "--output", metavar="COLUMN"
     )
     epochs: int = option(5000, "Passes over the training designs.", least=1)
     seed: int = option(0, "Seed of the split and of the first weights.", least=0)
@@ -818,14 +709,9 @@ class TrainSettings:
 class TradeOffSettings:
     """The two outputs of a surrogate that are traded off."""
 
-    group: ClassVar[str] = DESIGN
     against: str | None = option(None, "Output that is limited; default: the first one.")
-    at_most: tuple[float, ...] = option(
-        (), "Choose the design that keeps it below this value; repeatable."
-    )
-    at_least: tuple[float, ...] = option(
-        (), "Choose the design that keeps it above this value; repeatable."
-    )
+    at_most: tuple[float, ...] = option((), "Its largest value, to choose by; repeatable.")
+    at_least: tuple[float, ...] = option((), "Its least value, to choose by; repeatable.")
     maximise: str | None = option(None, "Output that is improved; default: the other one.")
     minimise: str | None = option(None, "Output that is improved and of which less is better.")
 
@@ -840,12 +726,9 @@ class OptimiseSettings(ConfiguredSettings, TradeOffSettings):
     Example: dolfingrip optimise out/surrogate --at-most 3
     """
 
-    group: ClassVar[str] = DESIGN
     surrogate: Path = _surrogate(MISSING)
     out: Path = _out(Path("out/optimum"))
-    also: tuple[str, ...] = option(
-        (), "Compute this quantity, too, by finite elements; repeatable."
-    )
+    also: tuple[str, ...] = option((), "Further quantity by finite elements; repeatable.")
     population: int = option(1000, "Number of designs in a generation.", least=4)
     generations: int = option(200, "Number of generations, the random first one counted.", least=1)
     crossover: float = option(0.9, "Probability of a crossover, per mating.", least=0, most=1)
@@ -870,9 +753,7 @@ class StudySettings(TradeOffSettings):
 
     surrogate: Path = _surrogate(MISSING)
     out: Path = _out(Path("out/study"))
-    population: tuple[int, ...] = option(
-        (50, 100, 500, 1000), "Numbers of designs in a generation.", least=4
-    )
+    population: tuple[int, ...] = option((50, 100, 500, 1000), "Designs in a generation.", least=4)
     generations: tuple[int, ...] = option(
         (10, 50, 100, 200), "Numbers of generations, the random first one counted.", least=1
     )
@@ -883,9 +764,7 @@ class StudySettings(TradeOffSettings):
         (0.01, 0.1, 0.5, 0.8), "Probabilities of a mutation, per input.", least=0, most=1
     )
     seeds: int = option(10, "Number of runs of each combination.", least=2)
-    processes: int | None = option(
-        None, "Number of processes at a time; default: one for each core.", least=1
-    )
+    processes: int | None = option(None, "Processes at a time; default: all cores.", least=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -898,7 +777,6 @@ class ReproduceSettings(ConfiguredSettings):
     Example: dolfingrip reproduce examples/paper_study.toml --workers 2
     """
 
-    group: ClassVar[str] = DESIGN
     file: Path = argument(MISSING, "TOML: designs, the two quantities, published designs.", "FILE")
     out: Path = _out(Path("out/reproduce"))
     workers: int = _workers(1)
@@ -919,12 +797,9 @@ class ReportSettings:
     Example: dolfingrip report out/bend out/force --out report.html
     """
 
-    group: ClassVar[str] = SEE
     results: tuple[Path, ...] = argument(MISSING, "Folders with results of any kind.", "RUN")
     out: Path = option(Path("report.html"), "HTML file to write.", "--out", "-o")
-    measured: Path | None = option(
-        None, "Measured data to draw beside the curves.", metavar="FILE.csv"
-    )
+    measured: Path | None = option(None, "Measured data, drawn beside curves.", metavar="FILE.csv")
     title: str | None = option(None, "Title of the page.", metavar="TEXT")
     pdf: bool = option(False, "Write the page as PDF, too, by Chromium.")
 
@@ -939,7 +814,6 @@ class ExploreSettings(ConfiguredSettings):
     Example: dolfingrip explore out/doe --browser
     """
 
-    group: ClassVar[str] = SEE
     results: tuple[Path, ...] = argument(
         (), "Folders that doe, train, optimise, bend or force wrote.", "RESULTS"
     )
@@ -963,3 +837,30 @@ class ExploreSettings(ConfiguredSettings):
     )
     browser: bool = option(False, "Open the page in the browser.")
     restart: bool = option(False, "Take the place of the last server: its pages connect again.")
+
+
+GROUPS: Final[Mapping[str, tuple[type, ...]]] = {
+    "Simulate: dolfingrip bend --pressure 200 --render 0,200":
+        (DemoSettings, RunSettings, PickupSettings, FrictionSettings),
+    "Mesh, print and export: dolfingrip export finger.stl":
+        (AdoptSettings, MeshSettings, ExportSettings, RobotSettings, MorphSettings),
+    "Look up: dolfingrip config --set finger.wall_mm=1.8":
+        (ConfigSettings, ColumnsSettings, EffectSettings),
+    "Compare with measurements: dolfingrip diagnose measured.csv":
+        (SyntheticSettings, ImportSettings, TrackSettings, DiagnoseSettings, PlanExperimentSettings,
+         PredictSettings),
+    "Design: dolfingrip design problem.toml":
+        (DesignSettings, DoeSettings, TrainSettings, TradeOffSettings, ReproduceSettings),
+    "See results, check this machine: dolfingrip report out/bend":
+        (ReportSettings, ExploreSettings, DoctorSettings),
+}  # fmt: skip
+"""Settings of the commands below each heading of the list, which has an example."""
+
+
+def group(settings: type) -> str | None:
+    """Return the heading that a command is listed under; None: there is none.
+
+    Args:
+        settings: of the command.
+    """
+    return next((name for name, kinds in GROUPS.items() if issubclass(settings, kinds)), None)

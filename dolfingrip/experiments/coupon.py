@@ -60,14 +60,8 @@ class Coupon(Experiment):
             None,
             "Fit laws to this measured CSV instead; repeatable.",
         ),
-        Option("--law", list[str], None, "Fit this law alone, with --fit; repeatable.", needs=FIT),
-        Option(
-            "--max-stretch",
-            float,
-            None,
-            "Leave out readings beyond this stretch, with --fit.",
-            needs=FIT,
-        ),
+        Option("--law", list[str], None, "Fit this law alone; repeatable.", needs=FIT),
+        Option("--max-stretch", float, None, "Largest stretch that is fitted.", needs=FIT),
     )
 
     def schedule(self, config: Config) -> Sequence[Stop]:

@@ -103,14 +103,8 @@ class Grasp(Experiment):
         PRESSURE_OPTION,
         SUCTION_OPTION,
         DYNAMIC_OPTION,
-        Option(
-            "--friction",
-            float,
-            None,
-            "Coefficient of friction of fingers on food.",
-            "food.friction",
-        ),
-        Option("--preset", str, None, "Fineness of the fingers' mesh.", "gripper.preset"),
+        Option("--friction", float, None, "Friction of fingers on food.", "food.friction"),
+        Option("--preset", str, None, "Mesh of the fingers.", "gripper.preset"),
     )
     protocol: ClassVar = False
     drawable: ClassVar = False

@@ -16,7 +16,8 @@ from dolfingrip.experiments.results.readings import Readings, Row
 from dolfingrip.experiments.results.sensitivity_table import SensitivityTable
 from dolfingrip.files.result_file import reading
 from dolfingrip.files.run import RunFile
-from dolfingrip.files.table import Columns, TextTable, numbers, read_csv
+from dolfingrip.files.table import Columns, numbers, read_csv
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.sections.errors import shown
 

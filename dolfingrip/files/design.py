@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Literal
 from pydantic import BaseModel, Field
 
 from dolfingrip.files.result_file import Part, ResultFile
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 
 RUNS: Final = ("start", "design")
 """Folders beside the file, with a run of the start and one of the design, as any run writes it."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 from pydantic import Field, computed_field
 
 from dolfingrip.files.result_file import Part, ResultFile
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -255,7 +255,7 @@ class DiagnosisFile(ResultFile):
         }
 
     def overview(self) -> TextTable:
-        """The ten lines that its page begins with."""
+        """Return the ten lines that the page of the diagnosis begins with."""
         rows = [[HEADINGS[name], line] for name, line in self.brief or ()]
         return TextTable(["", ""], rows, self.verdict.sentence)
 

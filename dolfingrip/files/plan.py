@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Literal
 from pydantic import Field
 
 from dolfingrip.files.result_file import Part, ResultFile
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.version import __version__
 
 IN_A_CELL: Final = 4

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from dolfingrip.files import whole
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 
 
 class ResultFileError(ValueError):
@@ -133,7 +133,7 @@ class ResultFile(Part):
         return self.model_dump_json(indent=1, by_alias=True) + "\n"
 
     def overview(self) -> TextTable:
-        """What a reader sees first: its texts and numbers, with their meaning."""
+        """Return the table of texts and numbers, with their meaning, that a reader sees first."""
         shown = {name: getattr(self, name) for name in type(self).model_fields}
         rows = [
             [name, f"{value:.6g}" if isinstance(value, float) else str(value),
@@ -143,17 +143,17 @@ class ResultFile(Part):
         return TextTable(["", "value", "meaning"], rows, f"{self.FILE} of {self.MADE_BY}")
 
     def tables(self) -> list[TextTable]:
-        """List its parts as tables."""
+        """List parts as tables."""
         return []
 
     def __repr__(self) -> str:
-        """Its overview, as a console shows it."""
+        """The overview, as a console shows it."""
         return self.overview().text()
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """Its overview and its tables, as a notebook shows them."""
+        """The overview and all tables, as a notebook shows them."""
         return "\n".join(each.html() for each in (self.overview(), *self.tables()))
 
     def plain(self) -> dict[str, Any]:

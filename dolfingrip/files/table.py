@@ -6,16 +6,14 @@ import csv
 import io
 import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from html import escape
 from pathlib import Path
-from textwrap import wrap
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from dolfingrip.files import whole
+from dolfingrip.files.text_table import TextTable as TextTable
 
 _LOG = logging.getLogger(__name__)
 
@@ -28,53 +26,6 @@ class Columns(Protocol):
     def __getitem__(self, key: str, /) -> Any: ...
 
     def __iter__(self) -> Iterator[Any]: ...
-
-
-@dataclass(frozen=True, slots=True)
-class TextTable:
-    """Numbers as text: headings, rows, and a title."""
-
-    headings: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    title: str = ""
-
-    def markdown(self) -> list[str]:
-        """Lines of the table in Markdown, without the title."""
-        lines = [self.headings, ["---"] * len(self.headings), *self.rows]
-        return [f"| {' | '.join(each)} |" for each in lines]
-
-    def text(self, columns: int = 100, rows: int = 30) -> str:
-        """Lines for a console: the title, and the table.
-
-        Args:
-            columns: most characters of a line; longer ones are wrapped in the last column.
-            rows: most rows; those in the middle are left out.
-        """
-        shown = [self.headings, *self.rows[: rows // 2], *self.rows[rows // 2 :][-rows // 2 :]]
-        widths = [max(map(len, cells)) for cells in zip(*shown, strict=True)]
-        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in shown if any(row)]
-        if (hidden := len(self.rows) - rows) > 0:
-            lines.insert(-rows // 2, f"… {hidden} rows …")
-        indent = " " * sum(width + 2 for width in widths[:-1])
-        wrapped = [part for line in lines for part in wrap(line, columns, subsequent_indent=indent)]
-        return "\n".join([*wrap(self.title, columns), *wrapped])
-
-    def html(self, *, folded: bool = False) -> str:
-        """HTML for a notebook: the table below its title, which folds it.
-
-        Args:
-            folded: whether a click is needed to see it.
-        """
-        tags = ["th", *["td"] * len(self.rows)]
-        lines = [
-            "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in row) + "</tr>"
-            for tag, row in zip(tags, [self.headings, *self.rows], strict=True)
-        ]
-        opened = "" if folded else " open"
-        return (
-            f"<details{opened}><summary>{escape(self.title)}</summary>"
-            f"<table>{''.join(lines)}</table></details>"
-        )
 
 
 def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:

@@ -97,7 +97,7 @@ class Section(BaseModel):
             ranges.narrow(key, info)
 
     def __repr_args__(self) -> list[tuple[str | None, Any]]:
-        """Its keys as ``repr`` shows them, without those that are not given."""
+        """Keys as ``repr`` shows them, without those that are not given."""
         return [(key, value) for key, value in super().__repr_args__() if value is not None]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:

@@ -29,28 +29,16 @@ COLLECTION = """<?xml version="1.0"?>
 </VTKFile>
 """
 
-PIECE = f"""<?xml version="1.0"?>
-<VTKFile type="UnstructuredGrid" version="1.0" byte_order="{sys.byteorder.title()}Endian" \
-header_type="UInt64">
-<UnstructuredGrid>
-{{}}</PointData>
-</Piece>
-</UnstructuredGrid>
-</VTKFile>
+PIECE = f"""<VTKFile type="UnstructuredGrid" version="1.0" header_type="UInt64" \
+byte_order="{sys.byteorder.title()}Endian"><UnstructuredGrid>
+{{}}</PointData></Piece></UnstructuredGrid></VTKFile>
 """
 
-STEP = """<?xml version="1.0"?>
-<VTKFile type="PUnstructuredGrid" version="1.0">
-<PUnstructuredGrid GhostLevel="0">
-<PPoints>
-<PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>
-</PPoints>
+STEP = """<VTKFile type="PUnstructuredGrid" version="1.0"><PUnstructuredGrid GhostLevel="0">
+<PPoints><PDataArray type="Float64" Name="Points" NumberOfComponents="3"/></PPoints>
 <PPointData>
-{}
-</PPointData>
-{}
-</PUnstructuredGrid>
-</VTKFile>
+{}</PPointData>
+{}</PUnstructuredGrid></VTKFile>
 """
 
 TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
@@ -109,18 +97,14 @@ class FieldFile:
                 raise each
         listed = f'    <DataSet timestep="{time_s:.10g}" part="0" file="{stem}{number}.pvtu" />'
         self._steps.append(listed)
-        step = STEP.format(
-            "\n".join(
-                f'<PDataArray type="Float64" Name="{name}" NumberOfComponents="{count}"/>'
-                for name, count in zip(fields, map(_entries, fields.values()), strict=True)
-            ),
-            "\n".join(f'<Piece Source="{name}"/>' for name in pieces),
-        )
+        declared = (f"<PDataArray {_declared(*each)}/>\n" for each in fields.items())
+        sources = (f'<Piece Source="{name}"/>\n' for name in pieces)
         contents = {
-            self._path.with_name(f"{stem}{number}.pvtu"): step,
-            self._path: COLLECTION.format("\n".join(self._steps)),
+            f"{stem}{number}.pvtu": STEP.format("".join(declared), "".join(sources)),
+            self._path.name: COLLECTION.format("\n".join(self._steps)),
         }
-        on_root(comm, lambda: whole.write_together(contents))
+        files = {self._path.with_name(name): text for name, text in contents.items()}
+        on_root(comm, lambda: whole.write_together(files))
 
 
 def _mesh(space: fem.FunctionSpace) -> str:
@@ -137,15 +121,13 @@ def _mesh(space: fem.FunctionSpace) -> str:
     )
 
 
-def _entries(values: np.ndarray) -> int:
-    """Number of entries of each row."""
-    return 1 if values.ndim == 1 else values.shape[1]
+def _declared(name: str, values: np.ndarray) -> str:
+    """Name, type and entries of an array, as VTK's XML declares it."""
+    entries = 1 if values.ndim == 1 else values.shape[1]
+    return f'type="{TYPES[values.dtype.name]}" Name="{name}" NumberOfComponents="{entries}"'
 
 
 def _array(name: str, values: np.ndarray) -> str:
     """An array as VTK's XML has it: the number of its bytes and the bytes, in base64."""
     content = base64.b64encode(np.uint64(values.nbytes).tobytes() + values.tobytes()).decode()
-    return (
-        f'<DataArray type="{TYPES[values.dtype.name]}" Name="{name}" '
-        f'NumberOfComponents="{_entries(values)}" format="binary">{content}</DataArray>\n'
-    )
+    return f'<DataArray {_declared(name, values)} format="binary">{content}</DataArray>\n'

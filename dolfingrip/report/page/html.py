@@ -21,7 +21,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from dolfingrip.charts.chart import Axis, Chart, Numbers
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.report.page.content import Front, Page, as_data, plain
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.scene import shown_fields
