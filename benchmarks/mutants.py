@@ -34,6 +34,7 @@ CODE: dict[str, list[str]] = {
     "dolfingrip/files/table.py": RESULTS,
     "dolfingrip/files/design.py": RESULTS,
     "dolfingrip/files/diagnosis.py": [*RESULTS, "diagnosis/test_page.py"],
+    "dolfingrip/files/diagnosis_words.py": [*RESULTS, "diagnosis/test_page.py"],
     "dolfingrip/files/front.py": RESULTS,
     "dolfingrip/files/objective.py": ["files", "design/test_store.py", "design/test_objective.py"],
     "dolfingrip/files/optimum.py": ["files", "design/test_optimum.py"],

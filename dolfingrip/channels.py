@@ -15,10 +15,12 @@ True
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Final, Literal
+
+from dolfingrip import plugins
 
 Part = Literal["finger", "plate", "bar", "gripper"]
 """The objects that are read: a finger, the plate that it presses on, a coupon, a gripper."""
@@ -69,8 +71,9 @@ class Channel:
             readings then stay.
         grows: whether it grows with the load, and so tells how far the body is deformed.
         synthetic: whether a synthetic measurement has it; it has one of two readings of a picture.
-        reading: file in ``mechanics/readings`` with a ``Reading`` that only needs the model; ""
-            if the rig makes it and uses other parts.
+        reading: file in ``mechanics/readings`` with a ``Reading`` that only needs the model; of a
+            plugin a function of the model that returns one; "" if the rig makes it and uses other
+            parts.
         added: 1 more than that of the channels that its parts had before, so that a diagnosis'
             stored simulations without it are computed again.
     """
@@ -90,7 +93,7 @@ class Channel:
     in_proportion: bool = False
     grows: bool = False
     synthetic: bool = True
-    reading: str = ""
+    reading: str | Callable[[Any], Any] = ""
     added: int = 0
 
     @property
@@ -552,7 +555,7 @@ class _Channels(dict[str, Channel]):
         return found
 
 
-CHANNELS: Final[Mapping[str, Channel]] = _Channels(
+CHANNELS: Final = _Channels(
     (each.name, each)
     for each in (*list(globals().values()), *TIP_ROTATIONS, *GRIPPER)
     if isinstance(each, Channel)
@@ -576,3 +579,19 @@ def readings(*parts: Part) -> tuple[Channel, ...]:
 def measured() -> tuple[Channel, ...]:
     """Channels that instruments read, and controls and time."""
     return tuple(each for each in CHANNELS.values() if each.plausible is not None)
+
+
+def of_plugins(*parts: Part) -> tuple[Any, ...]:
+    """Functions by which plugins read these parts."""
+    return tuple(each.reading for each in read_of(*parts) if callable(each.reading))
+
+
+for _plugin in plugins.of_group("readings"):  # last, as its file imports this one
+    for _channel in vars(_plugin.load()).values():
+        if (
+            isinstance(_channel, Channel)
+            and CHANNELS.setdefault(_channel.name, _channel) != _channel
+        ):
+            raise plugins.PluginError(
+                f"--plugin {_plugin.path}: {_channel.name} is taken; allowed: another name"
+            )

@@ -32,7 +32,8 @@ import tomlkit
 from dolfingrip import config
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
-from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
+from dolfingrip.files.diagnosis import DiagnosisFile
+from dolfingrip.files.diagnosis_words import lines
 
 ACTUATORS = Path(__file__).with_name("ecoflex_actuators")
 FIRST = "c5-w7"
@@ -83,6 +84,4 @@ if __name__ == "__main__":
     parser.add_argument("--quick", action="store_true", help="stop after the screen")
     asked = parser.parse_args()
     out = Path("out/diagnose_actuator") / asked.blocked
-    brief = main(out, asked.blocked, quick=asked.quick).brief
-    for line, heading in HEADINGS.items():
-        print(f"{heading}: {getattr(brief, line)}")
+    print(*lines(main(out, asked.blocked, quick=asked.quick)), sep="\n")

@@ -23,6 +23,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.results import write
 from dolfingrip.files.diagnosis import DiagnosisFile
+from dolfingrip.files.diagnosis_words import lines
 
 COUPONS = Path(__file__).with_name("coupons") / "ninjaflex_uniaxial.csv"
 TRIED = ("mooney_rivlin", "gent", "force_gain")
@@ -37,5 +38,4 @@ def main(out: Path) -> DiagnosisFile:
 
 if __name__ == "__main__":
     out = Path("out/diagnose_coupons")
-    print(main(out).verdict.sentence)
-    print(f"the extended model: {out / 'extended.toml'}")
+    print(*lines(main(out)), sep="\n")

@@ -11,54 +11,12 @@ import pytest
 
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.sections import errors, units
+from dolfingrip.sections import errors, ranges, units
 from dolfingrip.sections.form import Form
 from dolfingrip.sections.laws.index import LAWS
-from dolfingrip.sections.section import EVERYWHERE, Role, Section
+from dolfingrip.sections.section import EVERYWHERE, Ratio, Role, Section
 from dolfingrip.sections.setup import KINDS
 from dolfingrip.sections.tables import assignments
-
-DIMENSIONLESS = {
-    "material.gent_limit",
-    "material.gg_limit",
-    "material.ab_lock",
-    "material.elongation_at_break",
-    "material.tube_delta",
-    "material.tube_beta",
-    "finger.bellows",
-    "camera.markers",
-    "curve.places",
-    "obstacle.seed",
-    "form.along",
-    "material.nu",
-    "material.ogden_alpha",
-    "mesh.order",
-    "mesh.refine",
-    "mesh.target_elements",
-    "morph.xi1",
-    "morph.xi2",
-    "solver.rtol",
-    "solver.hht_alpha",
-    "solver.max_iterations",
-    "plate.normal",
-    "gravity.direction",
-    "experiment.max_volume_ratio",
-    "experiment.step_volume_ratio",
-    "experiment.cycles",
-    "experiment.hold_readings",
-    "gripper.lift_readings",
-    "protocol.cycle",
-    "coupon.max_strain",
-    "coupon.step_strain",
-    "food.seed",
-    "food.friction",
-    "obstacle.friction",
-    "food.table_friction",
-    "cast.chambers",
-    "pneunet.chambers",
-    "round_bellows.convolutions",
-}
-"""Numbers without a unit: counts, ratios and directions."""
 
 REFUSED = {
     # a value out of its range, which is reported with its unit
@@ -281,12 +239,21 @@ def _keys() -> dict[str, Any]:
     return found
 
 
-def test_every_number_has_its_unit_in_its_name() -> None:
-    numbers = {
-        key for key, info in _keys().items() if re.search(r"\b(int|float)\b|1, 2", str(info))
-    }
+def test_every_number_has_its_unit_in_its_name_or_says_that_it_has_none() -> None:
+    numbers = {key for key, info in _keys().items() if re.search(r"\bfloat\b", str(info))}
     assert {"finger.wall_mm", "plate.normal"} <= numbers  # the search finds numbers at all
-    assert {key for key in numbers if not units.unit(key)} == DIMENSIONLESS
+    without = {key for key in numbers if not units.unit(key)}
+    assert {"material.nu", "plate.normal"} <= without
+    assert [key for key in without if not ranges.pure(_keys()[key])] == []
+
+
+@pytest.mark.parametrize("name", ["wall", "wall_cm", "wall_per_inch"])
+def test_a_number_without_a_unit_says_so(name: str) -> None:
+    """A table of the configuration is made; ``Ratio`` is the type of a pure number."""
+    table: Any = {"__module__": __name__, "role": Role.BODY, name: 1.0}
+    with pytest.raises(TypeError, match=f"{name}: ends in no unit; allowed: one of mm, mm2"):
+        type("Table", (Section,), {**table, "__annotations__": {name: float}})
+    type("Table", (Section,), {**table, "__annotations__": {name: Ratio}})
 
 
 def test_every_key_is_printed_with_its_meaning() -> None:

@@ -15,7 +15,7 @@ from support import small
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.experiments import run
-from dolfingrip.experiments.index import NAMES
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.experiments.request import Place, Request
 from dolfingrip.experiments.results.readings import Row
 from dolfingrip.experiments.simulate import compute
@@ -104,7 +104,7 @@ def explored(folder: Path) -> None:
 
 
 WORKS: Mapping[str, Work] = {
-    **{name: experiment(name) for name in NAMES},
+    **{name: experiment(name) for name in EXPERIMENTS},
     "grasp": experiment("grasp", *GRASP),
     "gradients": experiment(NAME, gradients=PARAMETERS),
     "failing": failing,

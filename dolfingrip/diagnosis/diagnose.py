@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -18,22 +18,18 @@ from dolfingrip.diagnosis.answer.analysis import Analysis
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis, diagnosed
 from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.answer.settling import settled_by
-from dolfingrip.diagnosis.answer.ten_lines import answer_sentence
 from dolfingrip.diagnosis.core.unknown import check_effects
 from dolfingrip.diagnosis.coupon import CouponSimulation, analyse_coupons, in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import reversed_signs, sentences, suspicions
+from dolfingrip.diagnosis.data.suspicion import reversed_signs, slips, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.screening import analyse_fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.unknowns import unknowns
+from dolfingrip.files.diagnosis import SpecimensApart
+from dolfingrip.files.diagnosis_words import slip_words
 from dolfingrip.jobs.run import Progress, silent
-
-LEFT_OUT: Final = (
-    "--quick left out: the gain on readings that are left out, and tests that would have to be "
-    "simulated to tell what they settle"
-)
 
 
 @dataclass(frozen=True)
@@ -109,30 +105,27 @@ def diagnose_measurement(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     say, quick = settings.say, settings.quick
-    doubts = sentences(reversed_signs(measurement, config))
-    for each in doubts:
-        say(f"check the data first: {each}")
+    doubts = slips(reversed_signs(measurement, config))
+    for doubt in doubts:
+        say(f"check the data first: {slip_words(doubt)}")
     analysis = analyse(measurement, config, workers, settings.effects, say, quick=quick)
     told = analysis.configured
     shown = np.where(np.isfinite(told), told, analysis.problem.base)
-    for each in sentences(suspicions(analysis.measurement, shown)):
-        if each not in doubts:
-            say(f"check the data first: {each}")
-            doubts.append(each)
+    for doubt in slips(suspicions(analysis.measurement, shown)):
+        if doubt not in doubts:
+            say(f"check the data first: {slip_words(doubt)}")
+            doubts.append(doubt)
     found = diagnosed(analysis, config, quick=quick, say=say)
-    found.suspicions = doubts or found.irregular  # which a slip makes up where there is none
+    found.slips = doubts
     outside = found.analysis.specimens_apart() if settings.specimens else None
     if outside is not None:
-        say(f"{outside.sentence}; diagnosing the others")
+        say(f"diagnosing without {' and '.join(outside.names)}, apart from the other specimens")
         others = {test.number for test in measurement.tests if test.specimen not in outside.names}
         alone = replace(settings, quick=True, specimens=False)
         rest = diagnose_measurement(measurement.of(others), config, workers, alone)
-        found.suspicions.append(f"{outside.sentence}; without: {answer_sentence(rest)}")
-    found.warnings = [*measurement.warnings, *found.cautions()]
-    if quick:
-        found.warnings.append(LEFT_OUT)
-        if analysis.not_tried:
-            found.warnings.append(f"--quick did not look at {', '.join(analysis.not_tried)}")
+        odds = float(np.exp(min(outside.log_odds, 99.0)))
+        found.apart = SpecimensApart(specimens=outside.names, odds=odds, without=rest.verdict)
+    found.warnings = [*measurement.warnings]
     whole = not quick and found.decision.answer == "cause"
     if whole:
         say("measuring the gain on readings that are left out")

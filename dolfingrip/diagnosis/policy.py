@@ -203,15 +203,12 @@ class PagePolicy:
 
     Attributes:
         band: of the largest load, of which the page says where something is left.
-        in_words: so many causes of a set are told in words, the rest by their names. As many
-            settings of a number of the rig are told in one sentence.
-        in_a_cell: names in a cell of a table.
+        fits: likeliest hypotheses that are told.
         designs: leading designs that are computed once more with the extended model.
     """
 
     band: float = 0.25
-    in_words: int = 3
-    in_a_cell: int = 4
+    fits: int = 8
     designs: int = 5
 
 
@@ -248,7 +245,6 @@ class InferencePolicy:
         implausible_odds: odds that such a number is implausible.
         implausible_sigma: standard deviations from which on such a number is among the first
             lines.
-        telling: part of what the model misses from which on a number that changes so much is, too.
         reach: largest |ζ| of an emulator.
         training: simulations by the number of arguments, where they cost nothing.
         tries: simulations of a set of causes at its best numbers, at most.
@@ -266,7 +262,9 @@ class InferencePolicy:
         passes: simulations of the model at other moduli, at most, until these follow the readings.
         coarse: part of a channel that the mesh of the causes may be off by.
         component_error: error of a reading that columns may leave, by its noise.
-        pairs: pairs of effects that are fitted; the others are bounded from above.
+        law_misses: part of the largest reading that any elastic law misses of a material, root mean
+            square: laws that miss less are not told apart.
+        pairs: pairs of effects that are fitted well, the likeliest of all.
         pairs_level: levels of the discrepancy up to this one choose the pairs.
         hopeless: ln of how much less than the best evidence the likelihood of a pair may be.
         starts: ζ of the amplitudes from which a fit starts.
@@ -302,7 +300,6 @@ class InferencePolicy:
         simulated_fits: how many fits are simulated, at most.
         quick_fits: the same of a quick diagnosis.
         interval: probability that intervals hold.
-        joint: probability from which on a page tells a cause as possible, too.
         verified: probability of causes from which on they are held against exact simulations.
         invisible: root mean square change, by the noise, below which no reading feels a cause.
         closed_form_places: places along each number of a closed form.
@@ -334,7 +331,6 @@ class InferencePolicy:
     mesh_decides: float = 0.5
     implausible_odds: float = 0.1
     implausible_sigma: float = 3.0
-    telling: float = 0.25
     reach: float = 3.3
     training: tuple[int, ...] = (16, 40, 40, 50, 60, 80)
     tries: int = 6
@@ -350,6 +346,7 @@ class InferencePolicy:
     passes: int = 5
     coarse: float = 0.25
     component_error: float = 0.03
+    law_misses: float = 0.01
     pairs: int = 24
     pairs_level: float = 0.01
     hopeless: float = 15.0
@@ -381,7 +378,6 @@ class InferencePolicy:
     simulated_fits: int = 24
     quick_fits: int = 2
     interval: float = 0.9
-    joint: float = 0.01
     verified: float = 0.03
     invisible: float = 0.05
     closed_form_places: int = 9

@@ -1,13 +1,29 @@
-"""The files of a diagnosis: diagnosis.json, extended.toml, summary.md, and data for pictures.
+"""The files of a diagnosis: diagnosis.json, summary.md, extended.toml, and data for pictures.
 
-A diagnosis, and a plan, is one page of text, too.
+``diagnosis.json`` has schema 3 (:class:`dolfingrip.files.diagnosis.DiagnosisFile`). It has named
+fields and no sentence; all words are in :mod:`dolfingrip.files.diagnosis_words`, which makes three
+lines and tables of these fields for ``summary.md``, the command, the report and the examples.
+
+==================  ============================================================================
+``headline``        one number with its interval, what a set has in common, the option to use it
+``verdict``         answer, class, second, nearest; probability, and whether it is claimed
+``causes``          each with its words, kind, probability, and whether it may act unseen
+``fits``            the leading hypotheses and their numbers, the answer's first
+``misfit, bands``   how far and where the model is off
+``rig, nuisances``  numbers that were told, and how far off they are
+``noise_std``       noise, its sources, ``scatter`` of specimens, those that stand ``apart``
+``slips``           doubts about units, signs and columns; ``artefacts`` of instruments
+``hides, behind``   effects that are not seen, and the numbers they hide behind
+``other_priors``    the answer under each
+``gain``            errors on readings that were left out
+``next``            ``next_experiments`` and ``advice``: what to measure next
+==================  ============================================================================
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,30 +31,18 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip import config as configuration
-from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
-from dolfingrip.diagnosis.answer.ten_lines import (
-    answer_sentence,
-    chance,
-    scatter,
-    ten_lines,
-)
-from dolfingrip.diagnosis.core.decision import held
+from dolfingrip.diagnosis.answer.settling import advice
+from dolfingrip.diagnosis.answer.statistics import bands, common_change, misfit, rig_numbers
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
-from dolfingrip.diagnosis.data.motion import smallest_change
-from dolfingrip.diagnosis.data.table import CONTROL
 from dolfingrip.diagnosis.policy import PAGE, POLICY
+from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
+from dolfingrip.files.diagnosis_words import BODY, NUMBERS, lines, number_words, page, sections
 from dolfingrip.files.plan import PlanFile
-from dolfingrip.files.table import TextTable
 from dolfingrip.version import __version__
-
-
-def section(title: str, lines: Iterable[str]) -> list[str]:
-    """Lines below a heading."""
-    return ["", f"## {title}", "", *lines]
 
 
 def plan_text(result: PlanFile) -> str:
@@ -51,7 +55,7 @@ def plan_text(result: PlanFile) -> str:
         Markdown.
     """
     rig = ", ".join(result.experiments)
-    lines = [
+    text = [
         f"# {rig}: {100 * result.share:.0f} % of the effects of the catalogue would be named, "
         f"{100 * result.class_share:.0f} % up to effects that change these readings alike",
         "",
@@ -63,51 +67,7 @@ def plan_text(result: PlanFile) -> str:
         "",
     ]
     effects, *additions = result.tables()
-    lines += effects.markdown()
-    for each in additions:
-        lines += section(each.title, each.markdown())
-    if result.warnings:
-        lines += section("Beware", (f"- {each}" for each in result.warnings))
-    return "\n".join(lines) + "\n"
-
-
-def page(result: outcome.DiagnosisFile) -> str:
-    """Write a diagnosis as one page; its first ten lines are the verdict.
-
-    Args:
-        result: the diagnosis.
-
-    Returns:
-        Markdown.
-    """
-    lines = _brief(result.brief) if result.brief else [result.verdict.sentence]
-    off = [f"- {each}" for each in result.sentences] or ["- nowhere"]
-    lines += section("Where the simulation is off (nuisances fitted)", off)
-    lines += section("Causes", _causes(result))
-    for each in result.tables():
-        lines += section(each.title, each.markdown())
-    if result.downstream:
-        lines += ["", f"{result.downstream.sentence}."]
-    noise = [f"- {each}" for each in result.noise.sentences] or ["- as the laboratory tells it"]
-    lines += section("Noise", noise)
-    doubts = [*result.suspicions, *result.not_reached, *result.warnings]
-    if doubts:
-        lines += section("Beware", (f"- {each}" for each in doubts))
-    return "\n".join(lines) + "\n"
-
-
-def _brief(brief: outcome.Brief) -> list[str]:
-    """The ten lines, for a reader who knows none of the methods."""
-    width = max(map(len, outcome.HEADINGS.values()))
-    return [
-        f"{heading:<{width}}  {getattr(brief, key)}" for key, heading in outcome.HEADINGS.items()
-    ]
-
-
-def _causes(result: outcome.DiagnosisFile) -> list[str]:
-    shown = [(each.name, each.probability) for each in result.causes if each.probability >= 0.005]
-    rows = [[name, chance(p)] for name, p in (*shown, *result.beside_causes.items())]
-    return TextTable(["cause", "probability that it takes part"], rows).markdown()
+    return sections([*text, *effects.markdown()], additions, result.warnings)
 
 
 @dataclass(frozen=True)
@@ -115,12 +75,10 @@ class Written:
     """Results of a diagnosis that were written.
 
     Attributes:
-        text: of the summary.
         result: content of ``diagnosis.json``.
         readings: content of ``readings.csv``.
     """
 
-    text: str
     result: outcome.DiagnosisFile
     readings: pd.DataFrame
 
@@ -139,103 +97,188 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     Raises:
         WriteError: one line.
     """
-    extended = _extended(found, found.decision.best, out / "extended.toml")
-    for stale in out.glob("extended.*.toml"):
+    file = out / "extended.toml"
+    extended = _extended(found, found.decision.best, file)
+    result = _content(found, tuple(map(str, data)), file, extended)
+    for stale in out.glob("extended*.toml"):
         stale.unlink()
+    if extended:
+        _write_extended(file, extended, result, result.fits[0].parameters)
     for name, fit in found.members.items():
-        _extended(found, fit, out / f"extended.{name}.toml")
-    result = _outcome_of(found, extended, [str(file) for file in data], out)
+        other = out / f"extended.{name}.toml"
+        if with_member := _extended(found, fit, other):
+            _write_extended(other, with_member, result, found.numbers(fit))
     result.write(out)
-    text = page(result)
-    whole.write(out / "summary.md", text)
     readings = _readings(found)
+    whole.write(out / "summary.md", page(result))
     whole.write(out / outcome.READINGS, readings.to_csv(index=False))
-    return Written(text, result, readings)
+    return Written(result, readings)
 
 
 def _extended(found: Diagnosis, fit: MapFit, file: Path) -> Config | None:
-    """Write the configuration at a fit's numbers, these with intervals as comments before it."""
+    """The configuration at a fit's numbers; None where it is refused."""
     try:
-        extended = found.extended(fit)
+        return found.extended(fit)
     except ConfigError as error:
         found.warnings.append(f"{file.name} is not written: {error}")
         return None
-    lines = [f"# dolfingrip diagnose: {answer_sentence(found)}", "# fitted, with 90 % intervals:"]
-    lines += [f"# {each.words(digits=4)}" for each in found.numbers(fit)]
-    whole.write(file, "\n".join(lines) + "\n" + configuration.dumps(extended))
-    return extended
 
 
-def _outcome_of(
-    found: Diagnosis, extended: Config | None, data: Sequence[str], out: Path
+def _write_extended(
+    file: Path,
+    extended: Config,
+    result: outcome.DiagnosisFile,
+    numbers: Sequence[outcome.FittedNumber],
+) -> None:
+    """Write a configuration; the answer and numbers with intervals are comments before it."""
+    comments = [f"dolfingrip diagnose: {lines(result)[0]}", "fitted, with 90 % intervals:"]
+    comments += [number_words(number, digits=4) for number in numbers]
+    head = "".join(f"# {comment}\n" for comment in comments)
+    whole.write(file, head + configuration.dumps(extended))
+
+
+def _content(
+    found: Diagnosis, data: tuple[str, ...], file: Path, extended: Config | None
 ) -> outcome.DiagnosisFile:
-    """All that was found, by the schema."""
-    decision, posterior = found.decision, found.posterior
-    errors, channels = found.analysis.errors, found.analysis.measurement.channels()
+    """All that was found, by the schema.
+
+    Args:
+        found: the diagnosis.
+        data: files that were diagnosed.
+        file: of the extended configuration.
+        extended: that configuration; None where it is refused.
+    """
+    decision, posterior, analysis = found.decision, found.posterior, found.analysis
+    best, causes, plain = decision.best, posterior.problem.causes, found.with_best_modulus()
     reference = posterior.best(NONE, level=0.0).log_evidence
-    total = posterior.subsets
-    shown = sorted(total, key=lambda subset: -total[subset])[:8]
-    causes = posterior.problem.causes
-    members = [fit.subset for fit in found.members.values()]
     alone = dict.fromkeys(causes(fit.subset) for fit in posterior.fits if fit.level == 0)
+    likely = sorted(posterior.subsets, key=lambda subset: -posterior.subsets[subset])[: PAGE.fits]
+    members = [fit.subset for fit in found.members.values()]
     named = [
-        each for each in alone if len(each) == 1 and each[0] in (*decision.first, *decision.second)
-    ]
-    known = dict.fromkeys(map(causes, (decision.best.subset, *members, *named, *shown, NONE)))
-    fits = [posterior.best(subset) for subset in known]
-    strengths = posterior.strengths
-    inclusion = sorted(decision.inclusion.items(), key=lambda each: -each[1])
+        subset for subset in alone
+        if len(subset) == 1 and subset[0] in (*decision.first, *decision.second)
+    ]  # fmt: skip
+    shown = dict.fromkeys(map(causes, (best.subset, *members, *named, *likely, NONE)))
+    fits = tuple(
+        outcome.FittedHypothesis(
+            effects=fit.subset, log_evidence=fit.log_evidence - reference,
+            parameters=tuple(found.numbers(fit)),
+        )
+        for fit in map(posterior.best, shown)
+    )  # fmt: skip
+    deviations = found.nuisances(best)
     return outcome.DiagnosisFile(
-        version=__version__,
-        data=tuple(data),
-        quick=found.quick,
-        readings=len(found.analysis.problem.value),
-        verdict=outcome.Verdict(
-            answer=decision.answer, effects=decision.first, second=decision.second,
-            probability=found.probability, claimed=found.claimed,
-            takes_part=float(np.clip(held(decision.subsets, decision.first), 0, 1)),
-            unexplained=float(np.clip(decision.unexplained, 0, 1)), sentence=answer_sentence(found),
-        ),
-        brief=ten_lines(found, out),
-        causes=tuple(
-            outcome.CauseProbability(
-                name=n, probability=min(p, 1.0), strength_sigma=strengths.get(n, 0.0)
-            )
-            for n, p in inclusion
-        ),
-        none=min(decision.none, 1.0),
+        version=__version__, data=data, quick=found.quick, readings=len(posterior.problem.value),
+        verdict=found.verdict,
+        headline=_headline(found, fits[0].parameters, file if extended else None),
+        causes=_causes(found), none=min(decision.none, 1.0),
         unknown=min(max(decision.unknown, 0.0), 1.0),
-        screen={
-            each[0]: posterior.best(each, level=0.0).log_evidence - reference
-            for each in alone if len(each) == 1
+        fits=fits, misfit=misfit(analysis, plain, analysis.fitted(best)),
+        bands=bands(analysis, plain), rig=tuple(rig_numbers(analysis, best, deviations)),
+        nuisances=deviations, noise_sources=analysis.errors.sources,
+        noise_std={
+            name: float(np.median(analysis.errors.noise[at]))
+            for name, at in analysis.measurement.channels().items()
         },
-        fits=tuple(
-            outcome.FittedHypothesis(
-                effects=fit.subset, log_evidence=fit.log_evidence - reference,
-                parameters=tuple(found.numbers(fit)),
+        scatter=analysis.errors.scatter,
+        # which a slip makes up where there is none
+        artefacts=() if found.slips else tuple(
+            outcome.ArtefactSize(
+                name=artefact.nuisance.name, unit=artefact.nuisance.unknown.unit,
+                size=deviations[artefact.nuisance.name] * artefact.nuisance.std,
             )
-            for fit in fits
+            for artefact in found.artefacts
         ),
-        sentences=tuple(_off(found)),
-        noise=outcome.AssumedNoise(
-            std={name: float(np.median(errors.noise[at])) for name, at in channels.items()},
-            sentences=(*errors.sentences, scatter(found)),
+        apart=found.apart, hides=found.hidden(),
+        behind=tuple(dict.fromkeys(name for other in found.alternatives for name in other.behind)),
+        other_priors=tuple(
+            outcome.OtherPrior(
+                prior=name, answer=other.answer, effects=(*other.first, *other.second),
+                probability=float(np.clip(found.sensitivity.probability[name], 0, 1)),
+            )
+            for name, other in found.sensitivity.answers.items()
         ),
-        under_other_priors={
-            name: " or ".join(each.first) if each.answer == "cause" else each.answer
-            for name, each in found.sensitivity.answers.items()
-        },
-        nuisances=found.nuisances(found.decision.best),
         gain=found.held_out.errors if found.held_out else (),
         gain_claimed=found.held_out.claimed if found.held_out else None,
-        next_experiments=tuple(found.next),
-        downstream=found.downstream,
-        suspicions=tuple(found.suspicions),
+        next_experiments=tuple(found.next), advice=advice(found), downstream=found.downstream,
+        slips=tuple(found.slips), not_reached=tuple(analysis.not_reached),
+        not_tried=tuple(analysis.not_tried), failed=dict(analysis.failed),
+        mesh_known=analysis.closed_form or bool(analysis.mesh_errors),
+        extrapolated=posterior.problem.extrapolated(best) > POLICY.exactly,
         warnings=tuple(found.warnings),
         extended=_changes(found.config, extended) if extended else {},
-        not_reached=tuple(found.analysis.not_reached),
         simulated_s=found.simulated_s,
     )  # fmt: skip
+
+
+def _causes(found: Diagnosis) -> tuple[outcome.CauseProbability, ...]:
+    """All causes, the most probable first."""
+    open_names, strengths = found.open_names, found.posterior.strengths
+    inclusion = dict.fromkeys(found.decision.first, 0.0) | found.decision.inclusion
+    return tuple(
+        outcome.CauseProbability(
+            name=name, probability=min(probability, 1.0), strength_sigma=strengths.get(name, 0.0),
+            words=found.words(name) if name in NAMES else NUMBERS.get(name, ""),
+            kind=effect(name).kind if name in NAMES else "", open=name in open_names,
+        )
+        for name, probability in sorted(inclusion.items(), key=lambda item: -item[1])
+    )  # fmt: skip
+
+
+def _headline(
+    found: Diagnosis, numbers: Sequence[outcome.FittedNumber], file: Path | None
+) -> outcome.Headline:
+    """The number that the answer is about, and the option of other commands that uses it.
+
+    It is that of the first cause that is named, else the model's own number that changes the
+    readings most. The option sets it alone where nothing else that was fitted is seen.
+
+    Args:
+        found: the diagnosis.
+        numbers: of the leading fit.
+        file: extended configuration; None where it is refused.
+    """
+    decision, analysis, problem = found.decision, found.analysis, found.analysis.problem
+    best, values = decision.best, found.overrides(decision.best)
+    names, causes = (*decision.first, *decision.second), problem.causes(decision.best.subset)
+    by_key = {number.key: number for number in reversed(numbers)}
+    # which of ζ each of the model's own numbers is; all moduli are one
+    places = {place: by_key[number.key] for place, number in enumerate(problem.always) if place}
+    places[0] = numbers[0]
+    used = [place for place in places if place == 0 or places[place].key in values]
+    far = [places[at] for name, at in problem.implausible.items() if name in names]
+    of_causes = [number for number in numbers if number.part in names]
+    most = max(used, key=lambda place: _change(found, [place]))
+    number = [*of_causes, *far, places[most]][0]
+    others = [place for place in used if places[place] is not number]
+    alike = [other for other in numbers if other.part in (causes or ["material"])]
+    held = any(analysis.causes[name].held for name in causes)
+    alone = not held and (alike == [number] or (not causes and number.part != "material"))
+    option = f"--config {file}" if file else ""
+    if file and alone and number.key in values and _change(found, others) < POLICY.visible_sigma:
+        value = f"{number.value:.3g}"
+        listed = isinstance(values[number.key], list)
+        option = f"--set {number.key}={f'[{value}]' if listed else value}"
+    common = None
+    if decision.answer == "cause":
+        kinds = {effect(name).kind if name in NAMES else "" for name in decision.first}
+        fits = [analysis.fitted(fit) for fit in (best, *found.members.values())]
+        changes = np.array(fits) - found.with_best_modulus()
+        common = common_change(analysis, changes, of_body=kinds <= {*BODY})
+    return outcome.Headline(number=number, common=common, option=option)
+
+
+def _change(found: Diagnosis, places: Sequence[int]) -> float:
+    """Length of the readings' change by some of the model's own numbers, standard deviations.
+
+    Args:
+        found: the diagnosis.
+        places: which of ζ these are.
+    """
+    problem, fit = found.analysis.problem, found.decision.best
+    as_told = np.where(np.isin(np.arange(len(fit.zeta)), places), 0.0, fit.zeta)
+    change = problem.predicted(fit.subset, as_told) - problem.predicted(fit.subset, fit.zeta)
+    return float(np.linalg.norm(change / found.analysis.errors.noise))
 
 
 def _readings(found: Diagnosis) -> pd.DataFrame:
@@ -249,35 +292,6 @@ def _readings(found: Diagnosis) -> pd.DataFrame:
         before=found.with_best_modulus(), after=found.analysis.fitted(found.decision.best),
         **{f"after_{name}": found.analysis.fitted(fit) for name, fit in found.members.items()},
     )  # fmt: skip
-
-
-def _off(found: Diagnosis) -> list[str]:
-    """Where the model is off with the modulus that leaves least, in words."""
-    problem, along = found.analysis.problem, found.analysis.errors.along
-    off = found.with_best_modulus() - problem.value
-    listed = found.analysis.measurement.listed
-    experiment, control = listed["experiment"].to_numpy(), listed["control"].to_numpy()
-    sentences = []
-    for of in dict.fromkeys(experiment):
-        for name, at in found.analysis.measurement.channels().items():
-            here = at & (experiment == of)
-            if not here.any():
-                continue
-            largest = max(float(np.abs(control[here]).max()), 1e-12)
-            rest = smallest_change(control[here], 0.0) / largest
-            for band, way in product(range(int(1 / PAGE.band)), (1.0, -1.0)):
-                low, high = band * PAGE.band, (band + 1) * PAGE.band
-                load = way * along.load
-                own = here & (load > (low if way > 0 else max(low, rest))) & (load <= high)
-                if own.any():
-                    unit = CHANNELS[name].unit
-                    sentences.append(
-                        f"{of}, {name}, {way * low * largest:z.3g} to {way * high * largest:.3g} "
-                        f"{CHANNELS[CONTROL[of]].unit}: simulated less measured "
-                        f"{off[own].mean():+.3g} {unit} "
-                        f"({100 * off[own].mean() / abs(problem.value[own].mean()):+.2g} %)"
-                    )
-    return sentences
 
 
 def _changes(config: Config, extended: Config) -> dict[str, Any]:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.lookup import only_class
+from dolfingrip.sections.lookup import classes
 
-NAMES = (
+FILES = (
     "bending",
     "blocked_force",
     "cycle",
@@ -19,13 +19,11 @@ NAMES = (
 )
 """The name of each experiment's file."""
 
-
-def experiment(name: str) -> Experiment:
-    """The experiment in the file of this name."""
-    return only_class(f"dolfingrip.experiments.{name}", Experiment)()
-
-
-EXPERIMENTS: Mapping[str, Experiment] = {name: experiment(name) for name in NAMES}
+EXPERIMENTS: Mapping[str, Experiment] = {
+    name: kind()
+    for name, kind in classes("experiments", "dolfingrip.experiments", FILES, Experiment).items()
+}
+"""By the name of the file, those of plugins last."""
 
 
 def find(name: str) -> Experiment:

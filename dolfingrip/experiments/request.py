@@ -14,6 +14,8 @@ from typing import Annotated, Any, Final, NamedTuple, Self
 import numpy as np
 from pydantic import PlainSerializer, PlainValidator, TypeAdapter
 
+from dolfingrip import plugins
+from dolfingrip.channels import of_plugins
 from dolfingrip.config import Config, felt
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
@@ -144,6 +146,8 @@ class Request:
         parts, made_for = self.experiment.parts, self.made_for
         further: Data = {"mesh_check": True} if self.mesh_check else {}
         further |= {} if self.bands is None else {"bands": self.bands}
+        used = plugins.digests(type(self.experiment), *of_plugins(*parts))
+        further |= {"plugin": used} if used else {}
         return {
             **further,
             "format": FORMAT,

@@ -11,6 +11,7 @@ from pydantic import Field
 from dolfingrip.channels import ANGLE, CHORD_ANGLE
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.kinds import Instrument
+from dolfingrip.sections.section import Ratio
 
 
 class AngleDefinition(Instrument):
@@ -29,7 +30,7 @@ class AngleDefinition(Instrument):
     place: ClassVar = 1
     channel: ClassVar = ANGLE
 
-    chord_share: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
+    chord_share: Annotated[Ratio, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
         0.3, ge=0, le=1, description="0 tip face, 1 line from clamp to tip"
     )
 

@@ -11,6 +11,7 @@ from pydantic import Field
 from dolfingrip.channels import ANGLE
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.kinds import Instrument
+from dolfingrip.sections.section import Ratio
 
 
 class AngleGain(Instrument):
@@ -29,7 +30,7 @@ class AngleGain(Instrument):
     neutral: ClassVar = {"gain": 1.0}
     channel: ClassVar = ANGLE
 
-    gain: Annotated[float, Prior(1.0, 0.02, "engineering guess", positive=True)] = Field(
+    gain: Annotated[Ratio, Prior(1.0, 0.02, "engineering guess", positive=True)] = Field(
         1.02, gt=0, le=10, description="displayed angle by true angle"
     )
 

@@ -9,7 +9,7 @@ import ufl
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Prior, Site
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.sections.section import FINGERS, Ratio
 
 SOURCE = "thermoplastic polyurethane, 0.3 to 1.0; printed layers: engineering guess"
 
@@ -35,7 +35,7 @@ class BellowsFriction(Effect):
     felt_by: ClassVar = FINGERS
     shapeless: ClassVar = ("slip_mm",)
 
-    coefficient: Annotated[float, Prior(0.6, 0.2, SOURCE, positive=True)] = Field(
+    coefficient: Annotated[Ratio, Prior(0.6, 0.2, SOURCE, positive=True)] = Field(
         0.6, ge=0, le=10, description="coefficient of friction"
     )
     slip_mm: Annotated[

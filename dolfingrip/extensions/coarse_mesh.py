@@ -8,6 +8,7 @@ from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Prior, Setup
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.section import Ratio
 
 
 class CoarseMesh(Effect):
@@ -31,7 +32,7 @@ class CoarseMesh(Effect):
     # the mesh's error is a nuisance, see :mod:`dolfingrip.diagnosis.finger.model`
     tried: ClassVar = False
 
-    factor: Annotated[float, Prior(1.5, 0.5, "engineering guess", positive=True)] = Field(
+    factor: Annotated[Ratio, Prior(1.5, 0.5, "engineering guess", positive=True)] = Field(
         1.5, gt=0.1, le=10, description="element size by the base model's"
     )
 

@@ -11,6 +11,7 @@ from pydantic import Field
 from dolfingrip.channels import FORCE
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.kinds import Instrument
+from dolfingrip.sections.section import Ratio
 
 
 class ForceGain(Instrument):
@@ -29,7 +30,7 @@ class ForceGain(Instrument):
     neutral: ClassVar = {"gain": 1.0}
     channel: ClassVar = FORCE
 
-    gain: Annotated[float, Prior(1.0, 0.01, "engineering guess", positive=True)] = Field(
+    gain: Annotated[Ratio, Prior(1.0, 0.01, "engineering guess", positive=True)] = Field(
         1.02, gt=0, le=10, description="displayed force by true force"
     )
 

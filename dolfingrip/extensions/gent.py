@@ -11,6 +11,7 @@ from ufl.core.expr import Expr
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.kinds import Elastic
 from dolfingrip.forms import gent
+from dolfingrip.sections.section import Ratio
 
 
 class Gent(Elastic):
@@ -29,7 +30,7 @@ class Gent(Elastic):
     Confused with: Yeoh's and Ogden's energies.
     """
 
-    inverse_J_m: Annotated[float, Prior(0.025, 0.0125, "engineering guess", positive=True)] = Field(
+    inverse_J_m: Annotated[Ratio, Prior(0.025, 0.0125, "engineering guess", positive=True)] = Field(
         0.025, ge=0, le=10, description="1 by the limit of I1 - 3"
     )
 

@@ -23,7 +23,7 @@ from dolfingrip.extensions.effect import (
     StrainEnergy,
     Uneven,
 )
-from dolfingrip.sections.lookup import only_class
+from dolfingrip.sections.lookup import classes
 from dolfingrip.sections.section import Role, Section
 
 if TYPE_CHECKING:
@@ -33,36 +33,44 @@ SHARED = ("effect", "index", "kinds", "site", "supply")
 """Files that effects share. Each other file of this folder holds one effect."""
 
 
-def effect(name: str) -> type[Effect]:
-    """Return the class in the file of an effect.
-
-    Args:
-        name: of the file, and of the effect's table.
-    """
-    return only_class(f"dolfingrip.extensions.{name}", Effect)
-
-
 EFFECTS: tuple[type[Effect], ...] = tuple(
     sorted(
-        (
-            effect(file.name)
-            for file in pkgutil.iter_modules([str(Path(__file__).parent)])
-            if file.name not in SHARED
-        ),
+        classes(
+            "effects",
+            "dolfingrip.extensions",
+            [
+                file.name
+                for file in pkgutil.iter_modules([str(Path(__file__).parent)])
+                if file.name not in SHARED
+            ],
+            Effect,
+        ).values(),
         key=lambda each: (get_args(Kind).index(each.kind), each.place, each.name()),
     )
 )
-"""All effects, one a file of this folder: by kind in the order of :data:`Kind`, within a kind by
-place, then by name."""
+"""All effects, one a file of this folder or of a plugin (:func:`dolfingrip.plugin`): by kind in the
+order of :data:`Kind`, within a kind by place, then by name."""
 
-NAMES: tuple[str, ...] = tuple(each.name() for each in EFFECTS)
+_BY_NAME = {each.name(): each for each in EFFECTS}
+
+NAMES: tuple[str, ...] = tuple(_BY_NAME)
 """Names of the effects' files and tables, in the same order."""
+
+
+def effect(name: str) -> type[Effect]:
+    """Return the class of an effect.
+
+    Args:
+        name: of its file, and of its table.
+    """
+    return _BY_NAME[name]
 
 
 class Switched(Section):
     """Effects that the simple model leaves out; each is switched on by its own table."""
 
     role: ClassVar = Role.EXTENSIONS
+    extensible: ClassVar = True
     effects: ClassVar[tuple[type[Effect], ...]] = ()
 
     @overload

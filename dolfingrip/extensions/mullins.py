@@ -10,6 +10,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
 from dolfingrip.forms import isochoric, pseudo_elastic
+from dolfingrip.sections.section import Ratio
 
 
 class Mullins(Effect):
@@ -38,12 +39,12 @@ class Mullins(Effect):
     mixed: ClassVar = False
 
     inverse_r: Annotated[
-        float, Prior(0.4545, 0.1033, "thermoplastic polyurethane, r 1.5 to 3", positive=True)
+        Ratio, Prior(0.4545, 0.1033, "thermoplastic polyurethane, r 1.5 to 3", positive=True)
     ] = Field(0.4545, ge=0, le=1, description="part of the stress that is lost at most")
     m_MPa: Annotated[float, Prior(0.1, 0.1, "engineering guess", positive=True)] = Field(
         0.1, gt=0, le=1000, description="energy per volume below the largest at which it softens"
     )
-    beta: Annotated[float, Prior(0.1, 0.1, "engineering guess", positive=True)] = Field(
+    beta: Annotated[Ratio, Prior(0.1, 0.1, "engineering guess", positive=True)] = Field(
         0.1, ge=0, le=10, description="share of the largest energy in that energy"
     )
 

@@ -11,6 +11,7 @@ from ufl.core.expr import Expr
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.kinds import Elastic
 from dolfingrip.forms import ogden_terms
+from dolfingrip.sections.section import Ratio
 
 
 class OgdenExponent(Elastic):
@@ -30,7 +31,7 @@ class OgdenExponent(Elastic):
 
     neutral: ClassVar = {"alpha": 2.0}
 
-    alpha: Annotated[float, Prior(1.0, 0.4, "engineering guess", positive=True)] = Field(
+    alpha: Annotated[Ratio, Prior(1.0, 0.4, "engineering guess", positive=True)] = Field(
         1.0, ge=0.5, le=2.5, description="exponent of the stretches"
     )
 

@@ -12,6 +12,7 @@ from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.kinds import Elastic
 from dolfingrip.forms import ogden_terms
 from dolfingrip.sections.laws.ogden import ALPHA, terms_refused
+from dolfingrip.sections.ranges import PURE
 from dolfingrip.sections.section import Refusal
 
 Terms = Annotated[tuple[float, ...], Field(strict=False, min_length=1, max_length=3)]
@@ -36,7 +37,7 @@ class OgdenTerms(Elastic):
     mu_MPa: Annotated[Terms, Prior(0.2, 0.2, "engineering guess")] = Field(
         (0.2,), description="shear modulus of each term; of either sign"
     )
-    alpha: Annotated[Terms, Prior(-3.0, 1.5, "engineering guess", least=ALPHA[0])] = Field(
+    alpha: Annotated[Terms, PURE, Prior(-3.0, 1.5, "engineering guess", least=ALPHA[0])] = Field(
         (-3.0,), description="exponent of the stretches of each term; not 0"
     )
 

@@ -10,6 +10,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
 from dolfingrip.forms import yielding_network
+from dolfingrip.sections.section import Ratio
 
 
 class PermanentSet(Effect):
@@ -32,11 +33,11 @@ class PermanentSet(Effect):
     kind: ClassVar = "dissipative"
     place: ClassVar = 2
 
-    g: Annotated[float, Prior(0.2, 0.1, "set of 1 to 5°; engineering guess", positive=True)] = (
+    g: Annotated[Ratio, Prior(0.2, 0.1, "set of 1 to 5°; engineering guess", positive=True)] = (
         Field(0.2, ge=0, le=100, description="shear modulus that yields, by material.mu_MPa")
     )
     yield_strain: Annotated[
-        float, Prior(0.05, 0.03, "set of 1 to 5°; engineering guess", positive=True)
+        Ratio, Prior(0.05, 0.03, "set of 1 to 5°; engineering guess", positive=True)
     ] = Field(0.05, gt=0, le=10, description="uniaxial strain at which it yields")
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:

@@ -9,6 +9,7 @@ import ufl
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Prior, Site
+from dolfingrip.sections.section import Ratio
 
 
 class PlateFriction(Effect):
@@ -31,7 +32,7 @@ class PlateFriction(Effect):
     felt_by: ClassVar = ("plate",)
 
     mu: Annotated[
-        float, Prior(0.6, 0.2, "thermoplastic polyurethane, 0.3 to 1.0", positive=True)
+        Ratio, Prior(0.6, 0.2, "thermoplastic polyurethane, 0.3 to 1.0", positive=True)
     ] = Field(0.6, ge=0, le=10, description="coefficient of friction")
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:

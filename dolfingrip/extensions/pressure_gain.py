@@ -8,6 +8,7 @@ from pydantic import Field
 
 from dolfingrip.extensions.effect import Flow, Prior
 from dolfingrip.extensions.kinds import SupplyStage
+from dolfingrip.sections.section import Ratio
 
 
 class PressureGain(SupplyStage):
@@ -27,7 +28,7 @@ class PressureGain(SupplyStage):
     neutral: ClassVar = {"gain": 1.0}
     nuisance: ClassVar = True
 
-    gain: Annotated[float, Prior(1.0, 0.015, "regulators, ±1 to 2 %", positive=True)] = Field(
+    gain: Annotated[Ratio, Prior(1.0, 0.015, "regulators, ±1 to 2 %", positive=True)] = Field(
         1.02, gt=0, le=10, description="cavity pressure by regulator pressure"
     )
 

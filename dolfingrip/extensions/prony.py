@@ -11,7 +11,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, Site, StrainEnergy
 from dolfingrip.forms import transient_network
-from dolfingrip.sections.section import Refusal
+from dolfingrip.sections.section import Ratio, Refusal
 
 SERIES = Field(strict=False, min_length=1, max_length=3)
 """Numbers of terms of the series."""
@@ -39,7 +39,7 @@ class Prony(Effect):
     neutral: ClassVar = {"g": [0.0]}
 
     g: Annotated[
-        tuple[Annotated[float, Field(ge=0, lt=1)], ...],
+        tuple[Annotated[Ratio, Field(ge=0, lt=1)], ...],
         SERIES,
         Prior(0.2, 0.1, "thermoplastic polyurethane, 0.1 to 0.3 in all", positive=True),
     ] = Field((0.2,), description="part of the instantaneous shear modulus that relaxes, by branch")

@@ -12,9 +12,9 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, Setup, Site
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.sections.section import FINGERS, Ratio
 
-Mode = Annotated[float, Prior(0.0, 0.15, "engineering guess: a quarter, up to a half, in a place")]
+Mode = Annotated[Ratio, Prior(0.0, 0.15, "engineering guess: a quarter, up to a half, in a place")]
 SHOWN = 0.5
 """Part of the largest change from which on a place is told."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
@@ -30,68 +31,73 @@ class Verdict(Part):
         alias="class", description="effects of the leading class: the data cannot tell them apart"
     )
     second: tuple[str, ...] = Field((), description="effects of a second cause")
+    nearest: tuple[str, ...] = Field((), description="effects that come nearest if none is named")
     probability: float = Field(description="that the answer is right")
     claimed: bool = Field(True, description="whether that is enough to claim it")
+    least: float = Field(1.0, description="probability of the answer under the worst other prior")
     takes_part: float = Field(
         description="that one of the class takes part, alone, with another cause or an unknown one"
     )
     unexplained: float = Field(
         0.0, ge=0, le=1, description="share of what the configured model misses that stays"
     )
-    sentence: str = Field(description="the answer in words")
-
-
-class Brief(Part):
-    """The ten lines that the page begins with."""
-
-    result: str = Field(description="the answer in words, and how sure it is")
-    size: str = Field(description="fitted numbers, and what they change")
-    fit: str = Field(description="error before and after, and the noise")
-    check: str = Field(description="error on readings that were left out")
-    not_explained: str = Field(description="share that stays, and where")
-    also_possible: str = Field(description="other causes")
-    cannot_be_seen: str = Field(description="effects that these readings do not feel")
-    assumed: str = Field(description="modulus, scatter, noise, doubts about the data")
-    do_next: str = Field(description="the next experiment, its minutes, what it would tell")
-    use_it: str = Field(description="the command that uses the extended model")
-
-
-HEADINGS: Final = {
-    "result": "RESULT",
-    "size": "SIZE",
-    "fit": "FIT",
-    "check": "CHECK",
-    "not_explained": "NOT EXPLAINED",
-    "also_possible": "ALSO POSSIBLE",
-    "cannot_be_seen": "CANNOT BE SEEN HERE",
-    "assumed": "ASSUMED",
-    "do_next": "DO NEXT",
-    "use_it": "USE IT",
-}
-"""Headings of the lines, in their order."""
-
-
-class CauseProbability(Part):
-    """One cause of the catalogue."""
-
-    name: str
-    probability: float = Field(description="that it takes part, alone or in a pair")
-    strength_sigma: float = Field(description="length of the fitted change, standard deviations")
+    by_shape: bool = Field(
+        False, description="whether an elastic law or friction in the rig does as well"
+    )
 
 
 class FittedNumber(Part):
     """A fitted number."""
 
-    key: str = Field(description="of the configuration; modulus: factor of all moduli; strength "
-                     "of …: by the effect's ordinary strength")  # fmt: skip
+    key: str = Field(description="of the configuration, or of the rig under [nuisance]")
     value: float
     low: float = Field(description="lower end of the central 90 %")
     high: float = Field(description="upper end")
+    unit: str = Field("", description="empty: it has none")
+    configured: float | None = Field(None, description="null: it belongs to a cause")
+    part: str = Field("", description="material, walls, body or rig; of a cause its name")
 
-    def words(self, digits: int = 3) -> str:
-        """The number, and its interval in brackets."""
-        value, low, high = (f"{each:.{digits}g}" for each in (self.value, self.low, self.high))
-        return f"{self.key} = {value} ({low} to {high})"
+    @property
+    def off(self) -> bool:
+        """True where its interval excludes what is configured."""
+        return self.configured is None or not self.low <= self.configured <= self.high
+
+
+class CommonChange(Part):
+    """A change of the readings that all effects of a set make, by the model without a cause."""
+
+    experiment: str
+    channel: str
+    way: Literal["stiffer", "softer", "higher", "lower"] = Field(
+        description="stiffer, softer: of the body; higher, lower: of the reading"
+    )
+    percent: float = Field(description="of the reading, by the leading effect")
+    low: float = Field(description="by the effect that changes least")
+    high: float = Field(description="by the effect that changes most")
+    above: float = Field(description="load from which on, in the control's unit")
+    below: float | None = Field(None, description="load up to which; null: to the largest")
+    control_unit: str
+
+
+class Headline(Part):
+    """One number with its interval and the option of other commands that uses it."""
+
+    number: FittedNumber
+    common: CommonChange | None = Field(
+        None, description="in place of the number where effects are a set"
+    )
+    option: str = Field(description="--set KEY=VALUE, or --config FILE where more has to change")
+
+
+class CauseProbability(Part):
+    """One cause."""
+
+    name: str
+    words: str = Field("", description="what it is, at its fitted numbers")
+    kind: str = Field("", description="kind of effect; empty: a number of model or rig")
+    probability: float = Field(description="that it takes part, alone or in a pair")
+    strength_sigma: float = Field(description="length of the fitted change, standard deviations")
+    open: bool = Field(False, description="whether it may act though no cause is named")
 
 
 class FittedHypothesis(Part):
@@ -102,11 +108,94 @@ class FittedHypothesis(Part):
     parameters: tuple[FittedNumber, ...]
 
 
-class AssumedNoise(Part):
-    """The noise that was taken."""
+class ChannelMisfit(Part):
+    """Root mean squares of simulated less measured readings of a channel, in its unit."""
 
-    std: dict[str, float] = Field(description="independent part, by column of a test")
-    sentences: tuple[str, ...]
+    channel: str
+    unit: str
+    configured: float
+    fitted: float = Field(description="without a cause, the model's own numbers fitted")
+    extended: float = Field(description="with the causes that are named, if any")
+    noise: float = Field(description="median standard deviation")
+    mesh: float | None = Field(None, description="error of the mesh; null: it is not known")
+    undecided: bool = Field(False, description="whether that is too large to decide anything")
+
+
+class BandMisfit(Part):
+    """Mean difference of the model without a cause in a band of load, simulated less measured."""
+
+    experiment: str
+    channel: str
+    start: float = Field(description="load, in the control's unit")
+    end: float
+    control_unit: str
+    mean: float = Field(description="in the channel's unit")
+    unit: str
+    percent: float = Field(description="of the mean reading there")
+
+
+class RigNumber(Part):
+    """A number of rig or body that the laboratory told, as the readings tell it."""
+
+    name: str
+    unit: str
+    prior_std: float = Field(description="as reported, or usual")
+    value: float = Field(description="difference from what was told")
+    share: float = Field(description="of what the configured model misses; 0: within the noise")
+
+
+class ArtefactSize(Part):
+    """An artefact of an instrument, which the diagnosis takes out."""
+
+    name: str = Field(description="jump, play or wave, of what and where")
+    size: float
+    unit: str
+
+
+class Slip(Part):
+    """A doubt about a column: a slip of unit or sign, or swapped columns."""
+
+    where: str = Field(description="test, or the specimens that show it alike")
+    column: str
+    meaning: str = Field(description="the slip")
+    factor: float | None = Field(description="that makes the column right; null: swapped")
+
+
+class SpecimensApart(Part):
+    """Specimens that stand apart from the others, and the answer without these."""
+
+    specimens: tuple[str, ...]
+    odds: float = Field(description="that they do, and no others")
+    without: Verdict
+
+
+class NoiseSource(Part):
+    """A noise that the laboratory does not tell."""
+
+    column: str
+    test: str
+    std: float
+    source: Literal["scatter", "repeats", "guess"]
+
+
+class Scatter(Part):
+    """How far the specimens differ from one another."""
+
+    specimens: int
+    scale: float = Field(description="relative standard deviation of their stiffness")
+    prior_scale: float = Field(description="as the laboratory told, or usual")
+    shape: float = Field(description="individual deviation, by the root mean square of a channel")
+    estimated: bool = Field(description="whether their readings tell these")
+    wide: bool = Field(False, description="whether they differ by more than is believed")
+
+
+class OtherPrior(Part):
+    """The answer under another prior."""
+
+    prior: str
+    answer: Literal["cause", "none", "unknown"]
+    effects: tuple[str, ...]
+    probability: float = Field(description="of the verdict's answer under it")
 
 
 class HeldOutError(Part):
@@ -121,8 +210,6 @@ class HeldOutError(Part):
     cause: float = Field(description="the extended model")
     cause_low: float = Field(description="lower end of its 90 % interval (bootstrap over folds)")
     cause_high: float = Field(description="upper end")
-    by_nuisances_low: float = Field(description="cause by nuisances, lower end")
-    by_nuisances_high: float = Field(description="upper end")
     log_odds_nuisances: float | None = Field(
         None, description="ln of the odds for the cause, by all folds; null: not compared"
     )
@@ -163,6 +250,21 @@ class NextExperiment(Part):
         return not self.splits, first, -self.gain_per_minute
 
 
+Way = Literal[
+    "nothing", "finger", "area", "empty_machine", "memory", "loop", "rates", "other_channel",
+    "finger_or_channel", "coupon_or_channel", "alone",
+]  # fmt: skip
+"""Kinds of advice beside the tests and checks that were weighed."""
+
+
+class Advice(Part):
+    """A kind of measurement, where nothing that was weighed tells all that is open."""
+
+    way: Way
+    names: tuple[str, ...] = Field((), description="causes that it would tell")
+    unload: bool = Field(False, description="whether unloading would help, too")
+
+
 class DesignChange(Part):
     """A design of a campaign, by the model before and by the extended one."""
 
@@ -173,13 +275,6 @@ class DesignChange(Part):
     phi_before: float = Field(description="force over the original finger's, less 1")
     phi_after: float | None
 
-    def cells(self) -> list[str]:
-        """The design, its forces in N and φ as texts."""
-        place = ", ".join(f"{key} = {value:.3g}" for key, value in self.inputs.items())
-        force = "–" if self.force_after_N is None else f"{self.force_after_N:.3g}"
-        phi = "–" if self.phi_after is None else f"{self.phi_after:.1%}"
-        return [place, f"{self.force_before_N:.3g}", force, f"{self.phi_before:.1%}", phi]
-
 
 class Downstream(Part):
     """Changes of a campaign's best designs by the extended model."""
@@ -188,19 +283,6 @@ class Downstream(Part):
     original_after_N: float
     designs: tuple[DesignChange, ...] = Field(description="the best before first")
 
-    @computed_field(description="in words")  # type: ignore[prop-decorator]
-    @property
-    def sentence(self) -> str:
-        """The fate of the campaign's optimum."""
-        before, after = self.designs[0], max(self.designs, key=lambda d: d.force_after_N or 0.0)
-        if before.phi_after is None or after.phi_after is None:
-            return "the campaign's optimum could not be computed with the extended model"
-        change = f"φ of the campaign's optimum {before.phi_before:.1%} → {before.phi_after:.1%}"
-        if after is before:
-            return f"{change}; it stays the best of the {len(self.designs)} that were computed"
-        place = ", ".join(f"{key} = {value:.3g}" for key, value in after.inputs.items())
-        return f"{change}; the best is now {place} with φ = {after.phi_after:.1%}"
-
 
 class DiagnosisFile(ResultFile):
     """Contents of ``diagnosis.json``."""
@@ -208,98 +290,65 @@ class DiagnosisFile(ResultFile):
     FILE: ClassVar[str] = "diagnosis.json"
     MADE_BY: ClassVar[str] = "dolfingrip diagnose"
 
-    schema_version: Literal[2] = 2  # it rises if a key changes its meaning or goes
+    schema_version: Literal[3] = 3  # it rises if a key changes its meaning or goes
     version: str = Field(description="of dolfingrip")
     data: tuple[str, ...] = Field(description="files")
     quick: bool = Field(description="whether it stopped after the screen")
     readings: int
     verdict: Verdict
-    brief: Brief | None = Field(None, description="null: not written for this measurement yet")
+    headline: Headline = Field(description="the answer in one number")
     causes: tuple[CauseProbability, ...] = Field(description="the most probable first")
     none: float = Field(description="probability of no cause that can be seen")
     unknown: float = Field(description="probability of a cause that is not in the catalogue")
-    screen: dict[str, float] = Field(description="log evidence of each effect alone, linear")
-    fits: tuple[FittedHypothesis, ...]
-    sentences: tuple[str, ...] = Field(description="where the simulation is off, in words")
-    noise: AssumedNoise
-    under_other_priors: dict[str, str] = Field(description="the answer under each")
-    nuisances: dict[str, float] = Field(description="fitted, by their standard deviations")
+    fits: tuple[FittedHypothesis, ...] = ()
+    misfit: tuple[ChannelMisfit, ...] = ()
+    bands: tuple[BandMisfit, ...] = Field((), description="where the model is off")
+    rig: tuple[RigNumber, ...] = ()
+    nuisances: dict[str, float] = Field({}, description="fitted, by their standard deviations")
+    noise_std: dict[str, float] = Field({}, description="independent part, by column of a test")
+    noise_sources: tuple[NoiseSource, ...] = Field(
+        (), description="where the laboratory tells none"
+    )
+    scatter: Scatter | None = None
+    artefacts: tuple[ArtefactSize, ...] = ()
+    apart: SpecimensApart | None = Field(None, description="null: no specimens stand apart")
+    hides: dict[str, tuple[str, ...]] = Field(
+        {}, description="effects that the readings do not show, and the numbers they hide behind"
+    )
+    behind: tuple[str, ...] = Field((), description="numbers that open causes hide behind")
+    other_priors: tuple[OtherPrior, ...] = ()
     gain: tuple[HeldOutError, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
-    next_experiments: tuple[NextExperiment, ...] = ()
+    next_experiments: tuple[NextExperiment, ...] = Field((), description="the best first")
+    advice: Advice | None = Field(None, description="null: the first of these tells all")
     downstream: Downstream | None = None
-    suspicions: tuple[str, ...] = Field((), description="slips of units, signs and columns")
+    slips: tuple[Slip, ...] = Field((), description="of units, signs and columns")
     not_reached: tuple[str, ...] = Field(
         (), description="tests with readings that the base simulation does not reach, and why"
     )
-    warnings: tuple[str, ...] = ()
+    not_tried: tuple[str, ...] = Field((), description="causes that --quick left out")
+    failed: dict[str, str] = Field({}, description="causes that could not be simulated, and why")
+    mesh_known: bool = Field(True, description="whether the mesh's error is known")
+    extrapolated: bool = Field(False, description="whether the leading fit was not simulated")
+    warnings: tuple[str, ...] = Field((), description="what the data were read with")
     extended: dict[str, Any] = Field({}, description="what extended.toml changes")
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )
 
-    @property
-    def beside_causes(self) -> dict[str, float]:
-        """Probabilities that no cause is seen, and of one that is not in the catalogue, by words.
-
-        That nothing acts is less probable than that nothing is seen, as a cause may hide.
-        """
-        nothing = self.verdict.probability if self.verdict.answer == "none" else self.none
-        hides = (
-            {"hidden: not seen, not excluded": self.none - nothing} if nothing < self.none else {}
-        )
-        return {
-            "none: noise alone": nothing,
-            **hides,
-            "unknown: not in the catalogue": self.unknown,
-        }
-
     def overview(self) -> TextTable:
-        """Return the ten lines that the page of the diagnosis begins with."""
-        rows = [[HEADINGS[name], line] for name, line in self.brief or ()]
-        return TextTable(["", ""], rows, self.verdict.sentence)
+        """Return the lines that the page of the diagnosis begins with."""
+        return TextTable([""], [[line] for line in self._words().lines(self)], self.FILE)
 
     def tables(self) -> list[TextTable]:
-        """List what was found as tables: fits, gain, next experiments, best designs."""
-        tables = []
-        if len(self.fits) > 1:
-            fits = sorted(self.fits, key=lambda each: -each.log_evidence)
-            rows = [
-                [" with ".join(each.effects) or "none", f"{each.log_evidence:z.1f}",
-                 "; ".join(number.words() for number in each.parameters)]
-                for each in fits
-            ]  # fmt: skip
-            tables.append(TextTable(["effects", "ln evidence", "parameters (90 %)"], rows, "Fits"))
-        if self.gain:
-            rows = [
-                [f"{each.left_out} ({each.folds})", each.channel, f"{each.before:.3g}",
-                 f"{each.nuisances:.3g}", f"{each.process:.3g}",
-                 f"{each.cause:.3g} ({each.cause_low:.3g} to {each.cause_high:.3g})"]
-                for each in self.gain
-            ]  # fmt: skip
-            headings = ["left out", "reading", "as configured", "nuisances refitted", "process",
-                        "cause (90 %)"]  # fmt: skip
-            title = "Error on readings that were left out (root mean square)"
-            tables.append(TextTable(headings, rows, title))
-        if self.next_experiments:
-            rows = [
-                [
-                    each.name,
-                    f"{each.minutes:.0f}",
-                    f"{each.chance:.2f}",
-                    ", ".join(each.tells) or "–",
-                    f"{each.gain:+.1f}",
-                ]
-                for each in self.next_experiments
-            ]
-            headings = ["test or check", "minutes", "leaves one answer", "may tell",
-                        "expected ln Bayes factor"]  # fmt: skip
-            tables.append(TextTable(headings, rows, "Further checks"))
-        if self.downstream is not None:
-            rows = [each.cells() for each in self.downstream.designs]
-            headings = ["design", "force before (N)", "after", "φ before", "after"]
-            tables.append(TextTable(headings, rows, "Best designs of the campaign"))
+        """List what was found as tables."""
+        tables: list[TextTable] = self._words().tables(self)
         return tables
+
+    @staticmethod
+    def _words() -> Any:
+        """The module of all words, which imports this one."""
+        return import_module("dolfingrip.files.diagnosis_words")
 
     @staticmethod
     def readings_in(folder: Path) -> pd.DataFrame | None:

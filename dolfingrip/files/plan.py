@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import ClassVar, Final, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from dolfingrip.files.diagnosis_words import listed
 from dolfingrip.files.result_file import Part, ResultFile
 from dolfingrip.files.text_table import TextTable
 from dolfingrip.version import __version__
-
-IN_A_CELL: Final = 4
-"""Names in a cell of a table; the others are counted."""
 
 
 class EffectOutlook(Part):
@@ -82,7 +79,7 @@ class PlanFile(ResultFile):
         rows = [
             [each.effect, each.ordinary, f"{each.strength_sigma:z.1f}",
              "–" if each.named_from is None else f"{each.named_from:.2g}", f"{each.share:z.2f}",
-             f"{each.class_share:z.2f}", _listed(each.confused_with)]
+             f"{each.class_share:z.2f}", listed(each.confused_with)]
             for each in self.effects
         ]  # fmt: skip
         headings = ["effect", "ordinary strength", "σ", "from × ordinary", "named", "its class",
@@ -91,14 +88,9 @@ class PlanFile(ResultFile):
         if self.additions:
             rows = [
                 [each.name, f"{each.minutes:.0f}", f"{each.share:z.2f}",
-                 f"{100 * each.gain_per_minute:+z.2f} %", _listed(each.lifts)]
+                 f"{100 * each.gain_per_minute:+z.2f} %", listed(each.lifts)]
                 for each in self.additions
             ]  # fmt: skip
             headings = ["addition", "minutes", "share named", "gain per minute", "newly named"]
             found.append(TextTable(headings, rows, "Additions"))
         return found
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - IN_A_CELL} more" if len(names) > IN_A_CELL else ""
-    return ", ".join(names[:IN_A_CELL]) + more or "–"

@@ -132,6 +132,15 @@ class SolverCounts(Part):
     matrix_patterns: int = 1
 
 
+class PluginUsed(Part):
+    """A plugin of the process that ran."""
+
+    module: str
+    path: str
+    digest: str = Field(description="SHA-256 of its file")
+    version: str = Field("", description="of the installed package; empty for a file")
+
+
 class RunFile(ResultFile):
     """Contents of ``run.json``."""
 
@@ -160,4 +169,5 @@ class RunFile(ResultFile):
     peak_memory_MB: int | None = None
     profile: dict[str, Any] = Field({}, description="time of each phase in s")
     versions: dict[str, str] = Field({}, description="of the software")
+    plugins: tuple[PluginUsed, ...] = Field((), description="laws, effects … of the user's own")
     machine: dict[str, Any] = Field({}, description="system, and number of processors")

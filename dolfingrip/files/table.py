@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from dolfingrip.files import whole
-from dolfingrip.files.text_table import TextTable as TextTable
 
 _LOG = logging.getLogger(__name__)
 

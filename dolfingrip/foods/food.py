@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal, Self
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from dolfingrip import plugins
+from dolfingrip.channels import Part
 from dolfingrip.foods.index import KINDS, SHAPES
 from dolfingrip.foods.kind import FoodKind, Portion
-from dolfingrip.sections.section import Entry, Role, Section, outside, with_keys_of
+from dolfingrip.sections.section import PLUGGED, Entry, Ratio, Role, Section, outside, with_keys_of
 
 if TYPE_CHECKING:  # the kinds and their keys are known as it runs only
 
@@ -18,7 +21,10 @@ else:
     FoodKeys = with_keys_of(
         "FoodKeys",
         SHAPES,
-        kind=(Literal[tuple(KINDS)], Field("cube", description="its shape; file: an STL file's")),
+        kind=(
+            Literal[tuple(KINDS)],
+            Field("cube", description="its shape; file: an STL file's", json_schema_extra=PLUGGED),
+        ),
     )
 
 
@@ -30,6 +36,26 @@ class FoodShape(FoodKeys):
     width_mm: float | None = Field(None, gt=0, le=500, description="along x; default: by kind")
     length_mm: float | None = Field(None, gt=0, le=500, description="along y; default: by kind")
     height_mm: float | None = Field(None, gt=0, le=500, description="along z; default: by kind")
+
+    @classmethod
+    def made_of(cls, values: Mapping[str, Any]) -> tuple[type, ...]:
+        """Return the class of the kind that a table names, where there is such a kind."""
+        shape = KINDS.get(values.get("kind", "cube"))
+        return () if shape is None else (shape,)
+
+    @classmethod
+    def counted(cls, values: Mapping[str, Any], parts: Iterable[Part]) -> dict[str, Any]:
+        """Return the values that a result depends on, which keys of other plugins' kinds are not.
+
+        Args:
+            values: as plain data.
+            parts: of the experiment.
+        """
+        used = cls.made_of(values)
+        others = [shape for shape in SHAPES if plugins.digests(shape) and shape not in used]
+        left = {key for shape in others for key in shape.model_fields}
+        left -= {key for shape in SHAPES if shape not in others for key in shape.model_fields}
+        return super().counted({k: v for k, v in values.items() if k not in left}, parts)
 
     @property
     def shape(self) -> FoodKind:
@@ -69,8 +95,8 @@ class Food(FoodShape):
     density_kg_m3: float | None = Field(
         None, gt=0, le=20_000, description="default: by kind; 1000 of a file"
     )
-    friction: float = Field(0.38, ge=0, le=10, description="of fingers on food (the paper's)")
-    table_friction: float = Field(0.3, ge=0, le=10, description="of food on the table")
+    friction: Ratio = Field(0.38, ge=0, le=10, description="of fingers on food (the paper's)")
+    table_friction: Ratio = Field(0.3, ge=0, le=10, description="of food on the table")
     turn_deg: float = Field(0.0, ge=-180, le=180, description="about z, where it is put")
     offset_x_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
     offset_y_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
@@ -96,7 +122,7 @@ class Obstacle(FoodShape):
     z_mm: float = Field(
         60.0, ge=-500, le=1500, description="of its centre of gravity, from the clamp"
     )
-    friction: float = Field(
+    friction: Ratio = Field(
         0.38, ge=0, le=10, description="that obstacle_lift_N counts with; the contact has none"
     )
     barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which it is felt")

@@ -1,4 +1,4 @@
-"""The index of the shapes of food, each the name of its file in this folder."""
+"""The index of the shapes of food: files of this folder, and plugins."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from dolfingrip.foods.kind import FoodKind
-from dolfingrip.sections.lookup import only_class
+from dolfingrip.sections.lookup import classes
 
 FILES: Final = (
     "sausage",
@@ -17,7 +17,7 @@ FILES: Final = (
 )
 
 SHAPES: Final[tuple[type[FoodKind], ...]] = tuple(
-    only_class(f"dolfingrip.foods.{file}", FoodKind) for file in FILES
+    classes("foods", "dolfingrip.foods", FILES, FoodKind).values()
 )
 
 KINDS: Final[Mapping[str, type[FoodKind]]] = {

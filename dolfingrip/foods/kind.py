@@ -9,7 +9,7 @@ from pydantic import Field
 
 from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.meshes.closed_surface import ClosedSurface
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import Role, Section
 
 
 class Portion(NamedTuple):
@@ -39,6 +39,7 @@ class FoodKind(Section):
         colour: in pictures.
     """
 
+    role: ClassVar = Role.SETUP
     portions: ClassVar[Mapping[str, Portion]]
     lying: ClassVar[tuple[float, float, float] | None] = None
     exclusive: ClassVar[tuple[str, ...]] = ()

@@ -5,8 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
+
+from dolfingrip import plugins
 
 Data = dict[str, Any]
 """Plain data: what JSON can hold."""
@@ -50,12 +53,14 @@ class Job:
             :class:`JobFailure` where there is no result.
         arguments: of the function, by name.
         inputs: by what this job differs from the others of its store, for people and tables.
+        plugins: files that a worker takes, with their digests.
     """
 
     key: str
     function: str
     arguments: Data
     inputs: Data = field(default_factory=dict)
+    plugins: Mapping[str, str] = field(default_factory=plugins.digests_of_files)
 
 
 @dataclass(slots=True)

@@ -12,12 +12,14 @@ import socket
 import threading
 import time
 import traceback
+from collections.abc import Mapping
 from contextlib import nullcontext
 from datetime import UTC, datetime
 from pathlib import Path
 from subprocess import SubprocessError
 from typing import Any
 
+from dolfingrip import plugins
 from dolfingrip.files.whole import WriteError
 from dolfingrip.jobs.interrupts import interrupt_behind
 from dolfingrip.jobs.job import ERROR, MACHINE, REFUSED, Answer, Job, JobFailure, WorkerPolicy
@@ -86,6 +88,7 @@ def compute(job: Job) -> Answer:
     answer = Answer(job.key, "failed", started_at=started.isoformat(timespec="milliseconds"))
     answer.worker = f"{socket.gethostname()}:{os.getpid()}"
     try:
+        _take(job.plugins)
         answer.result = found(job.function)(**job.arguments)
         answer.status = "done"
     except JobFailure as failure:
@@ -106,6 +109,25 @@ def compute(job: Job) -> Answer:
             answer.status, answer.failure_class = "broken", MACHINE
     answer.wall_s = round(time.perf_counter() - clock, 3)
     return answer
+
+
+def _take(files: Mapping[str, str]) -> None:
+    """Take the plugins of whoever asks for a job.
+
+    Args:
+        files: digests by path.
+
+    Raises:
+        MachineError: one line, where this worker cannot have them.
+    """
+    try:
+        for file in files:
+            plugins.add(file)
+        different = files.items() - plugins.digests_of_files().items()
+    except (OSError, plugins.PluginError) as error:
+        raise MachineError(str(error)) from None
+    for file, _ in different:
+        raise MachineError(f"--plugin {file}: changed since; allowed: the same command, anew")
 
 
 def of_machine(error: BaseException | None) -> bool:

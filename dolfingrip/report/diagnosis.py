@@ -14,6 +14,7 @@ from dolfingrip.channels import CHANNELS, DISPLACEMENT, PRESSURE, Channel
 from dolfingrip.charts.chart import Axis, Chart, Colour, Mark, Series, Style
 from dolfingrip.charts.picture import Look, write
 from dolfingrip.files.diagnosis import DiagnosisFile
+from dolfingrip.files.diagnosis_words import beside_causes
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,7 +245,7 @@ def probabilities(found: DiagnosisFile, least: float = PICTURES.least_probabilit
     """
     known = {each.name.replace("_", " "): each.probability for each in found.causes}
     shown = {name: p for name, p in known.items() if p >= least}
-    shown |= found.beside_causes
+    shown |= beside_causes(found)
     names = sorted(shown, key=lambda name: -shown[name])
     bars = []
     for colour, of_cause in (("green", True), ("grey", False)):

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from annotated_types import BaseMetadata
 from pydantic import BaseModel, ValidationError
 
+from dolfingrip import plugins
 from dolfingrip.sections.units import NOTHING, unit, words
 
 BOUNDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
@@ -133,7 +134,8 @@ def reason(kind: str, info: Any, key: str) -> str:
         keys = f"keys {', '.join(hint.model_fields)}" if hint.model_fields else "tables by name"
         return f"not a table; allowed: {keys}"
     if get_origin(hint) is Literal:
-        return f"allowed: {', '.join(str(choice) for choice in get_args(hint))}"
+        choices = ", ".join(str(choice) for choice in get_args(hint))
+        return f"allowed: {choices}{'; ' + plugins.hint('FILE') if info.json_schema_extra else ''}"
     if hint is bool:
         return "allowed: true, false"
     if hint is Path:
@@ -281,6 +283,8 @@ def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
         meant = "" if sections else _without_section(name, root)
     hint = f"did you mean {meant}? " if meant else ""
     allowed = ", ".join(here) or f"tables [{'.'.join(sections)}.NAME]"
+    if any(getattr(kind, "extensible", False) for kind in kinds(sections, root)):
+        allowed += f"; {plugins.hint(name)}"
     return f"{'.'.join(location)}: unknown key; {hint}allowed: {allowed}"
 
 

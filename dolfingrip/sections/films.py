@@ -12,7 +12,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import ConfigDict, Field
 
-from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section, Vector
+from dolfingrip.sections.ranges import PURE
+from dolfingrip.sections.section import FINGERS, Entry, Ratio, Refusal, Role, Section, Vector
 
 Stiffnesses = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
 Angles = Annotated[tuple[Annotated[float, Field(ge=-180, le=180)], ...], Field(strict=False)]
@@ -48,17 +49,17 @@ class Film(Section):
     Et_N_per_mm: float = Field(
         1.0, ge=0, description="Young's modulus times thickness, the same in all directions"
     )
-    nu: float = Field(0.3, ge=0, lt=0.5, description="Poisson's ratio in the film's plane")
+    nu: Ratio = Field(0.3, ge=0, lt=0.5, description="Poisson's ratio in the film's plane")
     fibre_Et_N_per_mm: Stiffnesses = Field(
         (), description="of each family of fibres, besides Et_N_per_mm"
     )
     fibre_deg: Angles = Field(
         (), description="of each family, from fibre_axis, anticlockwise seen from outside"
     )
-    fibre_axis: Vector = Field(
+    fibre_axis: Annotated[Vector, PURE] = Field(
         (0.0, 0.0, 1.0), description="axis whose part in the surface is fibre_deg = 0"
     )
-    compression: float = Field(
+    compression: Ratio = Field(
         1.0, ge=0, le=1, description="stiffness of fibres in compression, relative to tension"
     )
     thickness_mm: float | None = Field(

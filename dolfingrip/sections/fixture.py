@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from annotated_types import Ge, Le
 from pydantic import Field
 
+from dolfingrip.sections.ranges import PURE
 from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section, Vector
 
 Place = Annotated[tuple[float, float], Field(strict=False)]
@@ -25,7 +26,9 @@ class PlateSettings(Section):
         0.0, ge=0, description="skin to plate, from the finger at rest: unpressurised, hanging"
     )
     tilt_deg: float = Field(0.0, gt=-80, lt=80, description="rotation of the plate about y")
-    normal: Vector = Field((1.0, 0.0, 0.0), description="of the untilted plate, towards the finger")
+    normal: Annotated[Vector, PURE] = Field(
+        (1.0, 0.0, 0.0), description="of the untilted plate, towards the finger"
+    )
     contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
     stiffness_MPa: float = Field(0.1, gt=0, description="of the barrier")
@@ -44,7 +47,9 @@ class Gravity(Section):
     entry: ClassVar = {"acceleration_m_s2": Entry.CONSTANT}  # gravity_pitch changes the direction
 
     acceleration_m_s2: float = Field(0.0, ge=0, le=1000, description="9.81 switches gravity on")
-    direction: Vector = Field((0.0, 0.0, 1.0), description="z is from clamp to tip")
+    direction: Annotated[Vector, PURE] = Field(
+        (0.0, 0.0, 1.0), description="z is from clamp to tip"
+    )
 
     def movable(self, key: str) -> bool:
         """Return whether gravity is on."""
@@ -72,7 +77,7 @@ class Camera(Section):
     to_mm: Vector | None = Field(None, description="points: where it ends, as meshed")
     markers: (
         Annotated[int, Ge(0), Le(100)]
-        | Annotated[tuple[Place, ...], Field(strict=False, min_length=1, max_length=100)]
+        | Annotated[tuple[Place, ...], PURE, Field(strict=False, min_length=1, max_length=100)]
     ) = Field(
         0,
         description="number of markers along the middle of the back, at equal distances, the last "

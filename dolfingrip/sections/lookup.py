@@ -1,8 +1,39 @@
-"""Finds the class in a file of an index."""
+"""Finds the classes of an index: one in each of its files, and those of plugins."""
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
+from types import ModuleType
+
+from dolfingrip import plugins
+from dolfingrip.plugins import PluginError
+
+
+def classes[T](group: str, package: str, files: Sequence[str], base: type[T]) -> dict[str, type[T]]:
+    """Return the classes of an index by their files' names, those of plugins last.
+
+    Args:
+        group: one of :data:`dolfingrip.plugins.GROUPS`.
+        package: dotted name of the folder with the files.
+        files: names of the files.
+        base: base class of the kind.
+
+    Raises:
+        PluginError: one line, where a plugin cannot be loaded, has two such classes, or has a name
+            that is taken.
+    """
+    found = {file: only_class(f"{package}.{file}", base) for file in files}
+    for plugin in plugins.of_group(group):
+        name, kinds = plugin.module.rpartition(".")[2], _classes(plugin.load(), base)
+        if kinds and name in found:
+            raise PluginError(f"--plugin {plugin.path}: {name} is taken; allowed: another name")
+        if len(kinds) > 1:
+            words = " and ".join(each.__name__ for each in kinds)
+            raise PluginError(f"--plugin {plugin.path}: {words}; allowed: one of {group} in a file")
+        if kinds:
+            found[name] = kinds[0]
+    return found
 
 
 def only_class[T](module: str, base: type[T]) -> type[T]:
@@ -12,10 +43,14 @@ def only_class[T](module: str, base: type[T]) -> type[T]:
         module: dotted name of the file.
         base: base class of the kind.
     """
-    loaded = importlib.import_module(module)
-    (found,) = (
-        item
-        for item in vars(loaded).values()
-        if isinstance(item, type) and issubclass(item, base) and item.__module__ == loaded.__name__
-    )
+    (found,) = _classes(importlib.import_module(module), base)
     return found
+
+
+def _classes[T](module: ModuleType, base: type[T]) -> list[type[T]]:
+    """Return the classes of a kind that are defined in a module."""
+    return [
+        item
+        for item in vars(module).values()
+        if isinstance(item, type) and issubclass(item, base) and item.__module__ == module.__name__
+    ]

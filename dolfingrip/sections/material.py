@@ -18,12 +18,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Unio
 
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, create_model
 
+from dolfingrip import plugins
 from dolfingrip.channels import Part
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import shown
 from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.laws.law import MaterialLaw
-from dolfingrip.sections.section import EVERYWHERE, FINGERS, Entry, Refusal, Role, outside
+from dolfingrip.sections.section import EVERYWHERE, FINGERS, Entry, Ratio, Refusal, Role, outside
 
 NAME: Final = "name"
 """Key of a material's table that names one of these; the resolved configuration has its law."""
@@ -90,12 +91,12 @@ class Material(MaterialLaw):
     felt_by: ClassVar = FINGERS
     entry: ClassVar = Entry.CONSTANT
 
-    nu: float | None = Field(
+    nu: Ratio | None = Field(
         None, gt=0, lt=0.5, description="Poisson's ratio; default 0.45 where no bulk_MPa is given"
     )
     bulk_MPa: float | None = Field(None, gt=0, description="bulk modulus, instead of nu")
     density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
-    elongation_at_break: float | None = Field(
+    elongation_at_break: Ratio | None = Field(
         None, gt=0, le=100, description="nominal strain at which it breaks; break_share is by it"
     )
 
@@ -118,6 +119,12 @@ class Material(MaterialLaw):
             parts: of the experiment.
         """
         return super().counted({**ALWAYS, **values}, parts)
+
+    @classmethod
+    def made_of(cls, values: Mapping[str, Any]) -> tuple[type, ...]:
+        """Return the class of the law that a table names, where there is such a law."""
+        law = LAWS.get(values.get("law", next(iter(LAWS))))
+        return () if law is None else (law,)
 
     def constants(self) -> dict[str, Any]:
         """Return the numbers of the law's energy by key; lists for lists."""
@@ -164,7 +171,8 @@ def _with_law(data: Any) -> Any:
     data = _of_name(data, {**defaults, "law": next(iter(LAWS))})
     law = data.get("law", next(iter(LAWS)))
     if not isinstance(law, str) or law not in LAWS:
-        raise outside("law", shown(law), f"allowed: {', '.join(sorted(LAWS))}")
+        allowed = f"allowed: {', '.join(sorted(LAWS))}; {plugins.hint(str(law))}"
+        raise outside("law", shown(law), allowed)
     found = {"law": law, **data}
     for other, kind in LAWS.items():
         for key in kind.model_fields.keys() - LAWS[law].model_fields.keys() & data.keys():

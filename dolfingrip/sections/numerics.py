@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from dolfingrip.sections.section import FINGERS, Refusal, Role, Section
+from dolfingrip.sections.section import FINGERS, Ratio, Refusal, Role, Section
 
 
 class Solver(Section):
@@ -37,7 +37,7 @@ class Solver(Section):
     memory_GB: float | None = Field(
         None, gt=0, description="largest memory that a run may need; default: what is free"
     )
-    rtol: float = Field(
+    rtol: Ratio = Field(
         1e-6, ge=1e-30, le=0.1, description="residual, relative to the step's first"
     )
     atol_N: float = Field(1e-9, ge=1e-30, le=1e-4, description="residual, absolute (N)")
@@ -53,7 +53,7 @@ class Solver(Section):
     time_error_mm: float = Field(
         0.01, ge=1e-6, le=10, description="dynamic: error of a step in time, which sets its length"
     )
-    hht_alpha: float = Field(
+    hht_alpha: Ratio = Field(
         -0.05,
         ge=-1 / 3,
         le=0,

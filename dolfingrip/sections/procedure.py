@@ -15,7 +15,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from dolfingrip.channels import AMBIENT_KPA, VACUUM_KPA
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.section import FINGERS, Numbers, Refusal, Role, Section
+from dolfingrip.sections.section import FINGERS, Numbers, Ratio, Refusal, Role, Section
 
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
@@ -70,10 +70,10 @@ class ExperimentSettings(Section):
     step_kPa: float = Field(
         STEP_KPA, gt=0, description="a reading every so much; by default at most the maximum"
     )
-    max_volume_ratio: float = Field(
+    max_volume_ratio: Ratio = Field(
         2.0, gt=1, le=1000, description="volume control: largest cavity, relative to rest"
     )
-    step_volume_ratio: float = Field(
+    step_volume_ratio: Ratio = Field(
         0.1, gt=0, le=10, description="volume control: a reading every so much"
     )
     unload: bool = Field(False, description="go back to rest in the same steps")
@@ -168,8 +168,8 @@ class CouponSettings(Section):
     grip: Literal["sliding", "clamped"] = Field(
         "sliding", description="ends free to narrow (uniform stretch) or held fast"
     )
-    max_strain: float = Field(0.5, gt=0, le=10, description="largest nominal strain")
-    step_strain: float = Field(0.05, gt=0, le=10, description="a reading every so much")
+    max_strain: Ratio = Field(0.5, gt=0, le=10, description="largest nominal strain")
+    step_strain: Ratio = Field(0.05, gt=0, le=10, description="a reading every so much")
     rate_mm_per_s: float = Field(2.5, gt=0, description="crosshead; felt by models with a clock")
 
     def refusals(self) -> Iterator[Refusal]:
@@ -191,7 +191,7 @@ class Cavity(Section):
         "closed": False, "closed_at_kPa": AMBIENT_KPA, "exponent": 1.0, "pressure_kPa": [],
     }  # fmt: skip
 
-    pressure_ratio: float = Field(
+    pressure_ratio: Ratio = Field(
         1.0, ge=-10, le=10, description="the cavity's pressure by the experiment's; 0: vented"
     )
     pressure_kPa: Numbers = Field(
@@ -201,7 +201,7 @@ class Cavity(Section):
     closed_at_kPa: float = Field(
         AMBIENT_KPA, gt=0, le=10_000, description="absolute pressure at which it was closed"
     )
-    exponent: float = Field(
+    exponent: Ratio = Field(
         1.0, ge=1, le=2, description="n in p Vⁿ = const: 1 isothermal, 1.4 adiabatic"
     )
 

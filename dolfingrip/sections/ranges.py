@@ -22,6 +22,9 @@ from pydantic_core import PydanticCustomError
 from dolfingrip.sections import units
 from dolfingrip.sections.errors import bare
 
+PURE: Final = "without a unit"
+"""Note of a key whose numbers have no unit; the name of every other one ends in its unit."""
+
 
 def _something(value: float | None) -> float | None:
     if value and abs(value) < units.NOTHING:
@@ -32,19 +35,43 @@ def _something(value: float | None) -> float | None:
 _SOMETHING: Final = AfterValidator(_something)
 
 
-def narrow(key: str, info: FieldInfo) -> None:
+def narrow(key: str, info: FieldInfo, *, named: bool) -> None:
     """Give the numbers of a key the range of its unit where it tells none of its own.
 
     Args:
         key: whose name ends in its unit.
         info: pydantic's description of the key, which is changed.
+        named: whether the name has to end in the unit of numbers that have one.
+
+    Raises:
+        TypeError: its name ends in no unit, and nothing says that it has none.
     """
     unit = units.of(key)
+    if named and unit is units.PURE and _numbers(info.annotation) and not pure(info):
+        raise TypeError(
+            f"{key}: ends in no unit; allowed: one of {', '.join(units.UNITS)}, or the type Ratio"
+        )
     others = [each for each in get_args(info.annotation) if each is not NoneType]
     if bare(info.annotation) is float and len(others) < 2:  # a number, or none
         info.metadata = _within(info.metadata, unit)
     else:
         info.annotation = _of_entries(info.annotation, unit)
+
+
+def _numbers(hint: Any) -> bool:
+    """Return whether a type has numbers that are no counts."""
+    return hint is float or any(map(_numbers, get_args(hint)))
+
+
+def pure(noted: Any) -> bool:
+    """Return whether it is noted that the numbers of a key have no unit.
+
+    Args:
+        noted: pydantic's description of the key, or a type.
+    """
+    if isinstance(noted, FieldInfo):
+        return PURE in noted.metadata or pure(noted.annotation)
+    return any(each is PURE or pure(each) for each in get_args(noted))
 
 
 def _of_entries(hint: Any, unit: units.Unit) -> Any:

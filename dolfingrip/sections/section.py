@@ -9,10 +9,15 @@ from typing import Annotated, Any, ClassVar, Final, NamedTuple, NoReturn, Self, 
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
+from dolfingrip import plugins
 from dolfingrip.channels import Part
 from dolfingrip.sections import errors, ranges, tables
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.ranges import PURE
 from dolfingrip.sections.units import unit
+
+Ratio = Annotated[float, PURE]
+"""Type of a number without a unit: a ratio, an exponent, a strain. Names of others end in one."""
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 """Type of a list of numbers of any length."""
@@ -20,6 +25,9 @@ Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 """Type of a list of numbers: TOML's arrays are lists, and their numbers are checked."""
 
+
+PLUGGED: Final[dict[str, Any]] = {"plugin": True}
+"""Note of a key whose choices plugins add to, for messages."""
 
 EVERYWHERE: Final[tuple[Part, ...]] = get_args(Part)
 """Parts of all experiments."""
@@ -77,6 +85,7 @@ class Section(BaseModel):
         later: keys that are newer than stored results. They count only where they differ from these
             values, so that older results are still found.
         entries: class of the tables below it whose names a user chooses; None if there are none.
+        extensible: whether plugins add keys to it.
     """
 
     role: ClassVar[Role]
@@ -85,6 +94,7 @@ class Section(BaseModel):
     effort: ClassVar[tuple[str, ...]] = ()
     later: ClassVar[Mapping[str, Any]] = {}
     entries: ClassVar[type[Section] | None] = None
+    extensible: ClassVar[bool] = False
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True
@@ -92,9 +102,9 @@ class Section(BaseModel):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: object) -> None:
-        """Give every number the range of its unit."""
+        """Give every number the range of its unit, which its name has in the configuration."""
         for key, info in cls.model_fields.items():
-            ranges.narrow(key, info)
+            ranges.narrow(key, info, named=hasattr(cls, "role"))
 
     def __repr_args__(self) -> list[tuple[str | None, Any]]:
         """Keys as ``repr`` shows them, without those that are not given."""
@@ -229,7 +239,18 @@ class Section(BaseModel):
                     found[key] = inner.counted(value, parts)
             elif value is not None and key not in cls.effort:
                 found[key] = value
-        return {k: v for k, v in found.items() if k not in cls.later or v != cls.later[k]}
+        found = {k: v for k, v in found.items() if k not in cls.later or v != cls.later[k]}
+        own = plugins.digests(*cls.made_of(values))
+        return {**found, "plugin": own} if own else found
+
+    @classmethod
+    def made_of(cls, values: Mapping[str, Any]) -> tuple[type, ...]:
+        """Return the classes whose code a result depends on: this one, and a kind that it names.
+
+        Args:
+            values: of the table, as plain data.
+        """
+        return (cls,)
 
 
 def with_keys_of(
@@ -244,7 +265,11 @@ def with_keys_of(
     """
     keys: dict[str, Any] = dict(choice)
     for kind in kinds:
-        keys |= {key: (info.annotation, info) for key, info in kind.model_fields.items()}
+        for key, info in kind.model_fields.items():
+            if key in keys and keys[key][1].default != info.default:
+                why = f"{key}: a key of another kind, with the default {keys[key][1].default}"
+                raise plugins.PluginError(f"{kind.__name__}: {why}; allowed: another name")
+            keys[key] = (info.annotation, info)
     return create_model(name, __base__=Section, **keys)
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from pydantic import create_model, model_validator
 
 from dolfingrip.channels import VACUUM_KPA
+from dolfingrip.plugins import PluginError
 from dolfingrip.sections.curve import CurveTarget
 from dolfingrip.sections.errors import bare, checked
 from dolfingrip.sections.films import Film, Films
@@ -35,6 +36,8 @@ KINDS: Final = {name: kind for name, kind in GEOMETRIES.items() if kind.table() 
 
 class Sections(Section):
     """The sections that every kind of geometry has, and their checks against one another."""
+
+    extensible: ClassVar = True
 
     finger: Finger = Finger()
     material: AnyMaterials = DEFAULT
@@ -307,6 +310,8 @@ class Sections(Section):
 if TYPE_CHECKING:  # its further tables are known as it runs only
     Setup = Sections
 else:
+    for _name in KINDS.keys() & Sections.model_fields.keys():
+        raise PluginError(f"--plugin {_name}.py: [{_name}] is a section; allowed: another name")
     Setup = create_model(
         "Setup",
         __base__=Sections,

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.geometry.index import GEOMETRIES, NAMES
-from dolfingrip.sections.section import FINGERS, Entry, Refusal, Role, Section
+from dolfingrip.sections.section import FINGERS, PLUGGED, Entry, Ratio, Refusal, Role, Section
 
 if TYPE_CHECKING:  # the names are known as it runs only
     from dolfingrip.sections.geometry.bellows import Bellows
@@ -25,7 +25,9 @@ class Finger(Bellows):
     """Bellows finger: a base layer at x = 0, clamped at z = 0, bellows towards +x."""
 
     kind: Kind = Field(
-        "bellows", description="of geometry; another than bellows has a table of its own"
+        "bellows",
+        description="of geometry; another than bellows has a table of its own",
+        json_schema_extra=PLUGGED,
     )
 
     def movable(self, key: str) -> bool:
@@ -111,8 +113,8 @@ class ThicknessMorph(Section):
     felt_by: ClassVar = FINGERS
     entry: ClassVar = Entry.SHAPE
 
-    xi1: float = Field(0.0, ge=-0.2, le=1, description="relative change of region A's thickness")
-    xi2: float = Field(0.0, ge=-0.5, le=1, description="relative change of region B's thickness")
+    xi1: Ratio = Field(0.0, ge=-0.2, le=1, description="relative change of region A's thickness")
+    xi2: Ratio = Field(0.0, ge=-0.5, le=1, description="relative change of region B's thickness")
     d_mm: float = Field(9.5, gt=0, description="plane between the regions, before the morph")
 
 

@@ -54,14 +54,26 @@ UNITS: Final = {
 PURE: Final = Unit("", 1e-6, 1e6)
 """Of keys without a unit in their names."""
 
+_ONE: Final = Unit("", 1.0, 1.0)
+"""What stands above the line of a unit such as 1/N."""
+
 
 def of(key: str) -> Unit:
     """Return the unit that a key's name ends in, with the sizes of numbers in it.
 
     Args:
         key: with or without the names of sections.
+
+    >>> of("square_per_N").least, unit("compliance_deg_per_kPa")
+    (1e-05, 'deg/kPa')
     """
-    return UNITS.get(_ending(key), PURE)
+    ending = _ending(key)
+    if ending in UNITS or not ending:
+        return UNITS.get(ending, PURE)
+    top, _, bottom = ending.rpartition("per_")
+    above, below = UNITS.get(top.removesuffix("_"), _ONE), UNITS[bottom]
+    text = f"{above.text or 1}/{below.text}"
+    return Unit(text, above.least / below.most, above.most / below.least)
 
 
 def unit(key: str) -> str:
@@ -69,6 +81,9 @@ def unit(key: str) -> str:
 
     Args:
         key: with or without the names of sections.
+
+    >>> unit("square_per_N"), unit("gap_mm"), unit("gain"), unit("designs_per_job")
+    ('1/N', 'mm', '', '')
     """
     return of(key).text
 
@@ -87,7 +102,12 @@ def words(key: str) -> str:
 
 
 def _ending(key: str) -> str:
-    return max((each for each in UNITS if key.endswith(f"_{each}")), key=len, default="")
+    """The end of a key that is its unit: one of :data:`UNITS`, or one by another."""
+    ending = max((each for each in UNITS if key.endswith(f"_{each}")), key=len, default="")
+    above = key.removesuffix(f"_{ending}")
+    if not ending or not above.endswith("_per"):
+        return ending
+    return f"{_ending(above.removesuffix('_per'))}_per_{ending}".removeprefix("_")
 
 
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4, "m": 1000.0}

@@ -10,6 +10,7 @@ from pydantic import Field
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.section import Ratio
 
 
 class Stiffening(MaterialLaw):
@@ -27,7 +28,7 @@ class Stiffening(MaterialLaw):
     )
 
     stiffening_mu_MPa: float = Field(1.0, gt=0, description="stiffening: shear modulus")
-    stiffening_c: float = Field(0.1, ge=-1, le=10, description="stiffening: factor of the square")
+    stiffening_c: Ratio = Field(0.1, ge=-1, le=10, description="stiffening: factor of the square")
 
     @property
     def shear_MPa(self) -> float:

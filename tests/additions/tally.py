@@ -1,13 +1,24 @@
-"""A tally of printed fingers on a page."""
+"""``tally.json``: how many fingers were printed, and what a page shows of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from dolfingrip.charts.chart import Axis, Chart, Series
-from dolfingrip.files.tally_file import TallyFile
+from dolfingrip.files.result_file import ResultFile
 from dolfingrip.report.page.content import Contribution, FoundResult, Given, KeyNumber, Page
+
+
+class TallyFile(ResultFile):
+    """Contents of ``tally.json``."""
+
+    FILE: ClassVar[str] = "tally.json"
+    MADE_BY: ClassVar[str] = "the workshop"
+
+    schema_version: Literal[1] = 1
+    days: tuple[int, ...]
+    printed: tuple[int, ...]
 
 
 class Tally(Contribution):

@@ -27,6 +27,7 @@ from dolfingrip.diagnosis.data.measurement import read, selected
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.results import write
 from dolfingrip.files import diagnosis as outcome
+from dolfingrip.files.diagnosis_words import NUMBERS, lines
 from dolfingrip.report import diagnosis as pictures
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
@@ -152,7 +153,9 @@ def test_files(ninjaflex: Diagnosis, tmp_path: Path) -> None:
     assert result.model_dump_json(indent=1, by_alias=True) + "\n" == text
     assert result.verdict.effects == ninjaflex.decision.first
     assert '"class"' in text
-    assert "mooney_rivlin" in (tmp_path / "summary.md").read_text(encoding="utf-8").splitlines()[0]
+    assert (tmp_path / "summary.md").read_text("utf-8").splitlines()[:3] == [*lines(result)]
+    assert result.headline.number.part in result.verdict.effects
+    assert result.headline.option == f"--config {tmp_path / 'extended.toml'}"
     extended = configuration.load(tmp_path / "extended.toml")
     assert extended.material.mu_MPa > Config().material.mu_MPa
     assert extended.extensions.mooney_rivlin is not None  # type: ignore[attr-defined]
@@ -171,12 +174,14 @@ def test_a_implausible_modulus_is_reported_with_a_cause_that_does_as_well(
         best=ninjaflex.posterior.best(()), nuisance_only=True,
     )  # fmt: skip
     write(replace(ninjaflex, decision=own, next=[]), [COUPONS], tmp_path)
-    page = (tmp_path / "summary.md").read_text(encoding="utf-8")
-    assert "(modulus) or another" in page
-    assert "(coupon_area) or a polynomial" in page
-    assert "measure the coupons' cross-section" in page
-    verdict = outcome.DiagnosisFile.read(tmp_path).verdict
-    assert verdict.effects == own.first
+    result = outcome.DiagnosisFile.read(tmp_path)
+    assert result.verdict.effects == own.first
+    assert result.headline.number.key == "material.mu_MPa"
+    words = {each.name: each.words for each in result.causes}
+    assert words["coupon_area"] == NUMBERS["coupon_area"]
+    assert words["polynomial"].startswith("a polynomial of the invariants")
+    assert result.advice is not None
+    assert result.advice.way == "area"
 
 
 def test_a_loop_tells_the_cause(store: Path, tmp_path: Path) -> None:
@@ -232,5 +237,6 @@ def test_a_wrong_unit_is_suspected_in_the_first_line(store: Path, tmp_path: Path
     file = made(tmp_path, wrong=lambda x: np.full_like(x, 101.97))
     found = diagnosed(file, store, quick=True)
     files = delivered(found, tmp_path / "out", [file])
-    text = (files.folder / "summary.md").read_text(encoding="utf-8")
-    assert "force in grams" in text.splitlines()[0]
+    (slip,) = files.result.slips
+    assert (slip.column, slip.meaning) == ("force_N", "a force in grams")
+    assert "force in grams" in lines(files.result)[0]

@@ -12,6 +12,7 @@ from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.diagnosis.downstream import compare, read_campaign
+from dolfingrip.files.diagnosis_words import fate
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.sections.tables import assignments
@@ -45,7 +46,7 @@ def test_the_optimum_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     best = max(found.designs, key=lambda each: each.force_after_N or 0.0)
     assert best.inputs["morph.xi1"] == -0.2
     assert best.phi_after == pytest.approx(0.04)
-    assert "could not be computed" in found.sentence
+    assert "could not be computed" in fate(found)
 
 
 def test_no_campaign(tmp_path: Path) -> None:

@@ -13,10 +13,14 @@ from dolfingrip.diagnosis.data.measurement import selected
 
 def test_one_that_grips_later_is_told_with_the_answer_without_it(tmp_path: Path) -> None:
     found = diagnosed(measured(tmp_path, {"S4": 0.8}))
-    (doubt,) = found.suspicions
-    print(doubt)
-    assert doubt.startswith("specimen S4 stands apart from the others (odds ")
-    assert "without: The cause of the rest: softening at moderate strain (mooney_rivlin)" in doubt
+    assert found.apart is not None
+    print(found.apart)
+    assert found.apart.specimens == ("S4",)
+    assert found.apart.odds > 20
+    without = found.apart.without
+    assert (without.answer, without.effects, without.claimed) == (
+        "cause", ("mooney_rivlin",), True
+    )  # fmt: skip
 
 
 @pytest.mark.slow
@@ -25,14 +29,15 @@ def test_of_four_two_that_grip_later_are_both_told(tmp_path: Path) -> None:
     for number, late in enumerate(({"S2": 0.6, "S4": 1.0}, {"S2": 0.8, "S4": 0.8})):
         folder = tmp_path / str(number)
         folder.mkdir()
-        (doubt,) = diagnosed(measured(folder, late, count=4)).suspicions
-        print(doubt)
-        assert doubt.startswith("specimens S2 and S4 stand apart from the others (odds ")
+        apart = diagnosed(measured(folder, late, count=4)).apart
+        print(apart)
+        assert apart is not None
+        assert apart.specimens == ("S2", "S4")
 
 
 def test_specimens_that_are_alike_are_not_doubted(tmp_path: Path) -> None:
     """Slack as usual and scatter as usual."""
-    assert not diagnosed(measured(tmp_path, {"S2": 0.1, "S3": 0.15})).suspicions
+    assert diagnosed(measured(tmp_path, {"S2": 0.1, "S3": 0.15})).apart is None
 
 
 @pytest.mark.parametrize("again", [False, True])

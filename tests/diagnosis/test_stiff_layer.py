@@ -17,6 +17,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.files.diagnosis_words import lines
 
 INSTRUMENTS = ("angle_gain", "angle_definition", "force_gain")
 
@@ -56,10 +57,11 @@ def test_the_body_is_told_beside_the_instrument(tmp_path: Path, store: Path) -> 
     assert max(found.inclusion[name] for name in INSTRUMENTS) < 0.9
     assert found.inclusion["uneven_stiffness"] > 0.1
     said = re.search(
-        r"side of the base is stiffer somewhere between (\d+) and (\d+) mm", found.verdict.sentence
+        r"side of the base is stiffer somewhere between (\d+) and (\d+) mm",
+        {each.name: each.words for each in found.result.causes}["uneven_stiffness"],
     )
     assert said is not None
     low, high = map(float, said.groups())
     assert low < 90 * stiff_layer.ALONG[1] - 10
     assert high > 90 * stiff_layer.ALONG[0] + 10
-    assert "look at both" in found.verdict.sentence
+    assert "either an instrument is off or the finger" in lines(found.result)[1]

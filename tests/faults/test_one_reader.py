@@ -30,6 +30,7 @@ ALLOWED = {
     ("dolfingrip/importing/cells.py", "openpyxl.load_workbook"): "its parts are looked at before",
     ("dolfingrip/jobs/work.py", "importlib.import_module"): "a function that the caller names",
     ("dolfingrip/loading.py", "__import__"): "PyPI's DOLFINx",
+    ("dolfingrip/plugins.py", "importlib.import_module"): "what the user names by --plugin",
     ("dolfingrip/report/drawers.py", "importlib.import_module"): "modules of ours",
     ("dolfingrip/report/printable.py", "ZipFile"): "which is written",
     ("dolfingrip/robot/runs.py", "pv.get_reader"): "fields that this process has written",

@@ -35,8 +35,6 @@ ALLOWED = {
     ("dolfingrip/cli/edge.py", "open"): "the null device",
     ("dolfingrip/charts/theme.py", "savefig"): "into a stream",
     ("dolfingrip/report/video.py", "save"): "into a stream",
-    ("dolfingrip/report/video.py", "open"): "into a stream",
-    ("dolfingrip/tracking/overlay.py", "open"): "into the writer's partial file",
     ("dolfingrip/report/page/results/run.py", "save"): "into a stream",
     ("dolfingrip/design/surrogate/surrogate.py", "save"): "into a stream",
     ("dolfingrip/diagnosis/results.py", "to_csv"): "a text",

@@ -10,6 +10,7 @@ import pytest
 from dolfingrip.files.campaign import CampaignFile
 from dolfingrip.files.design import DesignFile, DesignParameter
 from dolfingrip.files.diagnosis import DesignChange, DiagnosisFile, Downstream
+from dolfingrip.files.diagnosis_words import fate
 from dolfingrip.files.front import FrontFile
 from dolfingrip.files.optimum import OptimumFile
 from dolfingrip.files.plan import PlanFile
@@ -146,7 +147,7 @@ def test_the_fate_of_a_campaigns_optimum(after: tuple[float | None, float], said
         for number, force in enumerate(after)
     ]  # fmt: skip
     found = Downstream(original_before_N=2.0, original_after_N=4.0, designs=tuple(designs))
-    assert found.sentence.startswith(said)
+    assert fate(found).startswith(said)
 
 
 def test_a_failures_sentence_has_its_documented_name(tmp_path: Path) -> None:

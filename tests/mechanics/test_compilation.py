@@ -165,7 +165,7 @@ def test_a_failed_compile_is_the_machines(
     command.command()(lambda: print(compiling.volume()))
     monkeypatch.setattr(sys, "argv", ["dolfingrip"])
     with pytest.raises(SystemExit) as ended:
-        edge.run(typer.main.get_command(command))
+        edge.run(lambda: typer.main.get_command(command))
     assert ended.value.code == 1
     said = capfd.readouterr().err.splitlines()
     assert [line for line in said if line.startswith("dolfingrip: a form could not be compiled")]

@@ -18,14 +18,15 @@ from dolfingrip import config
 from dolfingrip.charts.chart import Axis
 from dolfingrip.files import table
 from dolfingrip.files.diagnosis import (
-    HEADINGS,
-    AssumedNoise,
-    Brief,
+    Advice,
     CauseProbability,
     DiagnosisFile,
     FittedHypothesis,
+    FittedNumber,
+    Headline,
     Verdict,
 )
+from dolfingrip.files.diagnosis_words import lines
 from dolfingrip.report.page import front, html, sources
 from dolfingrip.report.page.content import Front, FrontPoint
 from dolfingrip.report.page.finger import unloaded_shape
@@ -43,21 +44,20 @@ class Opened:
     said: chromium.Heard
 
 
-LINES = {heading: f"{heading} says something" for heading in HEADINGS.values()}
-
-
 def write_diagnosis(folder: Path, pressures: int = 9) -> None:
     """A diagnosis whose cause removes a difference of ten sigma, of this many pressures."""
-    verdict = {"answer": "cause", "class": ["yeoh"], "probability": 0.9, "takes_part": 0.9,
-               "sentence": "the cause is yeoh"}  # fmt: skip
-    fit = FittedHypothesis(effects=("yeoh",), log_evidence=50.0, parameters=())
+    verdict = {"answer": "cause", "class": ["yeoh"], "probability": 0.9, "claimed": True,
+               "takes_part": 0.9}  # fmt: skip
+    number = FittedNumber(key="extensions.yeoh.C20_MPa", value=-0.1, low=-0.12, high=-0.08,
+                          unit="MPa", part="yeoh")  # fmt: skip
+    fit = FittedHypothesis(effects=("yeoh",), log_evidence=50.0, parameters=(number,))
     DiagnosisFile(
         version="0", data=(), quick=False, readings=18, verdict=Verdict.model_validate(verdict),
-        brief=Brief(**{key: LINES[heading] for key, heading in HEADINGS.items()}),
-        causes=(CauseProbability(name="yeoh", probability=0.9, strength_sigma=10.0),),
-        none=0.01, unknown=0.09, screen={}, fits=(fit,), sentences=(),
-        noise=AssumedNoise(std={}, sentences=()), under_other_priors={}, nuisances={},
-        simulated_s=0.0,
+        headline=Headline(number=number, option="--config extended.toml"),
+        causes=(CauseProbability(name="yeoh", words="softening at large strain", probability=0.9,
+                                 strength_sigma=10.0),),
+        none=0.01, unknown=0.09, fits=(fit,),
+        advice=Advice(way="other_channel"), simulated_s=0.0,
     ).write(folder)  # fmt: skip
     names = ("channel", "experiment", "specimen", "run", "branch", "pressure_kPa",
              "displacement_mm", "value", "noise", "configured", "before", "after")  # fmt: skip
@@ -310,11 +310,14 @@ def error_bars(part: Locator) -> list[tuple[float, float, float]]:
     return [(float(at), *(slope * float(y) + offset for y in (a, b))) for at, a, b in ends]
 
 
-def test_the_diagnosis_begins_with_the_answer_and_what_was_measured(seen: Opened) -> None:
+def test_the_diagnosis_begins_with_the_answer_and_what_was_measured(
+    seen: Opened, file: Path
+) -> None:
     section = seen.page.locator("section.diagnosis")
-    assert section.locator(".answer").inner_text() == "the cause is yeoh"
-    lines = section.locator(".lines li").all_inner_texts()
-    assert lines == [f"{heading} {said}" for heading, said in LINES.items()]
+    told = [section.locator(".answer").inner_text()]
+    told += section.locator(".lines li").all_inner_texts()
+    assert told == [*lines(DiagnosisFile.read(file.parent / "diagnosed"))]
+    assert told[0].startswith("Softening at large strain (yeoh): ")
     titles = section.locator("figure h3").all_inner_texts()
     assert titles == ["bending: tip angle"]
     key = section.locator("figure .key span").all_inner_texts()
@@ -345,7 +348,7 @@ def test_no_probability_reads_one(tmp_path: Path) -> None:
         (tmp_path / "other").mkdir(exist_ok=True)
         (tmp_path / "other" / file.name).write_text(text, encoding="utf-8")
         said += [each.said for each in sources.build(sources.find([tmp_path / "other"])).numbers]
-    assert said == ["probability 0.9", "probability > 0.99"]
+    assert said == ["probability 0.90", "probability > 0.99"]
 
 
 def test_every_measured_reading_is_drawn_however_many_there_are(

@@ -18,6 +18,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.files.diagnosis_words import number_words
 from dolfingrip.parameter.nuisances import USUAL, WALL
 
 SEED: Final = 20261128
@@ -132,7 +133,9 @@ def answered(name: str, truth: Truth, found: Diagnosis) -> Answered:
         name, " + ".join("|".join(sorted(each)) for each in truth.named), decision.answer,
         f"{found.probability:.3f}", " ".join(decision.first), " ".join(decision.second),
         " ".join(found.open_names), f"{held} of {len(known)}",
-        "; ".join(f"{fitted[key].words()}, truly {value:.3g}" for key, value in known.items()),
+        "; ".join(
+            f"{number_words(fitted[key])}, truly {value:.3g}" for key, value in known.items()
+        ),
         commit(),
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, felt, from_dict
 from dolfingrip.design.campaign.objective import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.design.quantities.index import parse
+from dolfingrip.design.quantities.index import parse, plugins_of
 from dolfingrip.jobs.job import Job, content_key
 from dolfingrip.sections import tables
 
@@ -88,6 +88,8 @@ class Plan:
         }
         if self.gradients is not None:
             content["gradients"] = self.gradients
+        if used := plugins_of(self.quantities):
+            content["plugin"] = used
         return content_key(content)
 
     def jobs(self, ranks: int = 1) -> list[Job]:

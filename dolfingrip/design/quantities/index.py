@@ -1,12 +1,16 @@
-"""The index of the kinds of quantities, each the name of its file in this folder."""
+"""The index of the kinds of quantities: files of this folder, and plugins."""
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Iterable
+from typing import Any, Final
 
+from dolfingrip import plugins
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.design.quantities.quantity import UNITS, Places, Quantity, QuantitySource
-from dolfingrip.sections.lookup import only_class
+from dolfingrip.experiments.index import find
+from dolfingrip.sections.lookup import classes
 
 FILES: Final = (
     "shape",
@@ -15,7 +19,10 @@ FILES: Final = (
 )
 
 SOURCES: Final[tuple[QuantitySource, ...]] = tuple(
-    only_class(f"dolfingrip.design.quantities.{file}", QuantitySource)() for file in FILES
+    kind()
+    for kind in classes(
+        "quantities", "dolfingrip.design.quantities", FILES, QuantitySource
+    ).values()
 )
 
 
@@ -89,3 +96,19 @@ def parse(text: str, option: str = "--quantity") -> Quantity:
         if not any(places.values()):
             raise ConfigError(f"{said}: allowed: a place as in force_N at 250 kPa, 3 N or 30 deg")
     return quantity(said, name.strip(), places, experiment.strip() or None)
+
+
+def plugins_of(texts: Iterable[str]) -> dict[str, str]:
+    """Return the digests of the plugins that quantities are computed by, by module.
+
+    Args:
+        texts: of quantities; others than those of the index are passed over.
+    """
+    used: list[Any] = []
+    for text in texts:
+        placed, _, experiment = text.partition(" in ")
+        name = placed.partition(" at ")[0].strip()
+        used += [type(each) for each in SOURCES if name in each.names]
+        used += [CHANNELS[name].reading] if name in CHANNELS else []
+        used += [type(find(experiment.strip()))] if experiment else []
+    return plugins.digests(*used)

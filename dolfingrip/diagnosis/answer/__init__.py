@@ -1,1 +1,1 @@
-"""What is answered: what was found, its gain on readings left out, ten lines, data."""
+"""What is answered: the result, its statistics, its gain on readings left out, what settles it."""

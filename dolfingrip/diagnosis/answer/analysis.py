@@ -33,6 +33,7 @@ from dolfingrip.diagnosis.simulation.simulator import Point, Simulator
 from dolfingrip.diagnosis.simulation.unknowns import told_as
 from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.extensions.index import NAMES, effect
+from dolfingrip.extensions.kinds import Elastic
 from dolfingrip.parameter.nuisances import GAP
 
 
@@ -93,12 +94,18 @@ class Analysis[S: Simulator]:
         return {name: float(each) for name, each in rms.items() if each}
 
     def judged_by_shape(self) -> Self:
-        """With curves that causes with memory have to do better than, where these have rivals."""
+        """With the causes that have rivals by the shape of what they change.
+
+        An elastic law has others. A cause with memory has any elastic curve, where readings tell
+        its shape alone.
+        """
+        laws = frozenset(
+            name for name in self.causes if name in NAMES and issubclass(effect(name), Elastic)
+        )
         remembering = told_by_shape(self.causes, self.measurement)
-        if not remembering:
-            return self
-        curves = without_memory(self.measurement, self.errors)
-        return replace(self, problem=replace(self.problem, remembering=remembering, curves=curves))
+        curves = without_memory(self.measurement, self.errors) if remembering else None
+        problem = replace(self.problem, elastic=laws, remembering=remembering, curves=curves)
+        return replace(self, problem=problem)
 
     def specimens_apart(self) -> Apart | None:
         """Find specimens that stand apart from the others, by some of the readings.

@@ -30,24 +30,13 @@ class Artefact:
 
     Attributes:
         nuisance: its size, and what the readings change by it.
-        told: a sentence with a place for its size.
         kind: of which at most one acts: a jump at a place, a play, a screw's sine or cosine.
         log_prior: ln of the odds that it is there, and that its size is of this part of its prior.
     """
 
     nuisance: Nuisance
-    told: str
     kind: str
     log_prior: float = 0.0
-
-    def sentence(self, sigmas: float) -> str:
-        """Tell it with its size.
-
-        Args:
-            sigmas: its size by its standard deviation.
-        """
-        size = sigmas * self.nuisance.std
-        return self.told.format(f"{size:+.2g} {self.nuisance.unknown.unit}")
 
     @property
     def wide(self) -> Artefact:
@@ -166,7 +155,6 @@ def _jumps(listed: pd.DataFrame, path: np.ndarray, every: Sequence[_Shown]) -> I
             yield _artefact(
                 f"jump of {shown.name} {where}", ARTEFACTS.jump * shown.size, shown.unit,
                 shown.by * shown.at * (path > 0.5 * (path[before] + path[after])),
-                f"{shown.name} jumps by {{}} {where} and stays so, as where something slips",
             )  # fmt: skip
 
 
@@ -189,8 +177,6 @@ def _plays(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
                 yield _artefact(
                     f"play of {shown.name}, within {length:g} of the range",
                     ARTEFACTS.play * shown.size, shown.unit, shown.by * shown.at * behind,
-                    f"{shown.name} is off by {{}} on the way up and by as much to the other side "
-                    "on the way down, as of friction or a play",
                     f"play of {shown.name}",
                 )  # fmt: skip
 
@@ -226,17 +212,14 @@ def _waves(listed: pd.DataFrame, every: Sequence[_Shown]) -> Iterator[Artefact]:
                 yield _artefact(
                     f"{shape} {wave} of {shown.name}", ARTEFACTS.wave * span, shown.unit,
                     shown.by * shown.at * change,
-                    f"{shown.name} is off by {{}} times a {shape} {wave}, as of an uneven screw",
                     shape,
                 )  # fmt: skip
 
 
-def _artefact(
-    key: str, std: float, unit: str, change: np.ndarray, told: str, kind: str = ""
-) -> Artefact:
+def _artefact(key: str, std: float, unit: str, change: np.ndarray, kind: str = "") -> Artefact:
     """One of a standard deviation in a unit, which changes the readings by ``change`` for each.
 
     Its kind is its key where no other is told.
     """
     own = Nuisance(Unknown.marginal(key, std, unit), std * change)
-    return Artefact(own, told, kind or key)
+    return Artefact(own, kind or key)

@@ -16,11 +16,12 @@ import pandas as pd
 from dolfingrip.diagnosis.answer.artefacts import Artefact, plays
 from dolfingrip.diagnosis.answer.discrepancy import Along, lying, smooth_curves
 from dolfingrip.diagnosis.answer.noise import drifting, instrument_noise
-from dolfingrip.diagnosis.answer.specimens import Scatter, between
+from dolfingrip.diagnosis.answer.specimens import between
 from dolfingrip.diagnosis.core.unknown import Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.simulator import Simulator
+from dolfingrip.files.diagnosis import NoiseSource, Scatter
 
 SLACK: Final = "coupon_slack_mm"
 
@@ -38,7 +39,7 @@ class Errors:
         shared: numbers of the rig.
         fitted: covariance of what a fit gives the rig and each specimen, shape (n, n).
         scatter: of the specimens.
-        sentences: where the noise comes from.
+        sources: of noises that the laboratory does not tell.
         artefacts: of instruments, whose sizes are among the shared numbers.
     """
 
@@ -50,7 +51,7 @@ class Errors:
     shared: tuple[Nuisance, ...]
     fitted: np.ndarray
     scatter: Scatter
-    sentences: tuple[str, ...]
+    sources: tuple[NoiseSource, ...]
     artefacts: tuple[Artefact, ...] = ()
 
     def without(self, names: Collection[str]) -> Errors:
@@ -132,7 +133,7 @@ def errors_of(simulation: Simulator) -> Errors:
     fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
     return Errors(
         covariance + apart, noise, steep, along, signal, tuple(shared), fitted, scatter,
-        instrument.sentences,
+        instrument.sources,
     )  # fmt: skip
 
 

@@ -151,15 +151,13 @@ def _error(
 
     rng = np.random.default_rng(0)
     drawn = [rng.integers(0, len(folds), len(folds)) for _ in range(200)]
-    errors = np.array([(rms("cause", chosen), rms("nuisances", chosen)) for chosen in drawn])
+    errors = [rms("cause", chosen) for chosen in drawn]
     tail = (1 - POLICY.interval) / 2
-    ends = np.quantile(errors[:, 0], [tail, 1 - tail])
-    ratios = np.quantile(errors[:, 0] / np.maximum(errors[:, 1], 1e-300), [tail, 1 - tail])
+    ends = np.quantile(errors, [tail, 1 - tail])
     odds = np.sum([fold.log_odds for fold in folds], axis=0)
     return HeldOutError(
         left_out=kind, channel=channel, folds=len(folds),
         **{name: rms(name, range(len(folds))) for name in folds[0].predictions},
         cause_low=float(ends[0]), cause_high=float(ends[1]),
-        by_nuisances_low=float(ratios[0]), by_nuisances_high=float(ratios[1]),
         log_odds_nuisances=float(odds[0]), log_odds_process=float(odds[1]),
     )  # fmt: skip

@@ -22,6 +22,7 @@ import pandas as pd
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.files.diagnosis import NoiseSource
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,14 +35,14 @@ class InstrumentNoise:
         correlated: (n,) standard deviation of the part that drifts along a run; 0 if none is told.
         correlation_time_s: (n,) correlation time of that part; infinite: as long as the run.
         control: (n,) standard deviation of the reading of the control (kPa or mm).
-        sentences: sources of the numbers that the laboratory does not tell.
+        sources: of the numbers that the laboratory does not tell.
     """
 
     independent: np.ndarray
     correlated: np.ndarray
     correlation_time_s: np.ndarray
     control: np.ndarray
-    sentences: tuple[str, ...]
+    sources: tuple[NoiseSource, ...]
 
 
 def instrument_noise(measurement: Measurement) -> InstrumentNoise:
@@ -49,21 +50,22 @@ def instrument_noise(measurement: Measurement) -> InstrumentNoise:
     listed = measurement.listed
     independent, correlated, control = np.zeros((3, len(listed)))
     correlation_time_s = np.full(len(listed), np.inf)
-    sentences: list[str] = []
+    sources: list[NoiseSource] = []
     for (number, column), part in listed.groupby(["test", "column"], sort=False):
         test = measurement.tests[int(number)]
         at = part.index.to_numpy()
         std = test.setup.noise.get(str(column))
         if std is None:
-            std, how = _estimated(measurement, test, str(column))
-            sentences.append(f"noise of {column} in {test}: {std:.3g}, {how}")
+            source = _estimated(measurement, test, str(column))
+            std = source.std
+            sources.append(source)
         independent[at] = std
         correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
         if test.setup.correlation_time_s is not None:
             correlation_time_s[at] = test.setup.correlation_time_s
         control[at] = test.sigma
     return InstrumentNoise(
-        independent, correlated, correlation_time_s, control, tuple(dict.fromkeys(sentences))
+        independent, correlated, correlation_time_s, control, tuple(dict.fromkeys(sources))
     )
 
 
@@ -79,19 +81,21 @@ def drifting(listed: pd.DataFrame, noise: InstrumentNoise) -> np.ndarray:
     return np.outer(noise.correlated, noise.correlated) * np.where(same, fading, 0.0)
 
 
-def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tuple[float, str]:
-    """A standard deviation, and a sentence about its source."""
+def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> NoiseSource:
+    """A standard deviation, and its source."""
     rows = measurement.rows(test.number)
-    for parts, how in (
-        (_differences(rows, test.control, column), "estimated from its scatter along a branch"),
-        (_repeats(rows, test.control, column), "estimated from repeated cycles"),
+    std, source = CHANNELS[column].noise, "guess"
+    for parts, name in (
+        (_repeats(rows, test.control, column), "repeats"),
+        (_differences(rows, test.control, column), "scatter"),
     ):
-        found = np.concatenate([np.empty(0), *parts])
+        off = np.concatenate([np.empty(0), *parts])
         # rounded readings may not differ at all
-        if len(found) >= DATA.fewest_differences and found.any():
-            return float(np.sqrt(np.mean(found**2))), how
-    usual = CHANNELS[column].noise
-    return usual, "an engineering guess, as the readings are too few to estimate it"
+        if len(off) >= DATA.fewest_differences and off.any():
+            std, source = float(np.sqrt(np.mean(off**2))), name
+    return NoiseSource.model_validate(
+        {"column": column, "test": str(test), "std": std, "source": source}
+    )
 
 
 def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:

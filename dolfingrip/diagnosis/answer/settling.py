@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
 from dolfingrip.diagnosis.core.evidence import NONE, MapFit
 from dolfingrip.diagnosis.core.unknown import MODULUS
 from dolfingrip.diagnosis.data.measurement import shows_memory
-from dolfingrip.diagnosis.policy import PAGE, POLICY
-from dolfingrip.files.diagnosis import NextExperiment
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.files.diagnosis import Advice, NextExperiment, Way
 from dolfingrip.jobs.run import Say
 from dolfingrip.parameter.nuisances import changes
 
@@ -149,53 +149,40 @@ def _checked_rival(analysis: Analysis, check: NumberCheck, fit: MapFit) -> Rival
     return _rival(analysis, fit, readings, slopes)
 
 
-def some(names: Sequence[str]) -> str:
-    """List the first of several causes in words, and count the others."""
-    more = len(names) - PAGE.in_a_cell
-    if more > 0:
-        return f"{', '.join(names[: PAGE.in_a_cell])} or one of {more} more"
-    return " or ".join(names)
-
-
-def advice(found: Diagnosis, told: Collection[str] = ()) -> str:
-    """Advise what to do next where nothing that was weighed helps.
+def advice(found: Diagnosis) -> Advice | None:
+    """Advise what to do next where nothing that was weighed tells all that is open.
 
     Args:
-        found: the diagnosis.
-        told: causes that something which was weighed tells.
+        found: the diagnosis, with what was weighed.
+
+    Returns:
+        None where what was weighed does.
     """
     decision, analysis = found.decision, found.analysis
-    coupons = analysis.closed_form
-    if decision.by_shape and coupons and shows_memory(analysis.measurement):
-        return "run the testing machine without a specimen: its friction shows itself alone"
-    if decision.by_shape and not coupons:
-        return "unloading, a wait at the highest pressure, or a slow cycle: each shows memory alone"
-    if decision.nuisance_only and coupons:
-        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
-    names = [each for each in found.tied if each not in told]
-    causes = [*names, *decision.first, *decision.second]
-    unloads = not shows_memory(analysis.measurement) and any(map(remembers_state, causes))
-    if coupons and unloads and decision.answer == "cause":
-        return (
-            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape "
-            "alone tells memory here; a loop and a force that fades would prove it"
-        )
-    if names:
-        what = "unloading, " if unloads else ""
-        what += "the finger" if coupons else "a coupon"
-        return f"{what}, or another channel: it may tell whether {some(names)} acts"
-    if decision.answer == "unknown":
-        if coupons:
-            return "a coupon, up and down at two rates: it would tell memory from elasticity"
-        return "another channel, unloading, or a coupon: they would tell what kind it is of"
-    if decision.answer == "none":
-        if coupons:
-            return "measure the finger: the coupons agree with the model"
-        return "nothing: the readings agree with the model within their noise"
-    if coupons:
-        return "measure the finger: no other cause is nearly as probable as the first"
-    if found.claimed:
-        return "nothing is needed: no other cause is nearly as probable as what is named"
-    others = [name for name, p in decision.inclusion.items() if p >= POLICY.verified]
-    listed = ", ".join(dict.fromkeys([*decision.first, *decision.second, *others]))
-    return f"another channel, or each of these measured by itself: {listed}"
+    coupons, names = analysis.closed_form, found.tied
+    told = {name for test in found.next for name in test.tells}
+    if found.next and not decision.by_shape and told.issuperset(names):
+        return None
+    memory_seen = shows_memory(analysis.measurement)
+    names = [name for name in names if name not in told]
+    acting = [*names, *decision.first, *decision.second]
+    unload = not memory_seen and any(map(remembers_state, acting))
+    way: Way = "finger" if coupons else "nothing" if found.claimed else "alone"
+    if decision.by_shape and coupons and memory_seen:
+        way = "empty_machine"
+    elif decision.by_shape and not coupons:
+        way = "memory"
+    elif decision.nuisance_only and coupons:
+        way = "area"
+    elif coupons and unload and decision.answer == "cause":
+        way = "loop"
+    elif names:
+        way = "finger_or_channel" if coupons else "coupon_or_channel"
+    elif decision.answer == "unknown":
+        way = "rates" if coupons else "other_channel"
+    elif decision.answer == "none":
+        way = "finger" if coupons else "nothing"
+    if way == "alone":
+        likely = (name for name, p in decision.inclusion.items() if p >= POLICY.verified)
+        names = [*dict.fromkeys([*decision.first, *decision.second, *likely])]
+    return Advice(way=way, names=tuple(names), unload=unload)

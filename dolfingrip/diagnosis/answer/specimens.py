@@ -15,23 +15,7 @@ from dolfingrip.channels import TRANSVERSE_STRAIN
 from dolfingrip.diagnosis.answer.discrepancy import Along, kernel
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
-
-
-@dataclass(frozen=True, eq=False)
-class Scatter:
-    """How far the specimens differ from one another.
-
-    Attributes:
-        scale: relative standard deviation of their stiffness.
-        prior_scale: as the laboratory told, or usual.
-        shape: individual deviation, by the root mean square of a channel.
-        estimated: whether the readings of several specimens tell these.
-    """
-
-    scale: float
-    prior_scale: float
-    shape: float
-    estimated: bool
+from dolfingrip.files.diagnosis import Scatter
 
 
 def between(
@@ -49,11 +33,15 @@ def between(
     own = Individual(measurement, covariance, along, signal)
     told = own.told
     one_curve = len({test.experiment for test in measurement.tests}) == 1
-    if len(set(own.specimen)) == 1 or not one_curve:
+    specimens = len(set(own.specimen))
+    if specimens == 1 or not one_curve:
         coupon = (measurement.listed["experiment"] == "coupon").to_numpy()
         shape = kernel(along) * np.outer(coupon, coupon)
         level = POLICY.single_shape if coupon.all() else 0.0
-        return Scatter(0.0, told, level, estimated=False), POLICY.single_shape**2 * shape
+        scatter = Scatter(
+            specimens=specimens, scale=0.0, prior_scale=told, shape=level, estimated=False
+        )
+        return scatter, POLICY.single_shape**2 * shape
     likelihood = own.likelihood()
     best = 0
     for number, of in enumerate(likelihood.max(axis=1)):
@@ -63,7 +51,11 @@ def between(
     weights = np.exp(likelihood[best] - likelihood[best].max())
     levels = np.array(POLICY.specimen_shapes)
     level = float(np.sqrt(weights @ levels**2 / weights.sum()))
-    return Scatter(scale, told, level, estimated=True), own.apart(scale, level)
+    scatter = Scatter(
+        specimens=specimens, scale=scale, prior_scale=told, shape=level, estimated=True,
+        wide=scale > POLICY.scatters * told,
+    )  # fmt: skip
+    return scatter, own.apart(scale, level)
 
 
 @dataclass(eq=False)
@@ -168,15 +160,6 @@ class Apart:
 
     names: tuple[str, ...]
     log_odds: float
-
-    @property
-    def sentence(self) -> str:
-        """Statement that they do, with the odds."""
-        who = f"specimen {self.names[0]} stands" if len(self.names) == 1 else (
-            f"specimens {' and '.join(self.names)} stand"
-        )  # fmt: skip
-        odds = np.exp(min(self.log_odds, 99.0))
-        return f"{who} apart from the others (odds {odds:.2g} to 1)"
 
 
 def apart(own: Individual) -> Apart | None:

@@ -14,7 +14,14 @@ import numpy as np
 import scipy.linalg
 from scipy.special import softmax
 
-from dolfingrip.diagnosis.core.evidence import NONE, InferenceProblem, MapFit, Subset, mixture
+from dolfingrip.diagnosis.core.evidence import (
+    NONE,
+    InferenceProblem,
+    MapFit,
+    Subset,
+    Visibility,
+    mixture,
+)
 from dolfingrip.diagnosis.core.search import ModelPosterior
 from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
@@ -35,11 +42,6 @@ class Sensitivity:
     def least(self) -> float:
         """The smallest of these probabilities."""
         return min(self.probability.values())
-
-    @property
-    def lost(self) -> list[str]:
-        """Priors under which the answer is not more probable than not."""
-        return [name for name, p in self.probability.items() if p <= 0.5]
 
 
 OWN = "as reported"
@@ -171,17 +173,25 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
     """
     problem = posterior.problem
     mass = posterior.by(lambda fit: fit.visible)
-    by_effects = posterior.by(lambda fit: (problem.causes(fit.visible) or fit.visible)[:2])
+    laws = _laws_alike(posterior)
+    by_effects = posterior.by(
+        lambda fit: _as_one(problem.causes(fit.visible) or fit.visible, laws)[:2]
+    )
     none = posterior.by(lambda fit: fit.shows_nothing).get(True, 0.0)
     discrepancy = posterior.by(lambda fit: fit.level > 0).get(True, 0.0)
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    sets = _sets(by_effects, inclusion, posterior.strengths)
-    first, second = (alone, NONE) if alone else sets
+
+    def with_laws(names: tuple[str, ...]) -> tuple[str, ...]:
+        return _by_shape(posterior, (*names, *laws[1:]) if {*laws[:1]} & {*names} else names)
+
+    first, second = (alone, NONE) if alone else map(
+        with_laws, _sets(by_effects, inclusion, posterior.strengths)
+    )  # fmt: skip
     claim = held(mass, first, second)
     if second and claim < POLICY.both:  # one set is surer than two
-        first, second = _smallest(by_effects, inclusion), ()
+        first, second = with_laws(_smallest(by_effects, inclusion)), ()
         claim = held(mass, first)
     rig = max(problem.rig - {*first}, key=inclusion.__getitem__, default=None)
     if first and not second and not alone and rig and inclusion[rig] >= POLICY.credible:
@@ -221,6 +231,45 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
         float(probability), inclusion, none, float(unknown), unexplained, discrepancy, mass, best,
         nuisance_only, by_shape,
     )  # fmt: skip
+
+
+def _laws_alike(posterior: ModelPosterior) -> tuple[str, ...]:
+    """Elastic laws that follow the readings as closely as any law is true, the likeliest first.
+
+    They do much, and what is left of the readings tells them apart no more.
+    """
+    problem, likely = posterior.problem, dict[str, float]()
+    for p, fit in posterior.weighed:
+        laws = [name for name in problem.causes(fit.subset) if name in problem.elastic]
+        if len(laws) != 1 or fit.level > 0 or fit.subset != problem.causes(fit.subset):
+            continue
+        (law,) = laws
+        change = Visibility(problem, fit.zeta[: problem.nuisance_count]).change(
+            law, fit.zeta[problem.places(fit.subset)[law]]
+        )
+        much = problem.share(change) > POLICY.law_misses
+        if much and problem.share(problem.left(fit.subset, fit.zeta)) <= POLICY.law_misses:
+            likely[law] = max(p, likely.get(law, 0.0))
+    return tuple(sorted(likely, key=lambda law: -likely[law]))
+
+
+def _as_one(names: Subset, alike: tuple[str, ...]) -> Subset:
+    """Names in which the first of those that are alike stands for each of them."""
+    return tuple(dict.fromkeys(alike[0] if name in alike else name for name in names))
+
+
+def _by_shape(posterior: ModelPosterior, names: tuple[str, ...]) -> tuple[str, ...]:
+    """A set without causes with memory that an elastic curve does as well as, if others are left.
+
+    Args:
+        posterior: of all hypotheses.
+        names: of the set.
+    """
+    memory = tuple(name for name in names if name in posterior.problem.remembering)
+    best = _leading(posterior, memory, NONE)
+    if len(memory) == len(names) or _beyond_a_curve(posterior, best, memory):
+        return names
+    return tuple(name for name in names if name not in memory)
 
 
 def _beyond_a_curve(posterior: ModelPosterior, best: MapFit, names: tuple[str, ...]) -> bool:

@@ -76,6 +76,7 @@ class InferenceProblem:
         blends: of them: of the model alone, of what each cause changes, and of what several change
             beyond their sum.
         impossible: sets of causes that cannot be simulated at their numbers.
+        elastic: causes that are elastic laws.
         remembering: causes with memory, of which the readings tell a curve's shape alone.
         curves: of what has the shape of memory, (n, k); causes with memory have to do better.
     """
@@ -91,6 +92,7 @@ class InferenceProblem:
     runs: Mapping[Subset, Tangents] = field(default_factory=dict)
     blends: Mapping[Subset, TangentBlend] = field(default_factory=dict)
     impossible: frozenset[Subset] = frozenset()
+    elastic: frozenset[str] = frozenset()
     remembering: frozenset[str] = frozenset()
     curves: np.ndarray | None = None
 
@@ -221,6 +223,15 @@ class InferenceProblem:
             found = found + blend.columns @ blend.at(zeta[None, own])[0]
         return found
 
+    def left(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
+        """Return the residual at some numbers beside the errors of rig and specimens, (n,)."""
+        off = self.value - self.predicted(subset, zeta)
+        return self.noise**2 * self.levels[0.0].weighed(off)
+
+    def share(self, change: np.ndarray) -> float:
+        """Root mean square of a change of the readings, by the largest of them."""
+        return float(np.sqrt(np.mean(change**2)) / np.abs(self.value).max())
+
     def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Their derivatives by ζ, shape (n, d)."""
         found = np.zeros((len(self.value), len(zeta)))
@@ -328,6 +339,10 @@ class CovarianceModel:
     def whitened(self, columns: np.ndarray) -> np.ndarray:
         """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
         return np.asarray(scipy.linalg.solve_triangular(self._lower, columns, lower=True))
+
+    def weighed(self, rest: np.ndarray) -> np.ndarray:
+        """C⁻¹ rest, shape (n,)."""
+        return np.asarray(scipy.linalg.cho_solve((self._lower, True), rest))
 
     def coloured(self, white: np.ndarray) -> np.ndarray:
         """L white: readings' errors of covariance C from independent ones, shape (n,)."""

@@ -22,7 +22,6 @@ from dolfingrip.diagnosis.core.evidence import (
     Key,
     MapFit,
     Subset,
-    taken,
 )
 from dolfingrip.diagnosis.policy import ADDITIONS, ARTEFACTS, POLICY
 
@@ -139,15 +138,14 @@ def search(
     for name in names:
         first = _starts(problem, name)
         fit((name,), {level: [np.r_[zeta[NONE, level], z] for z in first] for level in every})
-    for pair in _pairs(every, names):
-        least = max(each.log_evidence for fits in modes.values() for each in fits)
-        least -= POLICY.hopeless
-        hopeful = [level for level, columns in every.items() if columns.largest(pair) >= least]
-        one, other = (zeta[(name,), 0.0] for name in pair)
-        weak = [_starts(problem, name)[0] for name in pair]
-        starts = [
-            np.r_[one, weak[1]], np.r_[other[:own], weak[0], other[own:]], np.r_[one, other[own:]],
-        ]  # fmt: skip
+    least = max(each.log_evidence for fits in modes.values() for each in fits) - POLICY.hopeless
+    pairs: dict[Subset, list[float]] = {
+        pair: [level for level, columns in every.items() if columns.largest(pair) >= least]
+        for pair in combinations(names, 2)
+    }
+    starts_of = {pair: _starts_of_pair(problem, pair, zeta) for pair, any_ in pairs.items() if any_}
+    for pair in _likeliest(every, starts_of):
+        hopeful, starts = pairs[pair], starts_of[pair]
         # the share that stays is counted without a discrepancy
         if hopeful:
             fit(pair, dict.fromkeys([0.0, *hopeful], starts))
@@ -267,9 +265,11 @@ def pursued(
         chosen: list[int] = []
         for _ in range(ARTEFACTS.most):
             beside = np.column_stack([free, own[:, chosen]])
-            left = own - beside @ taken(own, beside)
-            size = np.einsum("nk,nk->k", own, left)
-            gain = 0.5 * (off @ left) ** 2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
+            cross = beside.T @ own
+            taken_over = np.linalg.solve(beside.T @ beside + np.eye(len(cross)), cross)
+            size = np.einsum("nk,nk->k", own, own) - (cross * taken_over).sum(axis=0)
+            pull = off @ own - (off @ beside) @ taken_over
+            gain = 0.5 * pull**2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
             gain[np.isin(of, of[chosen])] = -np.inf
             place = int(np.argmax(gain))
             if gain[place] <= ADDITIONS.tied:
@@ -342,14 +342,30 @@ def _starts(problem: InferenceProblem, name: str) -> list[np.ndarray]:
     return [np.clip(way * np.eye(len(box))[i], *box.T) for i, way in ways]
 
 
-def _pairs(every: Mapping[float, CovarianceModel], names: Sequence[str]) -> list[Subset]:
-    """The pairs that could explain most, under any discrepancy."""
+def _starts_of_pair(
+    problem: InferenceProblem, pair: Subset, zeta: Mapping[Key, np.ndarray]
+) -> list[np.ndarray]:
+    """Where fits of two causes start: at the fit of one beside a weak other, and at both."""
+    own = problem.nuisance_count
+    one, other = (zeta[(name,), 0.0] for name in pair)
+    weak = [_starts(problem, name)[0] for name in pair]
+    return [np.r_[one, other[own:]], np.r_[one, weak[1]], np.r_[other[:own], weak[0], other[own:]]]
+
+
+def _likeliest(
+    every: Mapping[float, CovarianceModel], starts: Mapping[Subset, Sequence[np.ndarray]]
+) -> list[Subset]:
+    """The likeliest pairs under any small discrepancy, by coarse fits."""
     found: dict[Subset, None] = {}
-    everything = list(combinations(names, 2))
-    for columns in every.values():
-        bounds = [columns.largest(pair) for pair in everything]
-        order = np.argsort(bounds)[::-1]
-        found |= dict.fromkeys(everything[i] for i in order[: POLICY.pairs])
-        if columns.level >= POLICY.pairs_level:
-            break
+    small = [level for level in every if level <= POLICY.pairs_level]
+    told = defaultdict[float, dict[Subset, float]](dict)
+    for pair, own in starts.items():
+        pair_fits = Hypothesis.under([every[level] for level in small], pair).fits(
+            {(pair, level): own for level in small}, POLICY.coarsely_settled
+        )
+        for fit in pair_fits:
+            told[fit.level][pair] = fit.log_evidence
+    for by_pair in told.values():
+        order = sorted(by_pair, key=lambda pair: -by_pair[pair])
+        found |= dict.fromkeys(order[: POLICY.pairs])
     return list(found)

@@ -22,6 +22,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.table import CONTROL, READING_COLUMNS
 from dolfingrip.diagnosis.policy import DATA
+from dolfingrip.files.diagnosis import Slip
 
 _DEGREES: Final = 180 / math.pi
 
@@ -74,11 +75,6 @@ class Suspicion:
     meaning: str
     left: float
 
-    def sentence(self, who: str = "") -> str:
-        """The suspicion in a sentence for the verdict: of its test, or of ``who``."""
-        factor = "" if math.isnan(self.factor) else f" (factor {self.factor:.4g})"
-        return f"{who or self.test}: {self.column}: {self.meaning}?{factor}"
-
 
 def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicion]:
     """The suspicions from a comparison with the base simulation.
@@ -130,17 +126,23 @@ def reversed_signs(measurement: Measurement, config: Config) -> list[Suspicion]:
     return found
 
 
-def sentences(found: Sequence[Suspicion]) -> list[str]:
-    """Suspicions in sentences; what several specimens raise alike is told once."""
+def slips(raised: Sequence[Suspicion]) -> list[Slip]:
+    """List what suspicions are about; what several specimens raise alike is told once.
+
+    Args:
+        raised: the suspicions.
+    """
     alike: dict[tuple[str, str], list[Suspicion]] = {}
-    for each in found:
+    for each in raised:
         alike.setdefault((each.column, each.meaning), []).append(each)
-    lines = []
+    listed = []
     for group in alike.values():
-        test = group[0].test
+        first, test = group[0], group[0].test
         several = f"{test.experiment}, {len(group)} specimens ({test.file.name})"
-        lines.append(group[0].sentence(several if len(group) > 1 else ""))
-    return lines
+        where = several if len(group) > 1 else str(test)
+        factor = None if math.isnan(first.factor) else first.factor
+        listed.append(Slip(where=where, column=first.column, meaning=first.meaning, factor=factor))
+    return listed
 
 
 def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspicion]:

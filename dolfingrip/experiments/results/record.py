@@ -14,9 +14,10 @@ import dolfinx
 import petsc4py
 from mpi4py import MPI
 
+from dolfingrip import plugins
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.readings import Readings
-from dolfingrip.files.run import MeshCounts, RunFailure, RunFile, SolverCounts
+from dolfingrip.files.run import MeshCounts, PluginUsed, RunFailure, RunFile, SolverCounts
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.bordered import has_cholesky
@@ -60,6 +61,10 @@ def run_file(config: Config, experiment: str, **facts: Any) -> RunFile:
         config=config.model_dump(mode="json", exclude_none=True),
         experiment=experiment,
         versions=versions(),
+        plugins=tuple(
+            PluginUsed(module=each.module, path=each.path, digest=each.digest, version=each.version)
+            for each in plugins.loaded()
+        ),
         machine={"system": platform.platform(), "processors": os.cpu_count()},
         **facts,
     )

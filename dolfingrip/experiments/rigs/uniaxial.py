@@ -29,10 +29,10 @@ from dolfingrip.forms.evaluate_many import SOLID, Evaluation
 ITERATIONS: Final = 60
 """Largest number of iterations of the secant method."""
 
-TOLERANCE: Final = 1e-9
-"""Change of λ_t from one iteration to the next below which it is found."""
+TOLERANCE: Final = 1e-7
+"""Change of λ_t from one iteration to the next below which it is found: the next one is of 1e-9."""
 
-ACCEPTED: Final = 1e-8
+ACCEPTED: Final = 1e-6
 """Largest last change of λ_t of a bar that counts as solved."""
 
 LARGEST_CHANGE: Final = 0.05

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar, cast
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -125,7 +125,9 @@ def of_model(model: Model, *parts: Part) -> list[Reading]:
     found = []
     for channel in read_of(*parts):
         if channel.reading:
-            kind = only_class(f"dolfingrip.mechanics.readings.{channel.reading}", Reading)
-            reading = cast(Callable[[Model], Reading], kind)(model)
+            kind: Any = channel.reading
+            if isinstance(kind, str):
+                kind = only_class(f"dolfingrip.mechanics.readings.{kind}", Reading)
+            reading: Reading = kind(model)
             found.append(FromRest(reading) if channel.from_rest else reading)
     return found

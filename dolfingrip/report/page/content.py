@@ -62,8 +62,8 @@ class DiagnosisPart:
     """The section on a diagnosis.
 
     Attributes:
-        answer: in a sentence, with which the section begins.
-        lines: the ten lines, each with its label, such as "FIT"; "" where it has none.
+        answer: line with which the section begins.
+        lines: the lines below it: how sure it is, and what to measure next.
         bars: chart of the causes' probabilities.
         charts: measured against simulated, with residuals below.
         tables: what causes explain, before and after, and the like.
@@ -72,7 +72,7 @@ class DiagnosisPart:
 
     title: str
     answer: str
-    lines: Sequence[tuple[str, str]]
+    lines: Sequence[str]
     bars: Chart
     charts: Sequence[Chart] = ()
     tables: Sequence[TextTable] = ()

@@ -11,13 +11,18 @@ from dolfingrip.report.page import results
 from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page
 from dolfingrip.report.page.key_numbers import MOST, summary
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.lookup import only_class
+from dolfingrip.sections.lookup import classes
 
 CONTRIBUTIONS: Final[tuple[Contribution, ...]] = tuple(
     sorted(
         (
-            only_class(f"{results.__name__}.{file.name}", Contribution)()
-            for file in pkgutil.iter_modules(results.__path__)
+            kind()
+            for kind in classes(
+                "pages",
+                results.__name__,
+                [file.name for file in pkgutil.iter_modules(results.__path__)],
+                Contribution,
+            ).values()
         ),
         key=lambda each: each.place,
     )

@@ -1,4 +1,4 @@
-"""The index of the kinds of geometry, each the name of its file in this folder."""
+"""The index of the kinds of geometry: files of this folder, and plugins."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Final
 
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.geometry.own import with_own
-from dolfingrip.sections.lookup import only_class
+from dolfingrip.sections.lookup import classes
 
-NAMES: Final = (
+FILES: Final = (
     "bellows",
     "cast",
     "pneunet",
@@ -18,8 +18,11 @@ NAMES: Final = (
 )
 
 GEOMETRIES: Final[Mapping[str, type[Geometry]]] = {
-    name: with_own(only_class(f"dolfingrip.sections.geometry.{name}", Geometry)) for name in NAMES
+    name: with_own(kind)
+    for name, kind in classes("geometries", "dolfingrip.sections.geometry", FILES, Geometry).items()
 }
+
+NAMES: Final = tuple(GEOMETRIES)
 
 TABLES: Final = tuple(geometry.table() for geometry in GEOMETRIES.values())
 """Tables of the configuration with dimensions, one for each kind."""

@@ -10,6 +10,7 @@ from pydantic import Field
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet, constant, series
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.section import Ratio
 
 SERIES: Final = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)
 """Factors of Ī₁ᵏ − 3ᵏ over λₘ^(2k−2): the inverse Langevin function's series."""
@@ -33,7 +34,7 @@ class ArrudaBoyce(MaterialLaw):
     )  # fmt: skip
 
     ab_mu_MPa: float = Field(1.0, gt=0, description="arruda-boyce: n k T of the chains")
-    ab_lock: float = Field(
+    ab_lock: Ratio = Field(
         3.0, ge=1.05, le=100, description="arruda-boyce: a chain's stretch at its full length"
     )
 

@@ -11,6 +11,7 @@ from dolfingrip.forms.functions import ln, remaining
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.section import Ratio
 
 
 class ExtendedTube(MaterialLaw):
@@ -36,8 +37,8 @@ class ExtendedTube(MaterialLaw):
 
     tube_Gc_MPa: float = Field(1.0, ge=0, description="extended-tube: modulus of links")
     tube_Ge_MPa: float = Field(0.0, ge=0, description="extended-tube: modulus of entanglements")
-    tube_delta: float = Field(0.0, ge=0, le=0.6, description="extended-tube: chains end at 1/δ²")
-    tube_beta: float = Field(
+    tube_delta: Ratio = Field(0.0, ge=0, le=0.6, description="extended-tube: chains end at 1/δ²")
+    tube_beta: Ratio = Field(
         1.0, ge=0.05, le=2, description="extended-tube: how freely tubes give way"
     )
 

@@ -11,6 +11,7 @@ from dolfingrip.forms.functions import ln, remaining
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.section import Ratio
 
 
 def limited(first: Jet, mu: Any, limit: Any) -> Jet:
@@ -44,7 +45,7 @@ class GentLaw(MaterialLaw):
     )  # fmt: skip
 
     gent_mu_MPa: float = Field(1.0, gt=0, description="gent: shear modulus at rest")
-    gent_limit: float = Field(
+    gent_limit: Ratio = Field(
         50.0, ge=0.1, le=1e4, description="gent: limit Jm of I1 - 3, where chains end"
     )
 

@@ -12,6 +12,7 @@ from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.gent import limited
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.section import Ratio
 
 
 class GentGent(MaterialLaw):
@@ -35,7 +36,7 @@ class GentGent(MaterialLaw):
     )  # fmt: skip
 
     gg_mu_MPa: float = Field(1.0, ge=0, description="gent-gent: shear modulus of the chains")
-    gg_limit: float = Field(
+    gg_limit: Ratio = Field(
         50.0, ge=0.1, le=1e4, description="gent-gent: limit Jm of I1 - 3, where chains end"
     )
     gg_C2_MPa: float = Field(0.0, ge=0, description="gent-gent: of ln(I2/3), entanglements")

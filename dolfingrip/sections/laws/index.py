@@ -1,4 +1,4 @@
-"""The index of laws of the base material, each the name of its file in this folder."""
+"""The index of laws of the base material: files of this folder, and plugins."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from dolfingrip.sections.laws.law import MaterialLaw
-from dolfingrip.sections.lookup import only_class
+from dolfingrip.sections.lookup import classes
 
 FILES: Final = (
     "neo_hooke",
@@ -20,6 +20,6 @@ FILES: Final = (
 
 LAWS: Final[Mapping[str, type[MaterialLaw]]] = {
     law.law_name(): law
-    for law in (only_class(f"dolfingrip.sections.laws.{file}", MaterialLaw) for file in FILES)
+    for law in classes("laws", "dolfingrip.sections.laws", FILES, MaterialLaw).values()
 }
 """By ``material.law``; the first is the default."""

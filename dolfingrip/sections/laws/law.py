@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 from dolfingrip.forms import isotropic
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import Role, Section
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +67,7 @@ class MaterialLaw(Section):
         fits: what of it is fitted to coupons.
     """
 
+    role: ClassVar = Role.BODY
     law: str
     moduli: ClassVar[tuple[str, ...]]
     shear_name: ClassVar[str] = "the initial shear modulus"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
-from typing import Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from pydantic import Field
 
@@ -12,6 +12,7 @@ from dolfingrip.forms import ogden_terms
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.ranges import PURE
 from dolfingrip.sections.section import Numbers, Refusal
 
 ALPHA: Final = (0.05, 10.0)
@@ -67,7 +68,9 @@ class Ogden(MaterialLaw):
     fits: ClassVar = tuple(_fit(terms) for terms in (1, 2, 3))
 
     ogden_mu_MPa: Numbers = Field((), description="ogden: shear moduli of the terms")
-    ogden_alpha: Numbers = Field((), description="ogden: exponents of the stretches")
+    ogden_alpha: Annotated[Numbers, PURE] = Field(
+        (), description="ogden: exponents of the stretches"
+    )
 
     @property
     def shear_MPa(self) -> float:

@@ -10,9 +10,10 @@ from support.example import EXAMPLES
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysis import Analysis
-from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Scatter, errors_of
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, errors_of
 from dolfingrip.diagnosis.coupon import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read, selected
+from dolfingrip.files.diagnosis import Scatter
 
 COUPONS = EXAMPLES / "coupons/ninjaflex_uniaxial.csv"
 
@@ -61,7 +62,7 @@ def test_a_slip_that_all_share_stays_in_the_rig(off: Errors) -> None:
 @pytest.mark.parametrize(("found", "told"), [(0.08, 0.03), (0.01, 0.03)])
 def test_a_new_coupon_may_differ_as_much_as_was_told_or_found(found: float, told: float) -> None:
     """Few coupons that happen to be alike do not make the next one like them."""
-    scatter = Scatter(found, told, 0.0, estimated=True)
+    scatter = Scatter(specimens=8, scale=found, prior_scale=told, shape=0.0, estimated=True)
     of = SimpleNamespace(
         errors=SimpleNamespace(scatter=scatter, shared=()), closed_form=True, fitted_names=(),
         problem=SimpleNamespace(value=np.zeros(3)),

@@ -37,26 +37,27 @@ def test_told(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.control, np.full(7, 0.5))
     assert not found.correlated.any()
     assert np.isinf(found.correlation_time_s).all()
-    assert found.sentences == ()
+    assert found.sources == ()
     assert "correlated" not in TOML
 
 
 @pytest.mark.parametrize(
     ("rows", "cycles", "how"),
-    [(80, 1, "estimated from its scatter"), (8, 6, "estimated from repeated cycles")],
+    [(80, 1, "scatter"), (8, 6, "repeats")],
 )
 def test_estimated(tmp_path: Path, rows: int, cycles: int, how: str) -> None:
     """Of 150 and 64 differences: three standard errors of a standard deviation are 30 %."""
     found = instrument_noise(measured(tmp_path, rows, cycles, UNTOLD))
     assert found.independent == pytest.approx(0.4, rel=0.3)
-    (said,) = found.sentences
-    assert how in said
+    (said,) = found.sources
+    assert (said.column, said.source) == ("angle_deg", how)
+    assert found.independent == pytest.approx(said.std)
 
 
 def test_guessed_where_readings_are_few(tmp_path: Path) -> None:
     found = instrument_noise(measured(tmp_path, 6, 1, UNTOLD))
     assert set(found.independent) == {0.3}
-    assert "engineering guess" in found.sentences[0]
+    assert found.sources[0].source == "guess"
 
 
 def test_readings_that_repeat_exactly_tell_no_noise(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A diagnosis on a page: answer, readings, ten lines, causes, tables and what stays unexplained."""
+"""A diagnosis on a page: three lines, readings, causes, tables and what stays unexplained."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.charts.chart import Chart
-from dolfingrip.files.diagnosis import HEADINGS, DiagnosisFile
+from dolfingrip.files.diagnosis import DiagnosisFile
+from dolfingrip.files.diagnosis_words import cautions, chance, lines, tables
 from dolfingrip.report.diagnosis import overlays, panels, probabilities
 from dolfingrip.report.page.content import (
     Contribution,
@@ -32,9 +33,6 @@ BAND_STD: Final = 2.0
 
 BY_CHANCE: Final = 0.046
 """Share of readings that noise alone puts outside two standard deviations."""
-
-CERTAIN: Final = 0.99
-"""Probability beyond which no more is told; two digits of one more would read 1."""
 
 VERDICTS: Final[dict[str, tuple[Verdict, str]]] = {
     "cause": ("fail", ""), "unknown": ("open", "unknown cause"), "none": ("pass", "no cause"),
@@ -59,8 +57,7 @@ class Diagnosed(Contribution):
             if content.verdict.answer == "none" and not content.verdict.claimed:
                 kind, words = "open", "cannot tell"
             value = words or " or ".join(content.verdict.effects).replace("_", " ")
-            p = content.verdict.probability
-            sure = f"probability {said(p) if p <= CERTAIN else f'> {CERTAIN:g}'}"
+            sure = f"probability {chance(content.verdict.probability)}"
             page.numbers.append(KeyNumber("Diagnosis", value, kind, sure))
         return self.named(found)
 
@@ -75,32 +72,27 @@ def _source(folder: Path, content: DiagnosisFile) -> Source:
 
 
 def _part(content: DiagnosisFile, readings: pd.DataFrame | None) -> DiagnosisPart:
-    lines = [("", each) for each in content.sentences]
-    if content.brief is not None:
-        lines = [(heading, getattr(content.brief, key)) for key, heading in HEADINGS.items()]
+    answer, *others = lines(content)
     charts: Sequence[Chart] = ()
     if readings is not None and len(readings):
         charts = overlays(content, readings)
     bars = probabilities(content, LEAST_SHARE)
     unexplained = _unexplained(content, readings)
-    tables, answer = content.tables(), content.verdict.sentence
-    return DiagnosisPart("Diagnosis", answer, lines, bars, charts, tables, unexplained)
+    return DiagnosisPart("Diagnosis", answer, others, bars, charts, tables(content), unexplained)
 
 
 def _unexplained(content: DiagnosisFile, readings: pd.DataFrame | None) -> list[str]:
     """Sentences on what stays unexplained, and where."""
-    share = f"{100 * content.verdict.unexplained:.2g} %"
-    told = share if content.brief is None else content.brief.not_explained
-    lines = [f"Of what the model misses: {told}"]
-    lines += [*content.not_reached, *content.suspicions, *content.warnings]
+    said_of_it = [f"Of what the model misses {100 * content.verdict.unexplained:.2g} % stays"]
+    said_of_it += cautions(content)
     for panel in panels(readings) if readings is not None and len(readings) else ():
         part, along = panel.part, panel.over
         off = np.abs(part["value"] - part["after"]) > BAND_STD * part["noise"]
         if off.mean() > BY_CHANCE and off.sum() > 1:
             where = part.loc[off, along.name]
-            lines.append(
+            said_of_it.append(
                 f"{panel.title}, {panel.channel.title.lower()}: {100 * off.mean():.0f} % of the "
                 f"readings lie outside two standard deviations, from "
                 f"{said(float(where.min()))} to {said(float(where.max()), along.symbol)}"
             )
-    return lines
+    return said_of_it

@@ -1,0 +1,118 @@
+"""The commands, in the order of use; they are made of all experiments and keys that there are."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from dolfingrip import plugins
+from dolfingrip.cli import edge, settings
+from dolfingrip.cli.command import NOTHING, Group, Listed, Subcommand
+from dolfingrip.cli.installation import solver
+from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.version import __version__
+
+INSTEAD = {"coupon": {"fit": "fit_command:fit_coupons"}}
+"""Work that an option of an experiment asks for in place of the experiment."""
+
+COMMANDS = (
+    Subcommand("demo", settings.DemoSettings, "loop_commands:demo"),
+    *(
+        Subcommand(
+            each.command, settings.of_experiment(each), "experiment_commands:perform",
+            each.summary(), instead=INSTEAD.get(each.name, NOTHING),
+        )
+        for each in EXPERIMENTS.values()
+    ),
+    Subcommand("pickup", settings.PickupSettings, "pickup_commands:pickup"),
+    Subcommand("friction", settings.FrictionSettings, "pickup_commands:friction"),
+    Subcommand("adopt", settings.AdoptSettings, "adopt_command:adopt"),
+    Subcommand("mesh", settings.MeshSettings, "shape_commands:mesh"),
+    Subcommand("export", settings.ExportSettings, "shape_commands:export"),
+    Subcommand("robot", settings.RobotSettings, "robot_command:robot"),
+    Subcommand("morph", settings.MorphSettings, "shape_commands:morph"),
+    Subcommand("config", settings.ConfigSettings, "reference_commands:show_config"),
+    Subcommand("columns", settings.ColumnsSettings, "reference_commands:columns"),
+    Subcommand("extensions", settings.EffectSettings, "reference_commands:extensions"),
+    Subcommand(
+        "synthetic", settings.SyntheticSettings, "experiment_commands:synthetic_measurement"
+    ),
+    Subcommand("import", settings.ImportSettings, "import_command:import_table"),
+    Subcommand("track", settings.TrackSettings, "track_command:track_video"),
+    Subcommand("diagnose", settings.DiagnoseSettings, "diagnosis_commands:diagnose"),
+    Subcommand(
+        "plan-experiment", settings.PlanExperimentSettings, "diagnosis_commands:plan_experiment"
+    ),
+    Subcommand("predict", settings.PredictSettings, "diagnosis_commands:predict"),
+    Subcommand("design", settings.DesignSettings, "design_command:design"),
+    Subcommand(
+        "doe", settings.DoeSettings, "doe_commands:doe",
+        below=(Subcommand("export", settings.DoeExportSettings, "doe_commands:export"),),
+    ),
+    Subcommand("train", settings.TrainSettings, "surrogate_commands:train"),
+    Subcommand("optimise", settings.OptimiseSettings, "surrogate_commands:optimise"),
+    Subcommand("study", settings.StudySettings, "surrogate_commands:study"),
+    Subcommand("reproduce", settings.ReproduceSettings, "loop_commands:reproduce"),
+    Subcommand("report", settings.ReportSettings, "report_command:report"),
+    Subcommand("explore", settings.ExploreSettings, "explore_command:explore"),
+    Subcommand("doctor", settings.DoctorSettings, "doctor_command:doctor"),
+)  # fmt: skip
+"""The commands in the order in which a new user needs them."""
+
+
+class _InOrder(Group):
+    """Has :data:`COMMANDS`, in their order."""
+
+    def __init__(self, **more: Any) -> None:
+        super().__init__(**more)
+        self.commands = {
+            each.name: Listed(each, settings.group(each.settings)) for each in COMMANDS
+        }
+
+    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
+        """Names of the commands."""
+        return list(self.commands)
+
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+def _print_version(wanted: bool) -> None:
+    """Print the version and exit if ``--version`` is given."""
+    if wanted:
+        sys.stdout.write(f"dolfingrip {__version__}\n{solver()}; dolfingrip doctor says more\n")
+        raise typer.Exit
+
+
+@app.callback(
+    cls=_InOrder,
+    no_args_is_help=True,
+    help="Simulate, design and diagnose pneumatic gripper fingers, printed or cast in silicone.",
+)
+def _start(
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", metavar="", help="Log details to the terminal.")
+    ] = False,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, metavar="",
+            help="Show the version and exit.",
+        ),
+    ] = False,
+    plugin: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--plugin", metavar="FILE.py",
+            help="A law, an effect, a food or another thing of your own; repeatable.",
+        ),
+    ] = None,
+) -> None:  # fmt: skip
+    for each in plugin or ():
+        plugins.add(each)
+    level = (logging.INFO if verbose else logging.WARNING) if edge.rank() == 0 else logging.CRITICAL
+    logging.basicConfig(level=level, format="%(message)s", stream=sys.stderr)
