@@ -12,8 +12,6 @@ ENV PATH=/opt/venv/bin:/usr/local/bin:/usr/bin:/bin
 # With the project installed.
 FROM environment
 COPY . /opt/dolfingrip
-# The version, which git knows and this folder does not: --build-arg, else "0.0".
-ARG SETUPTOOLS_SCM_PRETEND_VERSION_FOR_DOLFINGRIP
 RUN python -m pip install --no-cache-dir --disable-pip-version-check --no-deps \
         --no-build-isolation /opt/dolfingrip \
     && install -D -t /usr/local/lib/dolfingrip /opt/dolfingrip/scripts/enter /opt/dolfingrip/scripts/cache \

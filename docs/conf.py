@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from importlib.metadata import version as installed
 from pathlib import Path
+
+from dolfingrip.version import __version__
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -16,7 +17,7 @@ sys.path.insert(0, str(HERE / "_ext"))
 project = "dolfingrip"
 author = "The dolfingrip developers"
 project_copyright = f"{author}, GPL-3.0-or-later"
-version = release = installed("dolfingrip")
+version = release = __version__
 
 extensions = [
     "myst_nb",

@@ -1,4 +1,7 @@
-"""dolfingrip: simulation, design and diagnosis of pneumatic soft-gripper fingers."""
+"""dolfingrip: simulation, design and diagnosis of pneumatic soft-gripper fingers.
+
+Its packages are loaded as they are used: ``import dolfingrip as dg; dg.config.load()``.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +9,30 @@ import os
 from typing import TYPE_CHECKING
 
 from dolfingrip import loading
+from dolfingrip.version import __version__ as __version__
 
-__version__: str
-"""Version of the installed package, which its last tag gives."""
+if TYPE_CHECKING:
+    from dolfingrip import (
+        channels,
+        config,
+        design,
+        diagnosis,
+        experiments,
+        extensions,
+        files,
+        foods,
+        jobs,
+        mechanics,
+        meshes,
+        parameter,
+        report,
+        sections,
+    )
 
-if not TYPE_CHECKING:
-
-    def __getattr__(name):
-        """Read the version when it is asked for, as that takes longer than this import."""
-        if name != "__version__":
-            raise AttributeError(f"module 'dolfingrip' has no attribute {name!r}")
-        from importlib import metadata
-
-        return metadata.version("dolfingrip")
+__all__ = [
+    "channels", "config", "design", "diagnosis", "experiments", "extensions", "files", "foods",
+    "jobs", "mechanics", "meshes", "parameter", "plugin", "report", "sections",
+]  # fmt: skip
 
 
 def plugin(path: os.PathLike[str] | str) -> None:
@@ -44,3 +58,4 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 loading.prepare()
+__getattr__, __dir__ = loading.lazily(__name__, {name: name for name in __all__})

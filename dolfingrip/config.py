@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Mapping
+from html import escape
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Self
@@ -16,9 +17,10 @@ from typing import Any, Final, Self
 from dolfingrip.channels import Part
 from dolfingrip.extensions.effect import Adapting
 from dolfingrip.extensions.index import Extensions
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.foods.food import Food, Obstacle
 from dolfingrip.sections import tables
-from dolfingrip.sections.errors import ConfigError, checked
+from dolfingrip.sections.errors import ConfigError, checked, shown
 from dolfingrip.sections.films import Film
 from dolfingrip.sections.material import Material
 from dolfingrip.sections.numerics import Contact, Solver
@@ -64,6 +66,31 @@ class Config(Setup):
     obstacle: Obstacle | None = None
     extensions: Extensions = Extensions()
 
+    def overview(self) -> TextTable:
+        """Return the table of values that differ from the reference finger's."""
+        plain = self.model_dump(mode="json", exclude_none=True)
+        reference = Config().model_dump(mode="json", exclude_none=True)
+        rows = [
+            [f"{section}.{key}", shown(value), shown(usual[key]) if key in usual else "–"]
+            for section, values in plain.items()
+            for usual in [reference.get(section, {})]
+            for key, value in values.items()
+            if usual.get(key) != value
+        ]
+        title = "Configuration: the reference finger" + (" but for" if rows else "")
+        return TextTable(["key", "value", "reference"] if rows else [], rows, title)
+
+    def __repr__(self) -> str:
+        """The overview, as a console shows it."""
+        return self.overview().text()
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """The overview and all keys, as a notebook shows them."""
+        keys = f"<details><summary>All keys</summary><pre>{escape(dumps(self))}</pre></details>"
+        return f"{self.overview().html()}\n{keys}"
+
     def adapted(self) -> Self:
         """The configuration that is meshed and solved, with extensions of geometry applied."""
         done = self
@@ -73,7 +100,7 @@ class Config(Setup):
 
 
 def load(
-    file: Path | str | None = None,
+    file: Path | str | Change | None = None,
     overrides: Change = NO_CHANGE,
     defaults: Change = NO_CHANGE,
 ) -> Config:
@@ -81,7 +108,7 @@ def load(
 
     Args:
         file: TOML file, or the ``run.json`` of an earlier run; the reference finger where None.
-            Its mesh file is relative to its folder.
+            Its mesh file is relative to its folder. Values by key are overrides.
         overrides: values by key (``section.name``); a mesh file is relative to the working folder.
         defaults: values that a command has in place of the reference finger's; the file and the
             overrides take precedence.
@@ -90,6 +117,9 @@ def load(
         ConfigError: one line naming the key, its value and the allowed range.
     """
     data: dict[str, Any] = {}
+    if isinstance(file, Mapping):
+        overrides = {**file, **overrides}
+        file = None
     if file is not None:
         file = Path(file)
         data = tables.read(file)

@@ -1,5 +1,7 @@
 """How libraries are loaded: PyPI's DOLFINx first of all, and none with settings of the folder.
 
+The package's own modules are loaded as they are used (:func:`lazily`).
+
 Some libraries read settings from the folder that a process works in, as they are loaded. What they
 find there may name code: ``-dll_prepend`` in ``petscrc`` is a library that PETSc loads. The folder
 may be a stranger's, so these libraries are loaded while the process works in the root folder.
@@ -11,13 +13,14 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Final
+from typing import Any, Final
 
 SETTINGS: Final = {
     "ezdxf": "ezdxf.ini",
@@ -104,3 +107,22 @@ class _SolverOfWheel(MetaPathFinder):
 def prepare() -> None:
     """Have libraries loaded so from now on in this process."""
     sys.meta_path[:0] = [_SolverOfWheel(), _LoadedElsewhere()]
+
+
+def lazily(
+    package: str, homes: Mapping[str, str]
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return ``__getattr__`` and ``__dir__`` of a package whose names are loaded as they are used.
+
+    Args:
+        package: its dotted name.
+        homes: by public name the module below the package that has it; a module has its own name.
+    """
+
+    def load(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        module = import_module(f"{package}.{homes[name]}")
+        return module if name == homes[name] else getattr(module, name)
+
+    return load, lambda: sorted(homes)

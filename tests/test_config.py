@@ -49,6 +49,9 @@ REFUSED = {
     "contact.gap_mm=1": "did you mean finger.gap_mm or plate.gap_mm?",
     "fingr.wall_mm=1": "fingr: unknown key; did you mean finger?",
     "zzz=1": "zzz: unknown key; allowed: finger,",
+    # section and unit are left out
+    "wall=2": "wall: unknown key; did you mean finger.wall_mm? allowed: finger, material",
+    "max_pressure=9": "max_pressure: unknown key; did you mean experiment.max_pressure_kPa?",
     # an impossible geometry
     "finger.wall_mm=3.5": "finger.wall_mm = 3.5: thicker than half a bellows; "
     "allowed: above 0 and below 3.5 mm",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import subprocess
 import sys
 from typing import get_type_hints
@@ -13,7 +14,10 @@ from rich.text import Text
 from support.command import run_command
 
 import dolfingrip
+from dolfingrip import config
 from dolfingrip.cli import app as cli
+from dolfingrip.cli import settings
+from dolfingrip.cli.command import settings_of
 
 COMMAND = typer.main.get_command(cli.app)
 ORDER = tuple(each.name for each in cli.COMMANDS)
@@ -53,6 +57,63 @@ def test_a_table_of_the_configuration_is_not_taken_for_markup(name: str) -> None
         assert shown == (text or "").replace("\\[", "[")
 
 
+def test_commands_stand_in_six_groups_with_an_example_each(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    assert run_command("--help") == 0
+    said = capfd.readouterr().out
+    assert "printed or cast in silicone" in said
+    headings = re.findall(r"^╭─ ([^─]+: dolfingrip [^─]+) ─", said, re.M)
+    assert headings == list(settings.GROUPS)
+    assert len(headings) == 6
+    for heading in headings:
+        _parsed(heading.partition(": ")[2])
+
+
+def _parsed(line: str) -> None:
+    """Read a line as the command line reads it, up to the settings of the command."""
+    program, name, *words = shlex.split(line)
+    assert program == "dolfingrip"
+    (entry,) = (each for each in cli.COMMANDS if each.name == name)
+    if entry.below and words[0] == entry.below[0].name:
+        entry, words = entry.below[0], words[1:]
+    context = entry.built().make_context(name, words)
+    described = settings_of(entry.settings)
+    asked = entry.settings(
+        **{each.name: each.value(context.params[each.name]) for each in described}
+    )
+    changes = {**getattr(asked, "overrides", {}), **getattr(asked, "hide", {})}
+    config.load(None, changes)
+
+
+LINES = {
+    " ".join([each.name, *below]): entry
+    for each in cli.COMMANDS
+    for below, entry in (((), each), *(((inner.name,), inner) for inner in each.below))
+}
+"""Commands as they are typed."""
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_each_command_has_one_example_that_its_command_line_takes(line: str) -> None:
+    (example,) = re.findall(r"^Example: (.*)$", LINES[line].help, re.M)
+    assert example.startswith(f"dolfingrip {line}")
+    assert len(f"Example: {example}") <= 76  # a terminal of 80 columns does not break it
+    _parsed(example)
+
+
+TERSE = re.compile(r"^(Of|With|Or|Default|e\.g\.|None)\b")
+"""Beginnings of a help that goes on from the option's name."""
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_an_option_s_help_is_understood_alone(line: str) -> None:
+    described = settings_of(LINES[line].settings)
+    too_short = [each.flag for each in described if len(each.help.split()) < 2]
+    assert [each.flag for each in described if TERSE.match(each.help)] + too_short == []
+
+
 FRAGMENTS = {
     "bend": ("--pressure", "kPa", "at most 10000 kPa", "displacement|stretch", "kPa,kPa,…"),
     "cycle": ("kPa/s", "Length of the wait at the highest pressure"),
@@ -64,7 +125,7 @@ FRAGMENTS = {
     "optimise": ("at least 0 and up to 1", "default: 1000", "at least 4"),
     "study": ("50, 100, 500, 1000", "0.01, 0.1, 0.5, 0.8"),
     "predict": ("kPa,kPa,…",),
-    "robot": ("FILE.toml", "finger.urdf", "at least 1"),
+    "robot": ("--config", "finger.urdf", "at least 1"),
     "morph": ("ξ1 ξ2", "required"),
     "explore": ("KEY=LOW:HIGH", "up to 65535"),
     "synthetic": ("COLUMN=STD", "bending, blocked_force"),

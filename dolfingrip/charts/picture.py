@@ -148,12 +148,14 @@ def draw(chart: Chart, axes: Axes, look: Look | None = None) -> None:
 
     Args:
         chart: what is drawn.
-        axes: empty axes.
+        axes: empty axes, or those of another chart, whose colours are left to it.
         look: where the key stands, and whether the title is drawn; None: the usual look.
     """
     look = look or Look()
     axes.set_axis_on()
-    free = iter([name for name in COLOURS if name not in {s.colour for s in chart.series}] * 9)
+    there = {line.get_color() for line in axes.get_lines()}
+    taken = {s.colour for s in chart.series} | {n for n, code in COLOURS.items() if code in there}
+    free = iter(([name for name in COLOURS if name not in taken] or list(COLOURS)) * 9)
     colour = INK
     bars = [each for each in chart.series if each.style == "bar"]
     for series in chart.series:

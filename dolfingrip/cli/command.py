@@ -343,10 +343,11 @@ class Listed(Command):
 
     Args:
         entry: the command.
+        group: heading of the list that it stands below.
     """
 
-    def __init__(self, entry: Subcommand) -> None:
-        super().__init__(entry.name, help=entry.help)
+    def __init__(self, entry: Subcommand, group: str | None = None) -> None:
+        super().__init__(entry.name, help=entry.help, rich_help_panel=group)
         self.entry = entry
 
     def make_context(self, *arguments: Any, **named: Any) -> Any:

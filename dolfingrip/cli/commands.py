@@ -9,12 +9,13 @@ from typing import Annotated, Any
 
 import typer
 
-from dolfingrip import __version__, plugins
+from dolfingrip import plugins
 from dolfingrip.cli import edge, settings
 from dolfingrip.cli.command import NOTHING, Group, Listed, Subcommand
 from dolfingrip.cli.installation import solver
 from dolfingrip.cli.rooms import is_there
 from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.version import __version__
 
 INSTEAD = {"coupon": {"fit": "fit_command:fit_coupons"}}
 """Work that an option of an experiment asks for in place of the experiment."""
@@ -72,7 +73,9 @@ class _InOrder(Group):
 
     def __init__(self, **more: Any) -> None:
         super().__init__(**more)
-        self.commands = {each.name: Listed(each) for each in COMMANDS}
+        self.commands = {
+            each.name: Listed(each, settings.group(each.settings)) for each in COMMANDS
+        }
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
         """Names of the commands."""
@@ -90,11 +93,13 @@ def _print_version(wanted: bool) -> None:
 
 
 @app.callback(
-    cls=_InOrder, no_args_is_help=True, help="Simulate 3D-printed pneumatic gripper fingers."
+    cls=_InOrder,
+    no_args_is_help=True,
+    help="Simulate, design and diagnose pneumatic gripper fingers, printed or cast in silicone.",
 )
 def _start(
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", metavar="", help="Log details.")
+        bool, typer.Option("--verbose", "-v", metavar="", help="Log details to the terminal.")
     ] = False,
     version: Annotated[
         bool,

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import typer
 
-import dolfingrip
 from dolfingrip.cli.installation import DOLFINX, extras
 from dolfingrip.cli.settings import DoctorSettings
+from dolfingrip.version import __version__
 
 APART = {"", "all", "dolfinx", "docs", "test"}
 """Extras that have a line of their own, or that no command needs by itself."""
@@ -29,7 +29,7 @@ APART = {"", "all", "dolfinx", "docs", "test"}
 def doctor(_settings: DoctorSettings) -> None:
     """Say what this machine has of what the commands need, and what is missing."""
     lines = [
-        ("dolfingrip", dolfingrip.__version__),
+        ("dolfingrip", __version__),
         ("Python", f"{platform.python_version()}, {sys.executable}"),
         ("packages", _there(extras().pop(""))),
         ("DOLFINx", _dolfinx()),

@@ -18,7 +18,7 @@ from dolfingrip.robot.write import room, write
 def robot(asked: RobotSettings) -> None:
     """Fit a chain of links to finite elements and write it for robot simulators."""
     one_process("--workers, without mpirun")
-    config = configuration.load(asked.file, asked.overrides)
+    config = configuration.load(asked.config, asked.overrides)
     check_writable(asked.out)
     screen, folder = console(), asked.out / build.FOLDER
     try:

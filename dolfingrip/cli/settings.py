@@ -102,11 +102,11 @@ def _regions(texts: Sequence[str], flag: str) -> tuple[Box | str, ...]:
 
 _out = partial(option, help="Folder for results.", flags=("--out", "-o"), metavar="FOLDER")
 _configfile = partial(
-    option, help="TOML, or a run.json to repeat; see `config`.", flags=("--config", "-c")
+    option, help="Configuration: TOML, or a run.json; see `config`.", flags=("--config", "-c")
 )
 _changes = partial(
     option,
-    help="e.g. finger.wall_mm=1.8; repeatable.",
+    help="Change a key of the configuration, e.g. finger.wall_mm=1.8; repeatable.",
     flags=("--set", "-s"),
     metavar="KEY=VALUE",
     read=_assigned_pressures,
@@ -119,16 +119,16 @@ _noise = partial(
 )
 _gradients = partial(option, help="Derive all readings by parameters: sensitivity.csv.")
 _parameters = partial(option, help="Parameters of --gradients; default: all.", metavar="KEY,KEY,…")
-_protocolfile = partial(option, help="TOML of ramps and waits, or a measurement's CSV.")
-_specimen = partial(option, help="Specimen in the CSV of --protocol.")
-_food = partial(option, help="What is grasped.", key="food.kind")
+_protocolfile = partial(option, help="Follow a TOML of ramps and waits, or a measurement's CSV.")
+_specimen = partial(option, help="Follow this specimen of the CSV of --protocol.")
+_food = partial(option, help="Food that is grasped.", key="food.kind")
 _pose = partial(option, help="How fingers are turned.", key="gripper.pose")
-_preset = partial(option, help="Mesh.", key="gripper.preset")
+_preset = partial(option, help="Fineness of the fingers' mesh.", key="gripper.preset")
 _resolution = partial(
-    option, help="Distance of the pressures that are tried.", measured_in="kPa", above=0
+    option, help="Distance between the pressures that are tried.", measured_in="kPa", above=0
 )
 _workers = partial(option, help="Processes that simulate.", least=1)
-_store = partial(option, help="Simulations; default: simulations/ in --out.", metavar="FOLDER")
+_store = partial(option, help="Kept simulations; default: simulations/ in --out.", metavar="FOLDER")
 _effects = partial(
     option, help="Effects to try; default: the whole catalogue.", metavar="NAME,NAME,…", read=_names
 )
@@ -145,7 +145,10 @@ class ConfiguredSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class DemoSettings(ConfiguredSettings):
-    """Run both experiments on the reference finger and a small design loop, write a report."""
+    """Run both experiments on the reference finger and a small design loop, write a report.
+
+    Example: dolfingrip demo --no-loop
+    """
 
     out: Path = _out(Path("out/demo"))
     loop: bool = option(True, "Run the small design loop, too.")
@@ -160,7 +163,7 @@ class RunSettings(ConfiguredSettings):
 
     out: Path = _out(Path("out"))
     render: tuple[float, ...] = option(
-        (), "Draw the finger at these.", metavar="kPa,kPa,…", read=_pressures
+        (), "Draw the finger at these pressures.", metavar="kPa,kPa,…", read=_pressures
     )
     colour_by: Colour | None = option(
         None,
@@ -242,17 +245,19 @@ class PickupSettings(ConfiguredSettings):
     """Find the least pressure that picks food up, by grasps at multiples of --resolution.
 
     A call that was killed goes on where it was. pickup.csv has all grasps.
+
+    Example: dolfingrip pickup --food strawberry --resolution 10
     """
 
     out: Path = _out(Path("out/pickup"))
     food: str | None = _food(None)
     pose: str | None = _pose(None)
-    friction: float | None = option(None, "Of fingers on food.", key="food.friction")
+    friction: float | None = option(None, "Friction of fingers on food.", key="food.friction")
     resolution: float = _resolution(5.0)
-    start: float = option(150.0, "Of the first grasp.", measured_in="kPa", above=0)
+    start: float = option(150.0, "Pressure of the first grasp.", measured_in="kPa", above=0)
     highest: float = option(
         HIGHEST_KPA,
-        "None above is tried.",
+        "Highest pressure that is tried.",
         measured_in="kPa",
         above=0,
         most=LARGEST_PRESSURE_KPA,
@@ -265,6 +270,8 @@ class FrictionSettings(ConfiguredSettings):
     """Calibrate friction from the least pressure that picks food up: μ and its interval.
 
     A call that was killed goes on where it was. friction.csv has all grasps.
+
+    Example: dolfingrip friction --pickup-pressure 80 --food cube
     """
 
     pickup_pressure: float = option(
@@ -278,7 +285,7 @@ class FrictionSettings(ConfiguredSettings):
     food: str | None = _food(None)
     pose: str | None = _pose(None)
     resolution: float = _resolution(5.0)
-    tolerance: float = option(0.01, "Of the friction that is sought.", least=1e-4, most=0.5)
+    tolerance: float = option(0.01, "Largest error of the friction.", least=1e-4, most=0.5)
     preset: str | None = _preset(None)
 
 
@@ -289,6 +296,8 @@ class AdoptSettings:
     It takes closed shells inside, or hollows with an opening, for cavities, a plane face at an
     end for the clamp, and the other end for the tip. The picture shows what it took for what;
     options correct it. All coordinates are those of the file, in mm.
+
+    Example: dolfingrip adopt finger.step --size-mm 4
     """
 
     part: Path = argument(MISSING, "STEP, IGES or BREP; STL, 3MF, OBJ or PLY; or a mesh, as .msh.")
@@ -315,15 +324,15 @@ class AdoptSettings:
     back: tuple[Point, ...] = option(
         (), "Direction that the strain-limiting side faces.", metavar="X,Y,Z", read=_points
     )
-    whole: bool = option(False, "Mesh both halves.")
+    whole: bool = option(False, "Mesh both halves of a symmetric part; default: one of them.")
     repair: bool = option(False, "Close holes and crossings of triangles (needs pymeshfix).")
-    size_mm: float | None = option(None, "Size of elements.", above=0, most=1000)
+    size_mm: float | None = option(None, "Largest size of elements.", above=0, most=1000)
     order: int | None = option(None, "Order of elements.", metavar="1|2", least=1, most=2)
     cap_mm: float | None = option(
         None, "Thickness of a cap on an opening away from the clamp.", above=0, most=1000
     )
     limit_s: float = option(300.0, "Time after which meshing is given up.", above=0, most=1e6)
-    unit: Literal["mm", "cm", "in", "m"] = option("mm", "Of length in the file.")
+    unit: Literal["mm", "cm", "in", "m"] = option("mm", "Unit of length in the file.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -333,6 +342,8 @@ class MeshSettings(ConfiguredSettings):
     The files hold the solver's elements: hexahedra of 20 nodes (S2, the
     default), tetrahedra of 10 nodes (P2, P2-P1) or of 4 nodes (P1).
     --set mesh.order=1 asks for linear ones, mesh.order=2 for quadratic ones.
+
+    Example: dolfingrip mesh --set mesh.size_mm=3 --out out/mesh
     """
 
     out: Path = _out(Path("out/mesh"))
@@ -346,44 +357,49 @@ class ExportSettings(ConfiguredSettings):
     and in mm; .inp is a deck for CalculiX and Abaqus; .py a scene for SOFA's SoftRobots; .xml a
     flexible body for MuJoCo. --config takes a TOML file, or the run.json of an earlier run. A table
     \\[inlet] adds a connector for air to what is printed; \\[mould] is about the mould.
+
+    Example: dolfingrip export finger.stl finger.step --config finger.toml
     """
 
     files: tuple[Path, ...] = argument(
-        (), "Files ending in .stl, .3mf, .step, .inp, .py, .xml or .toml.", "FILE"
+        (), "Files to write, ending in .stl, .3mf, .step, .inp, .py, .xml or .toml.", "FILE"
     )
     mould: Path | None = option(
         None, "Write the mould of a cast kind: halves, core plate, tray.", metavar="FOLDER"
     )
-    plate: bool = option(False, "Deck: blocked by the force sensor's plate.")
+    plate: bool = option(False, "Put the force sensor's plate before the tip in a deck (.inp).")
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotSettings:
+class RobotSettings(ConfiguredSettings):
     """Write the finger for robot simulators: a chain of links that runs in real time.
 
     It runs finite elements, fits the chain, and tells its errors at states that were not fitted.
     OUT then holds robot.json, finger.xml, gripper.xml and scene.xml for MuJoCo, finger.urdf and
     control.py. A call that was killed goes on from OUT/simulations. Where errors are asked for, the
     chain has the fewest joints within them, else as few as follow the free finger's shape.
+
+    Example: dolfingrip robot --config finger.toml --angle-error-deg 1
     """
 
-    file: Path | None = argument(None, "TOML; default: the reference finger.", "FILE.toml")
     out: Path = _out(Path("out/robot"))
     angle_error_deg: float | None = option(None, "Largest error of the tip's angle.", above=0)
-    path_error_mm: float | None = option(None, "Error of the tip's path, rms.", above=0)
+    path_error_mm: float | None = option(None, "Largest error of the tip's path, rms.", above=0)
     force_error_percent: float | None = option(
-        None, "Error of a plate's force, by the largest.", measured_in="%", above=0
+        None, "Largest error of a plate's force, by the largest force.", measured_in="%", above=0
     )
     stiffness_error_percent: float | None = option(
-        None, "Error of a stiffness of the tip.", measured_in="%", above=0
+        None, "Largest error of the tip's stiffness.", measured_in="%", above=0
     )
     workers: int = _workers(1)
-    overrides: Mapping[str, Any] = _changes(NOTHING)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MorphSettings(ConfiguredSettings):
-    """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it."""
+    """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it.
+
+    Example: dolfingrip morph finger.msh --xi 0.3 -0.3 --out moved.msh
+    """
 
     mesh: Path = argument(MISSING, "Mesh of the original: .msh, .inp, .vtk or .vtu.")
     out: Path = option(MISSING, "File of the moved mesh.", "--out", "-o")
@@ -395,32 +411,47 @@ class MorphSettings(ConfiguredSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class ConfigSettings(ConfiguredSettings):
-    """Print the resolved configuration, each key with its meaning."""
+    """Print the resolved configuration, each key with its meaning.
+
+    Example: dolfingrip config --set finger.kind=pneunet
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
 class DoctorSettings:
-    """Say what this machine has of what the commands need, and what is missing."""
+    """Say what this machine has of what the commands need, and what is missing.
+
+    Example: dolfingrip doctor
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnsSettings:
-    """Say what each column of an experiment's result.csv means."""
+    """Say what each column of an experiment's result.csv means.
 
-    experiment: str | None = argument(None, "e.g. grasp; default: all.", "EXPERIMENT")
+    Example: dolfingrip columns grasp
+    """
+
+    experiment: str | None = argument(None, "Experiment, e.g. grasp; default: all.", "EXPERIMENT")
     markdown: bool = option(False, "Print a page of Markdown.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class EffectSettings:
-    """List the effects that can be switched on, with their parameters and priors."""
+    """List the effects that can be switched on, with their parameters and priors.
 
-    name: str | None = argument(None, "One effect, to read all about it.", "NAME")
+    Example: dolfingrip extensions mullins
+    """
+
+    name: str | None = argument(None, "Effect to read all about; default: a line on each.", "NAME")
 
 
 @dataclass(frozen=True, kw_only=True)
 class SyntheticSettings(ConfiguredSettings):
-    """Write a synthetic measurement with hidden effects, nuisances and noise."""
+    """Write a synthetic measurement with hidden effects, nuisances and noise.
+
+    Example: dolfingrip synthetic --hide extensions.wall_offset.offset_mm=0.1
+    """
 
     out: Path = _out(Path("out/synthetic"))
     experiments: tuple[str, ...] = option(
@@ -428,12 +459,12 @@ class SyntheticSettings(ConfiguredSettings):
     )
     hide: Mapping[str, Any] = option(
         NOTHING,
-        "Like --set, but kept secret; repeatable.",
+        "Change the true finger alone, which the files do not tell; repeatable.",
         metavar="KEY=VALUE",
         read=_assigned_pressures,
     )
     nuisance: tuple[str, ...] = option(
-        (), "Draw its values from its prior; repeatable.", metavar="EFFECT"
+        (), "Draw this effect's numbers from their priors; repeatable.", metavar="EFFECT"
     )
     noise: Mapping[str, Any] = _noise(NOTHING)
     seed: int = option(0, "Seed of nuisances and noise.")
@@ -449,38 +480,40 @@ class ImportSettings:
     by name and unit in English, German, French, Spanish, Italian, Portuguese, Dutch, Polish,
     Russian, Chinese, Japanese and Korean. It shows what it took for what. Where two readings are
     possible it asks, or without a terminal refuses with the line to add.
+
+    Example: dolfingrip import pressure_and_angle.xlsx --out measured
     """
 
     table: Path = argument(MISSING, "CSV, TSV, text or .xlsx.", "TABLE")
     out: Path = _out(Path("out/import"))
     column: tuple[str, ...] = option(
         (),
-        "e.g. 'Druck \\[bar]=pressure_kPa', 'p=pressure_psi', 'ADC*0.05-2=pressure_kPa', "
-        "'Remarks=ignore'; repeatable.",
+        "Meaning of a column, e.g. 'Druck \\[bar]=pressure_kPa', 'p=pressure_psi', "
+        "'ADC*0.05-2=pressure_kPa', 'Remarks=ignore'; repeatable.",
         metavar="HEADER=COLUMN",
     )
     experiment: Literal["bending", "blocked_force", "coupon"] | None = option(
-        None, "Where the columns fit several."
+        None, "Experiment of the table, where its columns fit several."
     )
     zero_at_rest: bool | None = option(
-        None, "Subtract first readings, which are at rest.", "--zero-at-rest/--no-zero-at-rest"
+        None, "Subtract the first readings, which are at rest.", "--zero-at-rest/--no-zero-at-rest"
     )
     gauge_length: float | None = option(
-        None, "Of a coupon, between the grips.", measured_in="mm", above=0
+        None, "Length of a coupon between the grips.", measured_in="mm", above=0
     )
     area: float | None = option(None, "Cross-section of a coupon.", measured_in="mm²", above=0)
     mode: Literal["uniaxial", "planar", "equibiaxial", "compression"] | None = option(
-        None, "Mode of tension of a coupon; default: uniaxial."
+        None, "How a coupon is loaded; default: uniaxial."
     )
     frame_rate: float | None = option(
-        None, "Pictures per second, where there are frames.", measured_in="Hz", above=0
+        None, "Pictures per second, where a column counts frames.", measured_in="Hz", above=0
     )
     rate: float | None = option(
-        None, "Of ramps: kPa/s, of a coupon mm/s.", measured_in="kPa/s", above=0
+        None, "Rate of ramps; of a coupon mm/s.", measured_in="kPa/s", above=0
     )
-    encoding: str | None = option(None, "e.g. cp1252, gb18030, cp932.")
+    encoding: str | None = option(None, "Encoding of the text, e.g. cp1252, gb18030, cp932.")
     decimal: Literal[".", ","] | None = option(None, "Decimal sign.")
-    sheet: str | None = option(None, "Of an .xlsx file; or the line above one of several tables.")
+    sheet: str | None = option(None, "Sheet of an .xlsx; or the line above one of several tables.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -490,91 +523,102 @@ class TrackSettings(ConfiguredSettings):
     Dots of one colour or tags along the finger are followed; a printed sheet behind it tells scale,
     lens and tilt of the camera. Without files, ``--sheet`` writes that sheet. The last line is the
     command that takes the tables.
+
+    Example: dolfingrip track bend.mp4 --log pressure.csv --colour red
     """
 
-    files: tuple[Path, ...] = argument((), "A video, or pictures.", "VIDEO|PICTURES")
+    files: tuple[Path, ...] = argument((), "A video to read, or pictures.", "VIDEO|PICTURES")
     out: Path = _out(Path("out/track"))
-    log: Path | None = option(None, "Pressures over time; a table as of `import`.", metavar="LOG")
+    log: Path | None = option(None, "Table of pressures over time, as for `import`.", metavar="LOG")
     sheet: Literal["a4", "letter"] | None = option(None, "Write the sheet to print, to --out.")
     states: str | None = option(
-        None, "Of pictures: '{pressure_kPa}.jpg', or a CSV with a column file.", metavar="NAME|CSV"
+        None, "Pressures: '{pressure_kPa}.jpg', or a CSV with a column file.", metavar="NAME|CSV"
     )
     scale: tuple[str, ...] = option(
         (), "'X,Y X,Y = LENGTH mm': two points (px) and their distance; repeatable."
     )
     in_front: float | None = option(
         None,
-        "Of the points, from the sheet or scale; default: the finger's width.",
+        "How far the points are before the sheet or scale; default: the finger's width.",
         measured_in="mm",
     )
-    colour: str | None = option(None, "Of the dots: red, green, …, #rrggbb; default: found.")
+    colour: str | None = option(None, "Colour of the dots: red, green, …, #rrggbb; default: found.")
     dots: int | None = option(None, "Number of dots.", least=2, most=200)
-    points: str | None = option(None, "Of the first frame: 'X,Y X,Y …' (px).")
+    points: str | None = option(None, "Places of the dots in the first frame: 'X,Y X,Y …' (px).")
     tags: Literal["4x4", "5x5", "6x6", "36h11", "25h9", "16h5"] | None = option(
         None, "Follow ArUco or AprilTag tags."
     )
     tag_side: float | None = option(None, "Side of a tag.", measured_in="mm", above=0)
-    fingers: int = option(1, "Fingers side by side.", least=1, most=20)
+    fingers: int = option(1, "Number of fingers side by side.", least=1, most=20)
     clamp: str | None = option(None, "Where the clamp holds the back: 'X,Y' (px).")
     first: float | None = option(
-        None, "From the clamp to the first point, as a scale.", measured_in="mm", above=0
+        None, "Distance from the clamp to the first point, as a scale.", measured_in="mm", above=0
     )
     side: Literal["left", "right"] | None = option(
-        None, "To which it bends in the picture, clamp above; default: by its motion."
+        None, "Side to which it bends in the picture, clamp above; default: by its motion."
     )
-    light: str | None = option(None, "A light that goes on: 'X,Y' (px); see --event.")
-    knock: bool = option(False, "A knock shows in the video and in --event.")
+    light: str | None = option(None, "Place of a light that goes on: 'X,Y' (px); see --event.")
+    knock: bool = option(False, "Set the log's clock by a knock in the video and in --event.")
     event: str | None = option(None, "Column of the log that shows the light or knock.")
     shift: float | None = option(None, "Time of the log at the first frame.", measured_in="s")
-    until: float | None = option(None, "Read the video up to there.", measured_in="s", above=0)
+    until: float | None = option(None, "Time to read the video up to.", measured_in="s", above=0)
     column: tuple[str, ...] = option(
-        (), "Of the log, as of `import`; repeatable.", metavar="HEADER=COLUMN"
+        (), "Say what a column of the log is, as for `import`; repeatable.", metavar="HEADER=COLUMN"
     )
     overlay: bool = option(True, "Write overlay and doubtful frames.", "--overlay/--no-overlay")
 
 
 @dataclass(frozen=True, kw_only=True)
 class DiagnoseSettings(ConfiguredSettings):
-    """Find out what the simulation gets wrong about measured data, and why."""
+    """Find out what the simulation gets wrong about measured data, and why.
 
-    data: tuple[Path, ...] = argument(MISSING, "Measured; each CSV has a TOML.", "DATA.csv")
+    Example: dolfingrip diagnose measured.csv --config finger.toml --workers 4
+    """
+
+    data: tuple[Path, ...] = argument(MISSING, "Measured data; each CSV has a TOML.", "DATA.csv")
     out: Path = _out(Path("out/diagnosis"))
     workers: int = _workers(2)
     store: Path | None = _store(None)
     effects: tuple[str, ...] = _effects(())
     campaign: Path | None = option(
-        None, "Of designs: the best by the extended model, too.", metavar="FOLDER"
+        None, "Campaign whose best designs are computed with it, too.", metavar="FOLDER"
     )
-    quick: bool = option(False, "Stop after the screen.")
+    quick: bool = option(False, "Try each effect alone, and leave out what takes longer.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlanExperimentSettings(ConfiguredSettings):
-    """Find which effects a rig could name, at which strength, and what to add to it."""
+    """Find which effects a rig could name, at which strength, and what to add to it.
 
-    rig: Path | None = argument(None, "Set-up and \\[protocol]; default: the paper's.", "RIG.toml")
+    Example: dolfingrip plan-experiment rig.toml --with cycles=3
+    """
+
+    rig: Path | None = argument(None, "Rig and \\[protocol]; default: the paper's.", "RIG.toml")
     out: Path = _out(Path("out/plan"))
     changes: Mapping[str, Any] = option(
-        NOTHING, "Of \\[protocol], e.g. cycles=3.", "--with", metavar="KEY=VALUE", read=_assigned
+        NOTHING, "Key of \\[protocol]: cycles=3.", "--with", metavar="KEY=VALUE", read=_assigned
     )
     noise: Mapping[str, Any] = _noise(NOTHING)
     workers: int = _workers(2)
     store: Path | None = _store(None)
     effects: tuple[str, ...] = _effects(())
-    quick: bool = option(False, "Only additions whose simulations are at hand.")
+    quick: bool = option(False, "Judge only additions that need no further simulations.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class PredictSettings:
-    """Predict an actuator from fits to others: angle and ballooning pressure, 90 % intervals."""
+    """Predict an actuator from fits to others: angle and ballooning pressure, 90 % intervals.
+
+    Example: dolfingrip predict --from fitted.toml --pressures 20,40,60
+    """
 
     source: Path = option(MISSING, "Configuration with a \\[posterior].", "--from")
     out: Path = _out(Path("out/prediction"))
     overrides: Mapping[str, Any] = _changes(NOTHING)
     pressures: tuple[float, ...] = option(
-        (), "Where to predict the angle.", metavar="kPa,kPa,…", read=_pressures
+        (), "Pressures at which the angle is predicted.", metavar="kPa,kPa,…", read=_pressures
     )
-    csv: Path | None = option(None, "Table; default: prediction.csv in --out.")
+    csv: Path | None = option(None, "Table to write; default: prediction.csv in --out.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -585,9 +629,11 @@ class DesignSettings:
     (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence;
     OUT/steps a picture of each accepted design, drawn as it is found; OUT/start and OUT/design a
     run of each.
+
+    Example: dolfingrip design problem.toml --workers 2
     """
 
-    file: Path = argument(MISSING, "TOML: objective, constraints, parameters.", "FILE.toml")
+    file: Path = argument(MISSING, "Problem: objective, constraints, parameters.", "FILE.toml")
     out: Path = _out(Path("out/design"))
     workers: int = _workers(1)
     overrides: Mapping[str, Any] = _changes(NOTHING)
@@ -597,26 +643,29 @@ class DesignSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class DoeSettings(ConfiguredSettings):
-    """Design of experiments: compute every design that is missing in a campaign."""
+    """Design of experiments: compute every design that is missing in a campaign.
+
+    Example: dolfingrip doe --parameter finger.wall_mm=1.5:2.5:5 --workers 2
+    """
 
     out: Path = _out(Path("out/doe"))
-    points: Literal["grid", "sobol", "lhs"] = option("grid", "Evenly spaced, or sampled.")
-    number: int | None = option(None, "Number of samples.")
+    points: Literal["grid", "sobol", "lhs"] = option("grid", "Designs: evenly spaced, or sampled.")
+    number: int | None = option(None, "Number of samples of sobol or lhs.")
     parameter: tuple[str, ...] = option(
         (),
-        "What varies; repeatable. Default: the paper's 16 x 13 values of ξ1 and ξ2.",
+        "Key that varies; repeatable. Default: the paper's 16 x 13 values of ξ1 and ξ2.",
         metavar="KEY=LOW:HIGH[:COUNT]",
     )
-    seed: int = option(0, "Of the samples.")
+    seed: int = option(0, "Seed of the samples.")
     quantity: tuple[str, ...] = option(
         (), "Output, e.g. 'force_N at 250 kPa'; repeatable. Default: cog_offset_mm and force_N."
     )
-    workers: int = option(1, "Local processes, or Slurm jobs.", least=1)
+    workers: int = option(1, "Number of local processes, or of Slurm jobs.", least=1)
     scheduler: str | None = option(
-        None, "A Dask cluster that is there, tls://HOST:PORT.", metavar="ADDRESS"
+        None, "Use a Dask cluster that is there, tls://HOST:PORT.", metavar="ADDRESS"
     )
     slurm: Path | None = option(None, "Start workers as Slurm jobs.", metavar="FILE.toml")
-    ranks: int = option(1, "MPI processes of each design.", least=1)
+    ranks: int = option(1, "Number of MPI processes of each design.", least=1)
     retry_failed: bool = option(False, "Compute failed designs anew.")
     objective: str | None = option(None, "Another objective function.", metavar="MODULE:FUNCTION")
     fields: bool = option(
@@ -633,27 +682,33 @@ class DoeSettings(ConfiguredSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class DoeExportSettings:
-    """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv."""
+    """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv.
+
+    Example: dolfingrip doe export --out out/doe
+    """
 
     out: Path = _out(Path("out/doe"))
-    csv: Path | None = option(None, "Default: designs.csv in --out.")
-    parquet: Path | None = option(None, "Default: designs.parquet in --out.")
+    csv: Path | None = option(None, "CSV file to write; default: designs.csv in --out.")
+    parquet: Path | None = option(None, "Parquet file to write; default: designs.parquet in --out.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrainSettings:
-    """Train a neural network on the designs of a campaign."""
+    """Train a neural network on the designs of a campaign.
 
-    source: Path = argument(MISSING, "Folder of a campaign, or .csv or .parquet.", "FROM")
+    Example: dolfingrip train out/doe --out out/surrogate
+    """
+
+    source: Path = argument(MISSING, "Campaign's folder, or designs as .csv or .parquet.", "FROM")
     out: Path = _out(Path("out/surrogate"))
     inputs: tuple[str, ...] = option(
-        (), "Column; repeatable. Default: what a campaign varies.", "--input", metavar="COLUMN"
+        (), "Input; repeatable. Default: what a campaign varies.", "--input", metavar="COLUMN"
     )
     outputs: tuple[str, ...] = option(
-        (), "Column; repeatable. Default: a campaign's quantities.", "--output", metavar="COLUMN"
+        (), "Output; repeatable. Default: a campaign's quantities.", "--output", metavar="COLUMN"
     )
     epochs: int = option(5000, "Passes over the training designs.", least=1)
-    seed: int = option(0, "Of the split and the first weights.", least=0)
+    seed: int = option(0, "Seed of the split and of the first weights.", least=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -662,9 +717,9 @@ class TradeOffSettings:
 
     against: str | None = option(None, "Output that is limited; default: the first one.")
     at_most: tuple[float, ...] = option((), "Its largest value, to choose by; repeatable.")
-    at_least: tuple[float, ...] = option((), "Or its least value; repeatable.")
+    at_least: tuple[float, ...] = option((), "Its least value, to choose by; repeatable.")
     maximise: str | None = option(None, "Output that is improved; default: the other one.")
-    minimise: str | None = option(None, "Or output of which less is better.")
+    minimise: str | None = option(None, "Output that is improved and of which less is better.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -673,19 +728,21 @@ class OptimiseSettings(ConfiguredSettings, TradeOffSettings):
 
     Finite elements take the configuration of the campaign that the surrogate learnt from, unless
     --config names another; --set changes it. What they computed is kept in OUT/fem.
+
+    Example: dolfingrip optimise out/surrogate --at-most 3
     """
 
     surrogate: Path = _surrogate(MISSING)
     out: Path = _out(Path("out/optimum"))
     also: tuple[str, ...] = option((), "Further quantity by finite elements; repeatable.")
-    population: int = option(1000, "Designs in a generation.", least=4)
-    generations: int = option(200, "The random first one counts.", least=1)
-    crossover: float = option(0.9, "Rate, per mating.", least=0, most=1)
-    mutation: float = option(0.5, "Rate, per input.", least=0, most=1)
-    seed: int = option(1, "Of NSGA-II.", least=0)
+    population: int = option(1000, "Number of designs in a generation.", least=4)
+    generations: int = option(200, "Number of generations, the random first one counted.", least=1)
+    crossover: float = option(0.9, "Probability of a crossover, per mating.", least=0, most=1)
+    mutation: float = option(0.5, "Probability of a mutation, per input.", least=0, most=1)
+    seed: int = option(1, "Seed of NSGA-II.", least=0)
     resolve: bool = option(True, "Compute the choices and --along by finite elements.")
-    along: int = option(10, "Points of the front to compute again.", least=0)
-    workers: int = option(1, "Local processes of --resolve.", least=1)
+    along: int = option(10, "Number of points of the front to compute again.", least=0)
+    workers: int = option(1, "Number of local processes of --resolve.", least=1)
     objective: str | None = option(
         None,
         "The campaign's objective function, which is run if it is not of this package.",
@@ -695,20 +752,25 @@ class OptimiseSettings(ConfiguredSettings, TradeOffSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class StudySettings(TradeOffSettings):
-    """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
+    """Try NSGA-II's hyperparameters: all combinations, each with several seeds.
+
+    Example: dolfingrip study out/surrogate --seeds 5
+    """
 
     surrogate: Path = _surrogate(MISSING)
     out: Path = _out(Path("out/study"))
     population: tuple[int, ...] = option((50, 100, 500, 1000), "Designs in a generation.", least=4)
     generations: tuple[int, ...] = option(
-        (10, 50, 100, 200), "The random first one counts.", least=1
+        (10, 50, 100, 200), "Numbers of generations, the random first one counted.", least=1
     )
     crossover: tuple[float, ...] = option(
-        (0.9, 0.8, 0.6, 0.4), "Rate, per mating.", least=0, most=1
+        (0.9, 0.8, 0.6, 0.4), "Probabilities of a crossover, per mating.", least=0, most=1
     )
-    mutation: tuple[float, ...] = option((0.01, 0.1, 0.5, 0.8), "Rate, per input.", least=0, most=1)
-    seeds: int = option(10, "Runs of each combination.", least=2)
-    processes: int | None = option(None, "At a time. Default: one for each core.", least=1)
+    mutation: tuple[float, ...] = option(
+        (0.01, 0.1, 0.5, 0.8), "Probabilities of a mutation, per input.", least=0, most=1
+    )
+    seeds: int = option(10, "Number of runs of each combination.", least=2)
+    processes: int | None = option(None, "Processes at a time; default: all cores.", least=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -717,15 +779,17 @@ class ReproduceSettings(ConfiguredSettings):
 
     examples/paper_study.toml has the paper's. Each step writes into its own folder under OUT and
     resumes there.
+
+    Example: dolfingrip reproduce examples/paper_study.toml --workers 2
     """
 
     file: Path = argument(MISSING, "TOML: designs, the two quantities, published designs.", "FILE")
     out: Path = _out(Path("out/reproduce"))
     workers: int = _workers(1)
     parameter: tuple[str, ...] = option(
-        (), "Default: those of the file.", metavar="KEY=LOW:HIGH:COUNT"
+        (), "Key that varies; default: those of the file.", metavar="KEY=LOW:HIGH:COUNT"
     )
-    study: bool = option(True, "With the study of hyperparameters.")
+    study: bool = option(True, "Try the hyperparameters of NSGA-II, too.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -735,13 +799,15 @@ class ReportSettings:
     RUN is a folder that bend, force, cycle, coupon, push, grasp, doe, train, optimise, design,
     study, robot or diagnose wrote, or one with several of these in it, such as the demo's. The
     page needs no network; it opens in any browser.
+
+    Example: dolfingrip report out/bend out/force --out report.html
     """
 
     results: tuple[Path, ...] = argument(MISSING, "Folders with results of any kind.", "RUN")
-    out: Path = option(Path("report.html"), "HTML file.", "--out", "-o")
+    out: Path = option(Path("report.html"), "HTML file to write.", "--out", "-o")
     measured: Path | None = option(None, "Measured data, drawn beside curves.", metavar="FILE.csv")
     title: str | None = option(None, "Title of the page.", metavar="TEXT")
-    pdf: bool = option(False, "Also print it, by Chromium.")
+    pdf: bool = option(False, "Write the page as PDF, too, by Chromium.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -750,10 +816,12 @@ class ExploreSettings(ConfiguredSettings):
 
     Designs are solved on demand and kept, and shapes between them are interpolated. The page is
     served to this machine alone, to whoever has the address that is printed.
+
+    Example: dolfingrip explore out/doe --browser
     """
 
     results: tuple[Path, ...] = argument(
-        (), "Folders of doe, train, optimise, bend or force.", "RESULTS"
+        (), "Folders that doe, train, optimise, bend or force wrote.", "RESULTS"
     )
     out: Path | None = option(
         None,
@@ -763,7 +831,7 @@ class ExploreSettings(ConfiguredSettings):
         metavar="FOLDER",
     )
     parameter: tuple[str, ...] = option(
-        (), "A slider; repeatable. Default: the campaign's.", metavar="KEY=LOW:HIGH"
+        (), "Key of a slider; repeatable. Default: the campaign's.", metavar="KEY=LOW:HIGH"
     )
     host: str = option(
         "127.0.0.1",
@@ -771,7 +839,34 @@ class ExploreSettings(ConfiguredSettings):
         metavar="ADDRESS",
     )
     port: int | None = option(
-        None, "Default: the first free one from 8760 on.", least=0, most=65535
+        None, "Port to listen at; default: the first free one from 8760 on.", least=0, most=65535
     )
-    browser: bool = option(False, "Open it in the browser.")
+    browser: bool = option(False, "Open the page in the browser.")
     restart: bool = option(False, "Take the place of the last server: its pages connect again.")
+
+
+GROUPS: Final[Mapping[str, tuple[type, ...]]] = {
+    "Simulate: dolfingrip bend --pressure 200 --render 0,200":
+        (DemoSettings, RunSettings, PickupSettings, FrictionSettings),
+    "Mesh, print and export: dolfingrip export finger.stl":
+        (AdoptSettings, MeshSettings, ExportSettings, RobotSettings, MorphSettings),
+    "Look up: dolfingrip config --set finger.wall_mm=1.8":
+        (ConfigSettings, ColumnsSettings, EffectSettings),
+    "Compare with measurements: dolfingrip diagnose measured.csv":
+        (SyntheticSettings, ImportSettings, TrackSettings, DiagnoseSettings, PlanExperimentSettings,
+         PredictSettings),
+    "Design: dolfingrip design problem.toml":
+        (DesignSettings, DoeSettings, TrainSettings, TradeOffSettings, ReproduceSettings),
+    "See results, check this machine: dolfingrip report out/bend":
+        (ReportSettings, ExploreSettings, DoctorSettings),
+}  # fmt: skip
+"""Settings of the commands below each heading of the list, which has an example."""
+
+
+def group(settings: type) -> str | None:
+    """Return the heading that a command is listed under; None: there is none.
+
+    Args:
+        settings: of the command.
+    """
+    return next((name for name, kinds in GROUPS.items() if issubclass(settings, kinds)), None)

@@ -30,7 +30,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.diagnosis import Diagnosis
@@ -43,6 +42,7 @@ from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
 from dolfingrip.files.diagnosis_words import BODY, NUMBERS, lines, number_words, page, sections
 from dolfingrip.files.plan import PlanFile
+from dolfingrip.version import __version__
 
 
 def plan_text(result: PlanFile, policy: Policy = Policy()) -> str:

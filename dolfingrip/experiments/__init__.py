@@ -5,8 +5,9 @@ The command lists the experiments without a solver. What needs a solver is loade
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from dolfingrip import loading
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.loop import run
@@ -15,14 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Result", "pressures_kPa", "run"]
 
-_HOME = {"Result": "result", "pressures_kPa": "protocol", "run": "loop"}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = loading.lazily(
+    __name__, {"Result": "result", "pressures_kPa": "protocol", "run": "loop"}
+)

@@ -10,7 +10,10 @@ from dolfingrip.experiments.finger_experiment import FingerExperiment
 
 
 class Bending(FingerExperiment):
-    """Bend the finger freely: the tip's angle against pressure."""
+    """Bend the finger freely: the tip's angle against pressure.
+
+    Example: dolfingrip bend --pressure 200 --render 0,200
+    """
 
     name: ClassVar = "bending"
     command: ClassVar = "bend"

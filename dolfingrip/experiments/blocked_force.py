@@ -12,7 +12,10 @@ BLOCKED = FORCE.called("Blocked force")
 
 
 class BlockedForce(FingerExperiment):
-    """Press the tip on the force sensor's plate: blocked force against pressure."""
+    """Press the tip on the force sensor's plate: blocked force against pressure.
+
+    Example: dolfingrip force --set plate.gap_mm=5
+    """
 
     name: ClassVar = "blocked_force"
     command: ClassVar = "force"

@@ -137,7 +137,8 @@ def chart(
         for (channel, name), marker in zip(panel.curves, MARKERS * 9, strict=False):
             y = numbers(result.table, channel.name)
             if y is not None and len(series) < MOST_SERIES:
-                name = f"{result.name}: {name}" if result.name else name
+                if result.name:
+                    name = result.name if len(panel.curves) == 1 else f"{result.name}: {name}"
                 low, high = (numbers(result.table, each) for each in of_band(channel.name))
                 series.append(
                     Series(name, x, y, result.style, result.scene, low, high, branch, marker=marker)

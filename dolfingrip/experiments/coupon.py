@@ -38,7 +38,10 @@ GROWN: Final = 1.2
 
 
 class Coupon(Experiment):
-    """Pull the material in uniaxial tension: nominal stress against strain."""
+    """Pull the material in uniaxial tension: nominal stress against strain.
+
+    Example: dolfingrip coupon --set coupon.max_strain=1
+    """
 
     name: ClassVar = "coupon"
     command: ClassVar = "coupon"
@@ -57,8 +60,8 @@ class Coupon(Experiment):
             None,
             "Fit laws to this measured CSV instead; repeatable.",
         ),
-        Option("--law", list[str], None, "With --fit: this law alone; repeatable.", needs=FIT),
-        Option("--max-stretch", float, None, "With --fit: leave out readings beyond.", needs=FIT),
+        Option("--law", list[str], None, "Fit this law alone; repeatable.", needs=FIT),
+        Option("--max-stretch", float, None, "Largest stretch that is fitted.", needs=FIT),
     )
 
     def schedule(self, config: Config) -> Sequence[Stop]:

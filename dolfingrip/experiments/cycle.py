@@ -20,6 +20,8 @@ from dolfingrip.experiments.experiment import (
 class Cycle(Bending):
     """Pressurise and vent again and again.
 
+    Example: dolfingrip cycle --cycles 3 --rate-kPa-per-s 50
+
     Its results are those of free bending, or those of the blocked force with ``--blocked``.
     """
 

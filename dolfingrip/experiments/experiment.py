@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from dolfingrip.channels import PRESSURE, Channel, Part
@@ -78,7 +79,7 @@ PRESSURE_OPTION: Final = Option(
     "--pressure",
     float,
     None,
-    "Highest pressure; below 0: suction alone.",
+    "Highest pressure; a negative one is suction alone.",
     "experiment.max_pressure_kPa",
 )
 """The option of all experiments that pressurise."""
@@ -96,7 +97,7 @@ DYNAMIC_OPTION: Final = Option(
     "--dynamic",
     bool,
     None,
-    "With inertia, in the time of ramps and waits.",
+    "Solve with inertia, in the time of ramps and waits.",
     "experiment.dynamic",
 )
 """The option of all experiments on a finger that may move in time."""
@@ -144,10 +145,14 @@ class Experiment(ABC):
 
     @classmethod
     def summary(cls) -> str:
-        """The first line of its docstring, and its name where that is not its command's."""
-        line = (cls.__doc__ or "").splitlines()[0]
+        """Help of its command: its docstring's first line and example.
+
+        It has its name where that is not its command's.
+        """
+        line, *parts = cleandoc(cls.__doc__ or "").split("\n\n")
         named = cls.__dict__.get("name", cls.command)  # a cycle is named like what it repeats
-        return line if named == cls.command else f"{line} In files and Python: {named}."
+        line += "" if named == cls.command else f" In files and Python: {named}."
+        return "\n\n".join([line, *(part for part in parts if part.startswith("Example: "))])
 
     # -- before the run --------------------------------------------------------------------------
 

@@ -64,6 +64,8 @@ a thousandth of the food's weight."""
 class Grasp(Experiment):
     """Grasp food from a table with three fingers, and lift it.
 
+    Example: dolfingrip grasp --food strawberry --pressure 120
+
     With suction (``experiment.min_pressure_kPa``) the fingers open before they approach the food.
     The gripper stands still and the table moves. Fingers are quasi-static, or have inertia from the
     lift on (``experiment.dynamic``); the food is rigid and has inertia.
@@ -96,13 +98,13 @@ class Grasp(Experiment):
         over=TIME,
     )
     options: ClassVar = (
-        Option("--food", str, None, "What is grasped.", "food.kind"),
+        Option("--food", str, None, "Food that is grasped.", "food.kind"),
         Option("--pose", str, None, "How fingers are turned.", "gripper.pose"),
         PRESSURE_OPTION,
         SUCTION_OPTION,
         DYNAMIC_OPTION,
-        Option("--friction", float, None, "Of fingers on food.", "food.friction"),
-        Option("--preset", str, None, "Mesh.", "gripper.preset"),
+        Option("--friction", float, None, "Friction of fingers on food.", "food.friction"),
+        Option("--preset", str, None, "Mesh of the fingers.", "gripper.preset"),
     )
     protocol: ClassVar = False
     drawable: ClassVar = False

@@ -19,7 +19,7 @@ from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, choi
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.protocol import Stop
-from dolfingrip.experiments.recorder import Recorder, write_outcome
+from dolfingrip.experiments.recorder import Recorder, columns, write_outcome
 from dolfingrip.experiments.request import Request
 from dolfingrip.experiments.result import Result
 from dolfingrip.experiments.results import record
@@ -175,8 +175,9 @@ def _once(
     keys = request.gradients if bands is None else bands.keys(request.gradients)
     rig = experiment.prepare(built, comm, profile)
     banded = [] if bands is None else [n for n, each in rig.readings.items() if each.derived]
+    names = columns(experiment, rig.newton.model.domain.cavities, config, banded)
     rig.newton.watch.tell = tell
-    result = Result(experiment.name, config, folder=request.fields)
+    result = Result(experiment.name, config, order=names, folder=request.fields)
     derived: list[Sensitivities | AtHighest] = []
     if keys is not None:
         at = stops if request.at_highest else None
@@ -185,7 +186,7 @@ def _once(
     with ExitStack() as stack:
         recorder = None
         if request.fields is not None:
-            files = Recorder(request.fields, experiment, config, rig, profile, banded)
+            files = Recorder(request.fields, experiment, config, rig, profile, names)
             recorder = stack.enter_context(files)
 
         def reached(row: Row) -> None:

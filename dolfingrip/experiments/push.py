@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 class Push(WholeFingerExperiment):
     """Stiffness of the free finger's tip against loads in x and y, pressurised.
 
+    Example: dolfingrip push --pressure 100
+
     A dead load f is spread evenly over the tip face, Π −= f · ∫u dA / A, so that it works on the
     face's mean displacement ū. The stiffness follows from the tangent K at each pressure:
     1/(bᵀK⁻¹b) with b = ∂ū/∂u, the ratio of a very small load to the displacement that it causes.

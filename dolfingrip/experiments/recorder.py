@@ -46,18 +46,22 @@ EFFORT = {
 
 
 def columns(
-    experiment: Experiment, cavities: Sequence[str] = (), config: Config | None = None
+    experiment: Experiment,
+    cavities: Sequence[str] = (),
+    config: Config | None = None,
+    banded: Sequence[str] = (),
 ) -> tuple[str, ...]:
     """Return the columns of an experiment's ``result.csv``.
 
     The columns of the format of measured data come first, then further readings of the parts, then
-    the experiment's own columns, and last those of :data:`EFFORT`.
+    the experiment's own columns, those of :data:`EFFORT`, and last the ends of bands.
 
     Args:
         experiment: whose columns they are.
         cavities: of the mesh; several have columns of their own.
         config: of the run, which may ask for places along the back, and have an obstacle; None:
             it has neither.
+        banded: columns that have a band.
     """
     names = cavities if len(cavities) > 1 else ()
     several = [each.name for name in names for each in of_cavity(name)]
@@ -68,7 +72,8 @@ def columns(
         several += [each.name for each in (*line, *pressed)]
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
-    return (*WHO, *shared, *(each.name for each in experiment.columns), *several, *EFFORT)
+    ends = (end for name in banded for end in of_band(name))
+    return (*WHO, *shared, *(each.name for each in experiment.columns), *several, *EFFORT, *ends)
 
 
 def described(experiment: Experiment) -> list[tuple[str, str]]:
@@ -112,7 +117,7 @@ class Recorder:
         config: of the run.
         rig: whose fields are written.
         profile: takes the time of the output.
-        banded: columns that have a band.
+        columns: of ``result.csv``.
 
     Raises:
         WriteError: on every rank, if a file cannot be written.
@@ -125,7 +130,7 @@ class Recorder:
         config: Config,
         rig: Rig,
         profile: Profile,
-        banded: Sequence[str] = (),
+        columns: Sequence[str],
     ) -> None:
         self._out = out
         self._config = config
@@ -136,8 +141,7 @@ class Recorder:
         self._rows = 0
         self._last: Row = {}
         self._finished = False
-        bands = (end for name in banded for end in of_band(name))
-        self._columns = (*columns(experiment, model.domain.cavities, config), *bands)
+        self._columns = columns
         self._file = on_root(self._comm, self._open)
         self._fields = FieldFile(model, out / "fields.pvd", rig.pressures)
 
@@ -183,7 +187,6 @@ class Recorder:
         Raises:
             Interrupted: in place of an interrupt, with what is kept.
         """
-        self._fields.close()
         if self._file is not None:
             self._file.close()
         if error is None or self._finished:

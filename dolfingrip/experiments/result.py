@@ -16,7 +16,8 @@ from dolfingrip.experiments.results.readings import Readings, Row
 from dolfingrip.experiments.results.sensitivity_table import SensitivityTable
 from dolfingrip.files.result_file import reading
 from dolfingrip.files.run import RunFile
-from dolfingrip.files.table import Columns, read_csv
+from dolfingrip.files.table import Columns, numbers, read_csv
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.sections.errors import shown
 
@@ -82,16 +83,18 @@ class Result(Readings):
             facts.turning_point,
             facts.plate,
             facts.outcome,
+            tuple(table),
             SensitivityTable.read(folder),
             facts=facts,
             folder=folder,
         )
 
-    def chart(self, measured: Columns | None = None) -> Chart:
+    def chart(self, measured: Columns | None = None, label: str = "") -> Chart:
         """Make the chart of its experiment's plot.
 
         Args:
             measured: readings of an instrument that are drawn, too.
+            label: what the key calls the result, where others share the axes.
 
         Returns:
             The chart as data.
@@ -99,15 +102,19 @@ class Result(Readings):
         Raises:
             ValueError: one line that names a column which is missing.
         """
-        shown = [DrawnResult(self)]
+        shown = [DrawnResult(self, label)]
         turn = self.turning_point
         return chart(find(self.kind), shown, measured=measured, turning_point=turn)
 
-    def plot(self, axes: Axes | None = None, *, measured: Columns | None = None) -> Axes:
+    def plot(
+        self, axes: Axes | None = None, *, label: str = "", measured: Columns | None = None
+    ) -> Axes:
         """Draw the curves of its experiment's plot with Matplotlib.
 
         Args:
-            axes: axes that are drawn into; None: new ones of pyplot.
+            axes: axes that are drawn into; None: new ones of pyplot. Further results on the same
+                axes have colours of their own.
+            label: what the key calls the result.
             measured: readings of an instrument that are drawn, too.
 
         Returns:
@@ -122,8 +129,17 @@ class Result(Readings):
             axes = plt.figure(layout="constrained").add_subplot()
         from dolfingrip.charts import picture
 
-        picture.draw(self.chart(measured), axes)
+        picture.draw(self.chart(measured, label), axes)
         return axes
+
+    def _repr_html_(self) -> str:
+        """How the run ended, and its readings, as a notebook shows them."""
+        columns, table = self.columns(), find(self.kind).table
+        values = {c: v for c in table if (v := numbers(columns, c.name)) is not None}
+        cells = [[f"{x:z{c.form}}" if x == x else "–" for x in v] for c, v in values.items()]
+        rows = list(zip(*cells, strict=True))
+        title = repr(self).splitlines()[0].strip("<>")
+        return TextTable([each.heading for each in values], rows, title).html()
 
     def __repr__(self) -> str:
         """Lines with the number of readings, how the run ended, and the last row."""

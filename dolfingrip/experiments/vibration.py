@@ -51,6 +51,8 @@ def _frequencies(rig: FingerRig) -> Callable[[], Mapping[str, float]]:
 class Vibration(WholeFingerExperiment):
     """Natural frequencies of the free finger, pressurised.
 
+    Example: dolfingrip vibrate --pressure 100
+
     They are those of small vibrations about the state at each pressure, which is held constant:
     K φ = ω² M φ with the tangent K and the consistent mass M. The finger vibrates in the plane of
     bending and across it, so the whole finger is meshed.

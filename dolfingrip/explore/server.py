@@ -21,7 +21,6 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-import dolfingrip
 from dolfingrip.config import ConfigError
 from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard, Patience
 from dolfingrip.explore.policy import POLICY, ExplorePolicy
@@ -33,6 +32,7 @@ from dolfingrip.report.page import front, html
 from dolfingrip.report.page.scene import shown_fields
 from dolfingrip.report.page.sources import EXPLORED
 from dolfingrip.sections.gripper import ALPHA_DEG
+from dolfingrip.version import __version__
 
 PACKAGE = "dolfingrip.explore"
 
@@ -81,7 +81,7 @@ def rendered(space: Space, view: str) -> tuple[str, str]:
             gripper=space.base.gripper,
             food=space.base.food,
             licences=html.licences("explore.js"),
-            version=dolfingrip.__version__,
+            version=__version__,
         )
     )
     return text, html.content_policy(scripts, style, "'self'")

@@ -8,6 +8,7 @@ from typing import ClassVar, Final, Literal
 from pydantic import BaseModel, Field
 
 from dolfingrip.files.result_file import Part, ResultFile
+from dolfingrip.files.text_table import TextTable
 
 RUNS: Final = ("start", "design")
 """Folders beside the file, with a run of the start and one of the design, as any run writes it."""
@@ -136,6 +137,24 @@ class DesignFile(ResultFile):
     differ: dict[str, tuple[float, float]] | None = Field(
         None, description="range of what differs between the best designs of several starts"
     )
+
+    def tables(self) -> list[TextTable]:
+        """List parameters, and constraints where there are some, as tables."""
+        rows = [
+            [name, f"{each.start:.4g}", f"{each.value:.4g}", f"{each.low:g} to {each.high:g}"]
+            for name, each in self.parameters.items()
+        ]
+        headings = ["Parameter", "Start", "Found", "Allowed"]
+        tables = [TextTable(headings, rows, "Parameters of the design")]
+        if self.constraints:
+            limits = [
+                [each.of, f"{each.value:.4g}", f"{each.sense} {each.limit:g}",
+                 "kept" if each.kept else "not kept"]
+                for each in self.constraints
+            ]  # fmt: skip
+            headings = ["Constraint", "Found", "Allowed", ""]
+            tables.append(TextTable(headings, limits, "Constraints of the design"))
+        return tables
 
     @property
     def shown(self) -> DesignFile:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 from pydantic import Field, computed_field
 
 from dolfingrip.files.result_file import Part, ResultFile
+from dolfingrip.files.text_table import TextTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -334,6 +336,20 @@ class DiagnosisFile(ResultFile):
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )
+
+    def overview(self) -> TextTable:
+        """Return the lines that the page of the diagnosis begins with."""
+        return TextTable([""], [[line] for line in self._words().lines(self)], self.FILE)
+
+    def tables(self) -> list[TextTable]:
+        """List what was found as tables."""
+        tables: list[TextTable] = self._words().tables(self)
+        return tables
+
+    @staticmethod
+    def _words() -> Any:
+        """The module of all words, which imports this one."""
+        return import_module("dolfingrip.files.diagnosis_words")
 
     @staticmethod
     def readings_in(folder: Path) -> pd.DataFrame | None:

@@ -23,7 +23,7 @@ from dolfingrip.files.diagnosis import (
     Way,
 )
 from dolfingrip.files.result_file import Part
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 
 LONGEST: Final = 25
 """Words of a line, at most."""

@@ -6,10 +6,10 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from dolfingrip import __version__
 from dolfingrip.files.diagnosis_words import listed
 from dolfingrip.files.result_file import Part, ResultFile
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
+from dolfingrip.version import __version__
 
 
 class EffectOutlook(Part):

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Self, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from dolfingrip.files import whole
+from dolfingrip.files.text_table import TextTable
 
 
 class ResultFileError(ValueError):
@@ -130,6 +131,30 @@ class ResultFile(Part):
     def text(self) -> str:
         """The file's text."""
         return self.model_dump_json(indent=1, by_alias=True) + "\n"
+
+    def overview(self) -> TextTable:
+        """Return the table of texts and numbers, with their meaning, that a reader sees first."""
+        shown = {name: getattr(self, name) for name in type(self).model_fields}
+        rows = [
+            [name, f"{value:.6g}" if isinstance(value, float) else str(value),
+             type(self).model_fields[name].description or ""]
+            for name, value in shown.items() if isinstance(value, str | int | float)
+        ]  # fmt: skip
+        return TextTable(["", "value", "meaning"], rows, f"{self.FILE} of {self.MADE_BY}")
+
+    def tables(self) -> list[TextTable]:
+        """List parts as tables."""
+        return []
+
+    def __repr__(self) -> str:
+        """The overview, as a console shows it."""
+        return self.overview().text()
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """The overview and all tables, as a notebook shows them."""
+        return "\n".join(each.html() for each in (self.overview(), *self.tables()))
 
     def plain(self) -> dict[str, Any]:
         """The content as the file has it."""

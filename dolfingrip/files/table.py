@@ -6,7 +6,6 @@ import csv
 import io
 import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -26,20 +25,6 @@ class Columns(Protocol):
     def __getitem__(self, key: str, /) -> Any: ...
 
     def __iter__(self) -> Iterator[Any]: ...
-
-
-@dataclass(frozen=True, slots=True)
-class TextTable:
-    """Numbers as text: headings, rows, and a title."""
-
-    headings: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    title: str = ""
-
-    def markdown(self) -> list[str]:
-        """Lines of the table in Markdown, without the title."""
-        lines = [self.headings, ["---"] * len(self.headings), *self.rows]
-        return [f"| {' | '.join(each)} |" for each in lines]
 
 
 def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:

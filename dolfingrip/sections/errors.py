@@ -13,7 +13,7 @@ from annotated_types import BaseMetadata
 from pydantic import BaseModel, ValidationError
 
 from dolfingrip import plugins
-from dolfingrip.sections.units import NOTHING, unit
+from dolfingrip.sections.units import NOTHING, unit, words
 
 BOUNDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
 LONGEST = 60
@@ -277,11 +277,23 @@ def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
     ]
     if elsewhere:
         meant = " or ".join(elsewhere)
+    elif near := difflib.get_close_matches(name, here, 1, 0.6):
+        meant = ".".join([*sections, *near])
     else:
-        near = difflib.get_close_matches(name, here, 1, 0.6)
-        meant = ".".join([*sections, *near]) if near else ""
+        meant = "" if sections else _without_section(name, root)
     hint = f"did you mean {meant}? " if meant else ""
     allowed = ", ".join(here) or f"tables [{'.'.join(sections)}.NAME]"
     if any(getattr(kind, "extensible", False) for kind in kinds(sections, root)):
         allowed += f"; {plugins.hint(name)}"
     return f"{'.'.join(location)}: unknown key; {hint}allowed: {allowed}"
+
+
+def _without_section(name: str, root: type[BaseModel]) -> str:
+    """The key that is most similar to one without section and unit; "" where none is."""
+    keys: dict[str, str] = {}
+    for section, info in root.model_fields.items():
+        if info.default is not None:  # not of another kind of geometry
+            for key in fields([section], root):
+                keys.setdefault(words(key).lower(), f"{section}.{key}")
+    near = difflib.get_close_matches(name.replace("_", " ").lower(), keys, 1, 0.6)
+    return keys[near[0]] if near else ""

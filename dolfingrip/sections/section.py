@@ -106,6 +106,10 @@ class Section(BaseModel):
         for key, info in cls.model_fields.items():
             ranges.narrow(key, info, named=hasattr(cls, "role"))
 
+    def __repr_args__(self) -> list[tuple[str | None, Any]]:
+        """Keys as ``repr`` shows them, without those that are not given."""
+        return [(key, value) for key, value in super().__repr_args__() if value is not None]
+
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse a change, in one line.
 

@@ -63,6 +63,7 @@ def test_it_is_read_from_its_folder(written: Result) -> None:
     assert again.facts == written.facts
     filled = {name for name in written if not np.isnan(_number(written[name])).all()}
     assert set(again) == filled
+    assert list(again.to_pandas()) == [name for name in written.to_pandas() if name in filled]
     for name in ("displacement_mm", "force_N"):
         np.testing.assert_allclose(again[name], written[name], rtol=1e-9)
     assert again["branch"].tolist() == written["branch"].tolist()
@@ -82,6 +83,21 @@ def test_it_draws_itself(written: Result) -> None:
     name = "nominal_stress_MPa"
     np.testing.assert_array_equal(np.asarray(line.get_ydata()), written[name])
     assert axes.get_ylabel().endswith("(MPa)")
+
+
+def test_results_on_the_same_axes_have_a_colour_and_a_label_each(written: Result) -> None:
+    mpl.use("agg")
+    assert written.folder is not None
+    axes = written.plot(label="first")
+    assert Result.read(written.folder).plot(axes, label="second") is axes
+    first, second = axes.get_lines()
+    assert first.get_color() != second.get_color()
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["first", "second"]
+    assert [line.get_color() for line in legend.get_lines()] == [
+        first.get_color(), second.get_color()
+    ]  # fmt: skip
 
 
 def test_a_folder_without_a_result_gets_one_line(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ Reference: what the fields say, written by hand.
 
 from __future__ import annotations
 
+from html import escape
 from typing import Any
 
 import pytest
@@ -34,6 +35,7 @@ from dolfingrip.files.diagnosis_words import (
     cautions,
     lines,
     page,
+    tables,
 )
 
 MU = FittedNumber(key="material.mu_MPa", value=0.675, low=0.641, high=0.708, unit="MPa",
@@ -293,3 +295,19 @@ def test_cautions_stand_below() -> None:
     assert "gent could not be tried: no equilibrium" in listed
     assert listed[-1] == "beware"
     assert any("what the mesh gets wrong" in each for each in listed)
+
+
+def test_a_console_and_a_notebook_show_its_lines_and_tables() -> None:
+    found = told(verdict("cause", "pressure_gain"), number=GAIN)
+    said, shown = " ".join(repr(found).split()), found._repr_html_()
+    for line in lines(found):
+        assert " ".join(line.split()) in said
+        assert escape(line, quote=False) in _quoted(shown)
+    assert max(map(len, repr(found).splitlines())) <= 100
+    for table in tables(found):
+        assert f"<summary>{escape(table.title)}</summary>" in shown
+
+
+def _quoted(text: str) -> str:
+    """HTML with quotes as they are."""
+    return text.replace("&quot;", '"').replace("&#x27;", "'")

@@ -13,8 +13,15 @@ from support import small
 from dolfingrip import config
 from dolfingrip.channels import INSIDE
 from dolfingrip.experiments import run
-from dolfingrip.mechanics.readings.nodal_fields import CavityPressure, ContactPressure, Nodes
-from dolfingrip.report.fields import list_steps, read_steps
+from dolfingrip.experiments.results.fields import FieldFile
+from dolfingrip.mechanics.readings.nodal_fields import (
+    CavityPressure,
+    ContactPressure,
+    Nodes,
+    PrincipalStretch,
+)
+from dolfingrip.mechanics.readings.principal import largest_eigenvalue
+from dolfingrip.report.fields import list_steps, read_grid, read_steps
 
 
 @pytest.mark.parametrize("element", [None, "P2-P1"])
@@ -80,3 +87,42 @@ def test_chamber_walls_have_the_pressure_of_their_cavity() -> None:
         mean = fem.assemble_scalar(fem.form(field * on)) / area
         assert mean == pytest.approx(expected, abs=1e-9), name
     assert not CavityPressure({}, finger.model, Nodes(field.function_space)).values()
+
+
+def test_the_largest_eigenvalue_is_that_of_lapack() -> None:
+    """Also of equal and nearly equal eigenvalues, where a closed form loses digits."""
+    generator = np.random.default_rng(75)
+    print("seed 75")
+    turns = np.linalg.qr(generator.standard_normal((400, 3, 3)))[0]
+    values = generator.standard_normal((400, 3))
+    values[:100, 1] = values[:100, 0]  # two are equal
+    values[100:200] = values[100:200, :1] + 1e-9 * values[100:200]  # all are, nearly
+    values[200:210] = 0.0
+    tensors = turns @ (values[:, :, None] * turns.swapaxes(-1, -2))
+    tensors = (tensors + tensors.swapaxes(-1, -2)) / 2
+    expected = np.linalg.eigvalsh(tensors)[:, -1]
+    np.testing.assert_allclose(largest_eigenvalue(tensors), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("element", ["S2", "P1"])
+def test_the_file_has_the_fields_to_the_last_bit(element: str, tmp_path: Path) -> None:
+    """Each array of a step is the one that was computed, at the node with these coordinates."""
+    finger = small.model(small.short(f"solver.element={element}"), plate=False)
+    model = finger.model
+    model.u.interpolate(lambda x: np.stack([0.01 * x[0], 0.02 * x[2], -0.03 * x[1]]))
+    degree = model.u.function_space.ufl_element().degree
+    space = fem.functionspace(model.domain.mesh, ("Lagrange", degree))
+    stretch = PrincipalStretch(model.u, Nodes(space)).values()["principal_stretch"]
+    fields = FieldFile(model, tmp_path / "fields.pvd", finger.pressures)
+    for time_s in (0.0, 1.0):
+        fields.write(time_s)
+    first, second = list_steps(tmp_path / "fields.pvd")
+    assert [first.name, second.name] == ["fields000000.pvtu", "fields000001.pvtu"]
+    grid = read_grid(second)
+    x = np.asarray(grid.points)
+    np.testing.assert_array_equal(x, space.tabulate_dof_coordinates())
+    np.testing.assert_array_equal(grid["principal_stretch"], stretch)
+    moved = np.stack([0.01 * x[:, 0], 0.02 * x[:, 2], -0.03 * x[:, 1]], axis=1)
+    np.testing.assert_allclose(grid["displacement_mm"], moved, rtol=0, atol=1e-12)
+    mesh, _, _ = read_steps([second])
+    assert len(mesh.cells) == grid.n_cells == model.domain.mesh.topology.index_map(3).size_local

@@ -185,7 +185,6 @@ def test_a_cut_gripper_has_half_of_each_finger(half: bool, tmp_path: Path) -> No
     gripper.finger.cavity.set(30.0)
     fields = FieldFile(gripper.model, tmp_path / "fields.pvd", gripper.finger.pressures)
     fields.write(0.0)
-    fields.close()
     body = grasped(asked.food)
     row = {f"object_{what}": [0.0] for what in ("turn_x_deg", "turn_y_deg", "turn_z_deg")}
     row |= {f"object_{axis}_mm": [at] for axis, at in zip("xyz", body.body.centre_mm, strict=True)}

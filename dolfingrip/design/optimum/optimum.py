@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import dolfingrip
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import OBJECTIVE, Plan, quantities
@@ -25,6 +24,7 @@ from dolfingrip.files.optimum import ChosenDesign, FrontDesign, OptimumFile, Sur
 from dolfingrip.files.surrogate import PREFIX
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.run import Progress, silent
+from dolfingrip.version import __version__
 
 Outputs = dict[str, float]
 
@@ -99,7 +99,7 @@ def find(
         limits_below_the_front=tuple(missed),
         designs=(*chosen, *original, *polished),
         versions={
-            "dolfingrip": dolfingrip.__version__,
+            "dolfingrip": __version__,
             "python": platform.python_version(),
             **{name: metadata.version(name) for name in ("numpy", "pymoo", "moocore", "torch")},
         },

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-import dolfingrip
 from dolfingrip.design.surrogate.surrogate import Matrix, Surrogate, network
 from dolfingrip.design.surrogate.table import Table
 from dolfingrip.files.surrogate import OutputError, SurrogateFile
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.version import __version__
 
 if TYPE_CHECKING:
     import torch
@@ -203,7 +203,7 @@ def _judged(
             "incomplete_designs": table.incomplete,
             "table_sha256": table.sha256(),
             "versions": {
-                "dolfingrip": dolfingrip.__version__,
+                "dolfingrip": __version__,
                 "python": platform.python_version(),
                 "torch": metadata.version("torch"),
                 "numpy": metadata.version("numpy"),

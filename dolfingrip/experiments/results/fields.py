@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import base64
+import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 
-from dolfinx import fem, io
+import numpy as np
+from dolfinx import fem, plot
 
 from dolfingrip.files import whole
+from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.readings.nodal_fields import (
     CavityPressure,
@@ -26,14 +29,27 @@ COLLECTION = """<?xml version="1.0"?>
 </VTKFile>
 """
 
+PIECE = f"""<VTKFile type="UnstructuredGrid" version="1.0" header_type="UInt64" \
+byte_order="{sys.byteorder.title()}Endian"><UnstructuredGrid>
+{{}}</PointData></Piece></UnstructuredGrid></VTKFile>
+"""
 
-_ENDS = whole.ends_with(b"</VTKFile>")
+STEP = """<VTKFile type="PUnstructuredGrid" version="1.0"><PUnstructuredGrid GhostLevel="0">
+<PPoints><PDataArray type="Float64" Name="Points" NumberOfComponents="3"/></PPoints>
+<PPointData>
+{}</PPointData>
+{}</PUnstructuredGrid></VTKFile>
+"""
+
+TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
+"""VTK's names of numpy's types."""
 
 
 class FieldFile:
     """``fields.pvd`` with the displacement and all of ``channels.FIELDS`` at each step.
 
-    They are Lagrange functions of the displacement's order, so the displacement is exact.
+    They are Lagrange functions of the displacement's order, so the displacement is exact. Arrays
+    are binary, in base64; each rank writes its cells.
 
     Args:
         model: of the specimen.
@@ -45,20 +61,17 @@ class FieldFile:
         self._model = model
         self._path = path
         space = model.u.function_space
-        scalar = fem.functionspace(space.mesh, ("Lagrange", space.ufl_element().degree))
+        scalar, vector = (
+            fem.functionspace(space.mesh, ("Lagrange", space.ufl_element().degree, shape))
+            for shape in ((), (3,))
+        )
         nodes = Nodes(scalar)
         self._computed = (
             PrincipalStretch(model.u, nodes), Stress(model, nodes), ContactPressure(model, nodes),
             CavityPressure(pressures, model, nodes),
         )  # fmt: skip
-        self._fields: dict[str, fem.Function] = {}
-        self._scalar = scalar
-        lagrange = ("Lagrange", space.ufl_element().degree, (3,))
-        self._shown = fem.Function(fem.functionspace(space.mesh, lagrange), name=model.u.name)
-        # The parts have the collection's stem. That of dolfinx is not written whole and lists no
-        # step before it is closed, so it gets another name and is dropped.
-        self._listed = path.with_suffix(".part")
-        self._file = io.VTKFile(model.comm, str(self._listed), "w")
+        self._shown = fem.Function(vector)
+        self._mesh = _mesh(scalar)
         self._steps: list[str] = []
 
     def write(self, time_s: float) -> None:
@@ -67,42 +80,54 @@ class FieldFile:
         Raises:
             WriteError: on all ranks, if one of them could not write its part.
         """
-        for computed in self._computed:
-            for name, values in computed.values().items():
-                field = self._fields.setdefault(name, fem.Function(self._scalar, name=name))
-                field.x.array[:] = values
         self._shown.interpolate(self._model.u)
-        self._file.write_function([self._shown, *self._fields.values()], time_s)
-        stem, step = self._path.stem, f"{len(self._steps):06d}"
-        self._steps.append(
-            f'    <DataSet timestep="{time_s:.10g}" part="0" file="{stem}{step}.pvtu" />'
-        )
-        comm = self._model.comm
+        fields = {self._model.u.name: self._shown.x.array.reshape(-1, 3)}
+        for computed in self._computed:
+            fields |= computed.values()
+        comm, stem, number = self._model.comm, self._path.stem, f"{len(self._steps):06d}"
+        pieces = [f"{stem}_p{rank}_{number}.vtu" for rank in range(comm.size)]
+        failure = None
         try:
-            self._require(f"{stem}_p{comm.rank}_{step}.vtu")
-            if comm.rank == 0:
-                self._require(f"{stem}{step}.pvtu")
-                whole.write(self._path, COLLECTION.format("\n".join(self._steps)))
-            failure = None
+            arrays = "".join(_array(name, values) for name, values in fields.items())
+            whole.write(self._path.with_name(pieces[comm.rank]), PIECE.format(self._mesh + arrays))
         except whole.WriteError as error:
             failure = error
         for each in comm.allgather(failure):  # the other ranks would wait for one that ends
             if each is not None:
                 raise each
+        listed = f'    <DataSet timestep="{time_s:.10g}" part="0" file="{stem}{number}.pvtu" />'
+        self._steps.append(listed)
+        declared = (f"<PDataArray {_declared(*each)}/>\n" for each in fields.items())
+        sources = (f'<Piece Source="{name}"/>\n' for name in pieces)
+        contents = {
+            f"{stem}{number}.pvtu": STEP.format("".join(declared), "".join(sources)),
+            self._path.name: COLLECTION.format("\n".join(self._steps)),
+        }
+        files = {self._path.with_name(name): text for name, text in contents.items()}
+        on_root(comm, lambda: whole.write_together(files))
 
-    def _require(self, name: str) -> None:
-        """Raise unless dolfinx, which tells no error, has written the whole of a file."""
-        file = self._path.with_name(name)
-        try:
-            whole.require(file, file, _ENDS)
-        except whole.WriteError:
-            file.unlink(missing_ok=True)
-            raise
 
-    def close(self) -> None:
-        """Finish the file, on all ranks."""
-        with suppress(RuntimeError):  # the list of steps is not needed
-            self._file.close()
-        del self._file  # which writes the list again as it goes
-        if self._model.comm.rank == 0:
-            self._listed.unlink(missing_ok=True)
+def _mesh(space: fem.FunctionSpace) -> str:
+    """Nodes and cells of this rank, up to the beginning of the fields."""
+    cells, kinds, points = plot.vtk_mesh(space)
+    nodes = space.dofmap.dof_layout.num_dofs
+    connectivity = cells.reshape(-1, nodes + 1)[:, 1:].astype(np.int64)
+    ends = np.arange(1, len(kinds) + 1, dtype=np.int64) * nodes
+    return (
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(kinds)}">\n'
+        f"<Points>\n{_array('Points', points)}</Points>\n"
+        f"<Cells>\n{_array('connectivity', connectivity.ravel())}{_array('offsets', ends)}"
+        f"{_array('types', kinds.astype(np.uint8))}</Cells>\n<PointData>\n"
+    )
+
+
+def _declared(name: str, values: np.ndarray) -> str:
+    """Name, type and entries of an array, as VTK's XML declares it."""
+    entries = 1 if values.ndim == 1 else values.shape[1]
+    return f'type="{TYPES[values.dtype.name]}" Name="{name}" NumberOfComponents="{entries}"'
+
+
+def _array(name: str, values: np.ndarray) -> str:
+    """An array as VTK's XML has it: the number of its bytes and the bytes, in base64."""
+    content = base64.b64encode(np.uint64(values.nbytes).tobytes() + values.tobytes()).decode()
+    return f'<DataArray {_declared(name, values)} format="binary">{content}</DataArray>\n'

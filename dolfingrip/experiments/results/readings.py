@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +31,7 @@ class Readings:
         turning_point: turning point of the blocked-force curve, if it has one.
         plate: where the force sensor stood, if there was one.
         outcome: outcome of a grasp.
+        order: of the columns in its file.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Readings:
     turning_point: TurningPoint | None = None
     plate: PlatePose | None = None
     outcome: GraspOutcome | None = None
+    order: Sequence[str] = ()
 
     def __len__(self) -> int:
         """The number of readings."""
@@ -52,6 +54,10 @@ class Readings:
     def __iter__(self) -> Iterator[str]:
         """The names of its columns."""
         return iter(self.columns())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Names of columns, which IPython and Jupyter complete."""
+        return list(self)
 
     def __contains__(self, name: object) -> bool:
         """Tell whether it has a column of this name."""
@@ -96,8 +102,9 @@ class Readings:
         return found
 
     def columns(self) -> dict[str, list[Any]]:
-        """The table by column."""
-        names = dict.fromkeys(name for row in self.rows for name in row)
+        """The table by column, in the order of its file."""
+        present = dict.fromkeys(name for row in self.rows for name in row)
+        names = dict.fromkeys([*(name for name in self.order if name in present), *present])
         return {name: [row.get(name) for row in self.rows] for name in names}
 
     def to_pandas(self) -> pd.DataFrame:

@@ -14,7 +14,6 @@ import dolfinx
 import petsc4py
 from mpi4py import MPI
 
-import dolfingrip
 from dolfingrip import plugins
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.readings import Readings
@@ -24,6 +23,7 @@ from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.bordered import has_cholesky
 from dolfingrip.mechanics.newton.memory import peak_MB
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.version import __version__
 
 PACKAGES = ("fenics-ffcx", "fenics-ufl", "gmsh", "ipctk", "meshio", "numpy", "scipy")
 
@@ -31,7 +31,7 @@ PACKAGES = ("fenics-ffcx", "fenics-ufl", "gmsh", "ipctk", "meshio", "numpy", "sc
 def versions() -> dict[str, str]:
     """Versions of the software that a run depends on."""
     found = {
-        "dolfingrip": dolfingrip.__version__,
+        "dolfingrip": __version__,
         "python": platform.python_version(),
         "dolfinx": dolfinx.__version__,
         "basix": basix.__version__,

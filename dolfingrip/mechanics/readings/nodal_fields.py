@@ -10,6 +10,7 @@ import basix
 import numpy as np
 import ufl
 from dolfinx import fem, la
+from scipy.sparse import csr_array
 
 from dolfingrip.channels import CONTACT, ENERGY, INSIDE, MISES, STRESS, STRETCH
 from dolfingrip.forms.kinematics import current_area_vector, deformation_gradient
@@ -20,9 +21,7 @@ from dolfingrip.mechanics.model.assembly import to_assemble
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.points import AtPoints, Rule
 from dolfingrip.mechanics.model.unknowns import Gradient
-
-SIX: Final = ([0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2])
-"""Rows and columns of the entries of a symmetric tensor."""
+from dolfingrip.mechanics.readings.principal import SIX, largest_eigenvalue
 
 LEAST_FACING: Final = 0.5
 """Least part of the area around a vertex that a contact is taken to press on."""
@@ -47,6 +46,11 @@ class Nodes:
         self._summed = fem.Function(space)
         block = space.dofmap.index_map_bs
         self._shape = (-1,) if block == 1 else (-1, block)
+        count = self.dofs.size
+        places = self.dofs.ravel(), np.arange(count)
+        self._adds = csr_array(
+            (np.ones(count), places), (len(self._summed.x.array) // block, count)
+        )
         self.shared = self.sums(np.ones(self.dofs.shape + self._shape[1:]))
 
     def sums(self, values: np.ndarray) -> np.ndarray:
@@ -59,8 +63,7 @@ class Nodes:
             (nodes,) or (nodes, 3).
         """
         target = self._summed.x
-        target.array[:] = 0.0
-        np.add.at(target.array.reshape(self._shape), self.dofs, values)
+        target.array[:] = (self._adds @ values.reshape(self.dofs.size, *self._shape[1:])).ravel()
         target.scatter_reverse(la.InsertMode.add)
         target.scatter_forward()
         return target.array.reshape(self._shape).copy()
@@ -94,7 +97,7 @@ class PrincipalStretch(NodalFields):
     def values(self) -> Mapping[str, np.ndarray]:
         nodes = self._nodes
         c = self._strain.eval(nodes.space.mesh, nodes.cells).reshape(*nodes.dofs.shape, 3, 3)
-        return {STRETCH.array: nodes.means(np.sqrt(np.linalg.eigvalsh(c)[..., -1]))}
+        return {STRETCH.array: nodes.means(np.sqrt(largest_eigenvalue(c)))}
 
 
 class Stress(NodalFields):
@@ -135,7 +138,7 @@ class Stress(NodalFields):
         deviator = tensor - np.trace(tensor, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
         return {
             MISES.array: np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))),
-            STRESS.array: np.linalg.eigvalsh(tensor)[:, -1],
+            STRESS.array: largest_eigenvalue(tensor),
             ENERGY.array: np.maximum(self._nodes.means(energy), 0.0),
         }
 
@@ -183,7 +186,7 @@ class ContactPressure(NodalFields):
         forces.x.array[: owned.size] = owned.ravel()
         forces.x.scatter_forward()
         alone = forces.x.array.reshape(-1, 3) / own.shared
-        force = self._corners.sums(np.einsum("nc,enk->eck", self._share, alone[own.dofs]))
+        force = self._corners.sums(self._share.T @ alone[own.dofs])
         areas = fem.assemble_vector(self._areas)
         areas.scatter_reverse(la.InsertMode.add)
         areas.scatter_forward()

@@ -14,7 +14,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from dolfingrip.charts.chart import Axis, Chart
-from dolfingrip.files.table import Columns, TextTable
+from dolfingrip.files.table import Columns
+from dolfingrip.files.text_table import TextTable
 
 Verdict = Literal["pass", "fail", "open", ""]
 """Of a number or a check; "open" if it was not checked, "" if there is nothing to check."""

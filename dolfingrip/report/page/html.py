@@ -20,12 +20,12 @@ import numpy as np
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-import dolfingrip
 from dolfingrip.charts.chart import Axis, Chart, Numbers
-from dolfingrip.files.table import TextTable
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.report.page.content import Front, Page, as_data, plain
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.scene import shown_fields
+from dolfingrip.version import __version__
 
 LARGEST_MB: Final = 15.0
 """Size that a page does not exceed."""
@@ -74,7 +74,7 @@ def rendered(page: Page) -> str:
             page=page,
             charts=charts,
             bars=bars,
-            version=dolfingrip.__version__,
+            version=__version__,
             policy=content_policy(scripts, style),
             style=Markup(style),
             scripts=[Markup(each) for each in scripts],
@@ -112,7 +112,7 @@ def licences(script: str) -> list[Licence]:
     return [
         Licence(
             part["name"],
-            part["version"] or dolfingrip.__version__,
+            part["version"] or __version__,
             part["licence"],
             part["sha256"],
             part["licence_text"] or own,

@@ -14,7 +14,8 @@ from dolfingrip.sections.section import FINGERS, Entry, Role, Section
 Length = Annotated[float, Field(ge=THINNEST_MM, le=500)]
 """Type of a dimension (mm)."""
 
-Integration = Literal["reduced", "full", "selective"]
+# an alias with a name of its own: jedi cannot complete objects with a property of a bare Literal
+type Integration = Literal["reduced", "full", "selective"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import ClassVar
 from dolfingrip.charts.chart import Chart
 from dolfingrip.files.design import RUNS, DesignFile
 from dolfingrip.files.run import RunFile
-from dolfingrip.files.table import TextTable, read_csv
+from dolfingrip.files.table import read_csv
 from dolfingrip.report.design import course, followed, label, sections
 from dolfingrip.report.fields import list_steps, read_steps
 from dolfingrip.report.page.content import (
@@ -41,7 +41,7 @@ class GradientDesign(Contribution):
             content = DesignFile.read(each.folder)
             page.charts += [*_change(each.folder, content), *_steps(each.folder, content)]
             content = content.shown
-            page.tables.append(_parameters(content))
+            page.tables.append(content.tables()[0])
             page.checks += [
                 Check(
                     f"Design: {limit.of}", f"{limit.value:.5g}", f"{limit.sense} {limit.limit:g}",
@@ -76,14 +76,6 @@ def _change(folder: Path, content: DesignFile) -> list[Chart]:
 def _steps(folder: Path, content: DesignFile) -> list[Chart]:
     file = folder / STEPS
     return course(content, read_csv(file)) if file.is_file() else []
-
-
-def _parameters(content: DesignFile) -> TextTable:
-    rows = [
-        [name, said(each.start), said(each.value), f"{each.low:g} to {each.high:g}"]
-        for name, each in content.parameters.items()
-    ]
-    return TextTable(["Parameter", "Start", "Found", "Allowed"], rows, "Parameters of the design")
 
 
 def _mesh(content: DesignFile) -> Check:

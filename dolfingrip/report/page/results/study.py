@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from dolfingrip.files.table import TextTable, read_csv
+from dolfingrip.files.table import read_csv
+from dolfingrip.files.text_table import TextTable
 from dolfingrip.report.page.content import Contribution, FoundResult, Given, Page, Source
 from dolfingrip.report.page.numbers import said
 
