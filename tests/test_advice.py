@@ -143,6 +143,8 @@ def advised() -> Iterator[tuple[str, str, bool]]:
 def test_each_command_line_is_parsed() -> None:
     wrong = []
     for place, text, whole in advised():
+        if "--plugin" in text:  # its names are there with the plugin alone: tests/test_examples.py
+            continue
         try:
             parse(text)
         except (UsageError, ConfigError, ValueError) as error:

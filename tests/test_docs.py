@@ -110,6 +110,7 @@ def _commands() -> list[tuple[str, str]]:
         for block in pages.blocks(page)
         for command in block.commands
         if command.startswith(pages.DOLFINGRIP)
+        and "--plugin" not in command  # without the plugin its names are not there
     ]
 
 

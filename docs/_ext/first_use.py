@@ -26,7 +26,7 @@ def terms() -> dict[str, re.Pattern[str]]:
 def link(app: Any, doctree: nodes.document) -> None:
     """Put a link in the place of each term's first use."""
     page = app.env.docname
-    if page == GLOSSARY or "/" in page:  # pages that are made from the code
+    if page in (GLOSSARY, app.config.root_doc) or "/" in page:  # cards; pages made from the code
         return
     for term, pattern in terms().items():
         for text in doctree.findall(nodes.Text):

@@ -66,9 +66,9 @@ def command(example: Path) -> str:
 
 
 def title(example: Path) -> str:
-    """The first sentence of an example, without what follows a colon."""
+    """The first sentence of an example, without what follows a colon or a bracket."""
     first = " ".join(text_of(example).split("\n\n")[0].split())
-    return re.split(r"[.:](?: |$)", first)[0]
+    return re.split(r"[.:](?: |$)| \(", first)[0]
 
 
 def time(row: Mapping[str, str]) -> str:

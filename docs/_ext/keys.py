@@ -42,7 +42,9 @@ def section(location: list[str]) -> list[str]:
     parts = []
     if rows := [row(key, fields[key], location) for key in fields if key not in tables]:
         about = Docstring.of(errors.kinds(location, Config)[0]).paragraphs[:1]
-        parts = [f"{'#' * min(len(location) + 1, 3)} `[{'.'.join(location)}]`",
+        alone = len(location) == 1 or location[-1] == NAMED.get(location[-2])
+        depth = 2 if alone and "override" not in location else 3
+        parts = [f"{'#' * depth} `[{'.'.join(location)}]`",
                  *map(inline, about), table(COLUMNS, rows)]  # fmt: skip
     for key in tables:
         parts += section([*location, key])
