@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from dolfingrip.diagnosis.answer.statistics import bands, common_change
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files.diagnosis_words import page
 from dolfingrip.report.diagnosis import probabilities
@@ -51,7 +52,9 @@ def bending(control: np.ndarray = CONTROL) -> Any:
     )
     return SimpleNamespace(
         problem=SimpleNamespace(value=0.1 * control), configured=0.1 * control, errors=errors,
-        measurement=SimpleNamespace(listed=rows, channels=lambda: {"angle_deg": read}),
+        measurement=SimpleNamespace(
+            listed=rows, channels=lambda: {"angle_deg": read}, policy=Policy()
+        ),
     )  # fmt: skip
 
 
