@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE, CHORD_ANGLE
-from dolfingrip.extensions.effect import Check, Prior
+from dolfingrip.extensions.effect import DirectCheck, Prior
 from dolfingrip.extensions.kinds import Instrument
 from dolfingrip.sections.section import Ratio
 
@@ -29,7 +29,7 @@ class AngleDefinition(Instrument):
 
     place: ClassVar = 1
     checks: ClassVar = (
-        Check("the tip's face read beside the markers", 10.0, {"chord_share": 0.02}),
+        DirectCheck("the tip's face read beside the markers", 10.0, {"chord_share": 0.02}),
     )
     channel: ClassVar = ANGLE
 

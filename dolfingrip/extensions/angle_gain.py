@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE
-from dolfingrip.extensions.effect import Check, Prior
+from dolfingrip.extensions.effect import DirectCheck, Prior
 from dolfingrip.extensions.kinds import SQUARE, Instrument
 from dolfingrip.sections.section import Ratio
 
@@ -28,7 +28,7 @@ class AngleGain(Instrument):
     either: ClassVar = "too large or too small"
     place: ClassVar = 2
     neutral: ClassVar = {"gain": 1.0}
-    checks: ClassVar = (Check(SQUARE, 5.0, {"gain": 0.003}),)
+    checks: ClassVar = (DirectCheck(SQUARE, 5.0, {"gain": 0.003}),)
     channel: ClassVar = ANGLE
 
     gain: Annotated[Ratio, Prior(1.0, 0.02, "engineering guess", positive=True)] = Field(

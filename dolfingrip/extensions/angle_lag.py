@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE, TIME
-from dolfingrip.extensions.effect import Check, Prior
+from dolfingrip.extensions.effect import DirectCheck, Prior
 from dolfingrip.extensions.kinds import Instrument, lagging
 
 
@@ -31,7 +31,9 @@ class AngleLag(Instrument):
     channel: ClassVar = ANGLE
     clock: ClassVar = True
     checks: ClassVar = (
-        Check("a camera's angle beside the sensor's, along a fast ramp", 15.0, {"tau_s": 0.02}),
+        DirectCheck(
+            "a camera's angle beside the sensor's, along a fast ramp", 15.0, {"tau_s": 0.02}
+        ),
     )
 
     tau_s: Annotated[float, Prior(0.2, 0.2, "engineering guess", positive=True)] = Field(

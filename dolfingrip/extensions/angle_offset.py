@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import ANGLE
-from dolfingrip.extensions.effect import Check, Prior
+from dolfingrip.extensions.effect import DirectCheck, Prior
 from dolfingrip.extensions.kinds import SQUARE, Instrument
 
 
@@ -25,7 +25,7 @@ class AngleOffset(Instrument):
     """
 
     place: ClassVar = 3
-    checks: ClassVar = (Check(SQUARE, 5.0, {"offset_deg": 0.1}),)
+    checks: ClassVar = (DirectCheck(SQUARE, 5.0, {"offset_deg": 0.1}),)
     channel: ClassVar = ANGLE
 
     offset_deg: Annotated[float, Prior(0.0, 0.5, "engineering guess")] = Field(

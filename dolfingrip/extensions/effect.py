@@ -92,7 +92,7 @@ class Prior:
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class DirectCheck:
     """A measurement that tells numbers of an effect by themselves.
 
     Effects that one measurement tells of have checks of one name.
@@ -110,7 +110,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class LabNumber:
     """How a laboratory tells a number that it never knows exactly, in the table ``[nuisance]``.
 
     Attributes:
@@ -135,12 +135,12 @@ class Told:
         return std if units.unit(self.key) else std * value
 
 
-NEVER: Final = Told("", 0.0, "")
+NEVER: Final = LabNumber("", 0.0, "")
 """Of an effect that no laboratory tells: it acts or not."""
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
+class FittedKey:
     """The number of a configuration by which every hypothesis fits an effect.
 
     Attributes:
@@ -293,8 +293,8 @@ class Effect(Section):
     neutral: ClassVar[Mapping[str, Any]]
     clock: ClassVar[bool] = False
     tried: ClassVar[bool] = True
-    told: ClassVar[Told] = NEVER
-    checks: ClassVar[tuple[Check, ...]] = ()
+    told: ClassVar[LabNumber] = NEVER
+    checks: ClassVar[tuple[DirectCheck, ...]] = ()
     shapeless: ClassVar[tuple[str, ...]] = ()
     alike: ClassVar[tuple[str, ...]] = ()
     lopsided: ClassVar[bool] = False
@@ -321,7 +321,7 @@ class Effect(Section):
         return ""
 
     @classmethod
-    def fitted(cls, config: Setup) -> Fitted | None:
+    def fitted(cls, config: Setup) -> FittedKey | None:
         """Return the number by which every hypothesis fits an effect that is :attr:`told`.
 
         It is the effect's first number where an effect does not tell another one.
@@ -334,7 +334,9 @@ class Effect(Section):
         """
         (key, value), *_ = cls.neutral.items()
         on = config.tables["extensions"].inner.get(cls.name())
-        return Fitted(f"extensions.{cls.name()}.{key}", value if on is None else on.number_at(key))
+        return FittedKey(
+            f"extensions.{cls.name()}.{key}", value if on is None else on.number_at(key)
+        )
 
     @classmethod
     def possible(cls, config: Setup) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import FORCE
-from dolfingrip.extensions.effect import Check, Prior
+from dolfingrip.extensions.effect import DirectCheck, Prior
 from dolfingrip.extensions.kinds import WEIGHT, Instrument
 from dolfingrip.sections.section import Ratio
 
@@ -28,7 +28,7 @@ class ForceGain(Instrument):
     either: ClassVar = "too much or too little"
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
-    checks: ClassVar = (Check(WEIGHT, 5.0, {"gain": 0.002}),)
+    checks: ClassVar = (DirectCheck(WEIGHT, 5.0, {"gain": 0.002}),)
     channel: ClassVar = FORCE
 
     gain: Annotated[Ratio, Prior(1.0, 0.01, "engineering guess", positive=True)] = Field(

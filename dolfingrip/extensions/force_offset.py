@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import FORCE
-from dolfingrip.extensions.effect import Check, Prior
+from dolfingrip.extensions.effect import DirectCheck, Prior
 from dolfingrip.extensions.kinds import WEIGHT, Instrument
 
 
@@ -26,7 +26,7 @@ class ForceOffset(Instrument):
     """
 
     place: ClassVar = 2
-    checks: ClassVar = (Check(WEIGHT, 5.0, {"offset_N": 0.005}),)
+    checks: ClassVar = (DirectCheck(WEIGHT, 5.0, {"offset_N": 0.005}),)
     channel: ClassVar = FORCE
 
     offset_N: Annotated[float, Prior(0.0, 0.02, "engineering guess")] = Field(

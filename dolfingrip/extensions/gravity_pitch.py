@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Check, Effect, Prior, Setup
+from dolfingrip.extensions.effect import DirectCheck, Effect, Prior, Setup
 from dolfingrip.sections.section import FINGERS
 
 
@@ -31,7 +31,7 @@ class GravityPitch(Effect):
     felt_by: ClassVar = FINGERS
     shapeless: ClassVar = ("pitch_deg",)
     checks: ClassVar = (
-        Check(
+        DirectCheck(
             "a spirit level at the clamp, and how the finger hung told under [gravity]", 2.0,
             {"pitch_deg": 0.5, "acceleration_m_s2": 0.1},
         ),

@@ -13,7 +13,7 @@ import numpy as np
 from ufl.core.expr import Expr
 
 from dolfingrip.channels import Channel
-from dolfingrip.extensions.effect import Check, Effect, Fitted, Setup, Site, StrainEnergy
+from dolfingrip.extensions.effect import DirectCheck, Effect, FittedKey, Setup, Site, StrainEnergy
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.section import FINGERS
 
@@ -56,13 +56,13 @@ class DimensionOffset(Effect):
     felt_by: ClassVar = FINGERS
     either: ClassVar = "thicker or thinner"
     checks: ClassVar = (
-        Check(
+        DirectCheck(
             "cut a finger of this print: callipers at walls and base layer", 15.0,
             {"offset_mm": 0.05},
         ),
     )  # fmt: skip
     # relative, as the density of a print is not better known
-    weighed: ClassVar = Check("weigh the finger", 2.0, {"mass_g": 0.01})
+    weighed: ClassVar = DirectCheck("weigh the finger", 2.0, {"mass_g": 0.01})
     dimension: ClassVar[str]
     offset_mm: float
 
@@ -77,12 +77,12 @@ class DimensionOffset(Effect):
         return f"{config.geometry_table}.{cls.dimension}" if has else None
 
     @classmethod
-    def fitted(cls, config: Setup) -> Fitted | None:
+    def fitted(cls, config: Setup) -> FittedKey | None:
         key = cls.dimension_key(config)
         if key is None:
             return None
         value = float(getattr(config.geometry, cls.dimension))
-        return Fitted(key, value, 0.2 * value, 2 * value)
+        return FittedKey(key, value, 0.2 * value, 2 * value)
 
     def adapt[S: Setup](self, config: S) -> S:
         """``config`` with the printed dimension.

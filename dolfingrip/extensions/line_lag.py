@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Check, Flow, Prior
+from dolfingrip.extensions.effect import DirectCheck, Flow, Prior
 from dolfingrip.extensions.kinds import SupplyStage, lagging
 
 
@@ -28,7 +28,7 @@ class LineLag(SupplyStage):
     place: ClassVar = 3
     clock: ClassVar = True
     checks: ClassVar = (
-        Check(
+        DirectCheck(
             "a pressure sensor at the finger beside the regulator's, along a fast ramp", 15.0,
             {"tau_s": 0.02},
         ),

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Check, Effect, Fitted, Prior, Setup, Told
+from dolfingrip.extensions.effect import DirectCheck, Effect, FittedKey, LabNumber, Prior, Setup
 
 
 class PlateGapOffset(Effect):
@@ -24,18 +24,20 @@ class PlateGapOffset(Effect):
 
     kind: ClassVar = "set-up"
     felt_by: ClassVar = ("plate",)
-    told: ClassVar = Told(
+    told: ClassVar = LabNumber(
         "plate_gap_mm", 0.3, "of the force sensor's place, each time it is set", each_time=True
     )
-    checks: ClassVar = (Check("a gauge block between finger and plate", 5.0, {"offset_mm": 0.05}),)
+    checks: ClassVar = (
+        DirectCheck("a gauge block between finger and plate", 5.0, {"offset_mm": 0.05}),
+    )
 
     offset_mm: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
         0.3, ge=-1000, le=1000, description="added to plate.gap_mm"
     )
 
     @classmethod
-    def fitted(cls, config: Setup) -> Fitted:
-        return Fitted("plate.gap_mm", config.plate.gap_mm, 0.0)
+    def fitted(cls, config: Setup) -> FittedKey:
+        return FittedKey("plate.gap_mm", config.plate.gap_mm, 0.0)
 
     def adapt[S: Setup](self, config: S) -> S:
         return config.changed(plate={"gap_mm": config.plate.gap_mm + self.offset_mm})

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Check, Effect, Prior, Setup
+from dolfingrip.extensions.effect import DirectCheck, Effect, Prior, Setup
 
 
 class PlateTilt(Effect):
@@ -26,7 +26,7 @@ class PlateTilt(Effect):
     # of 35; with ±4°, too, the tilt has 44
     lopsided: ClassVar = True
     felt_by: ClassVar = ("plate",)
-    checks: ClassVar = (Check("a square between plate and clamp", 5.0, {"offset_deg": 0.3}),)
+    checks: ClassVar = (DirectCheck("a square between plate and clamp", 5.0, {"offset_deg": 0.3}),)
 
     offset_deg: Annotated[float, Prior(0.0, 2.0, "engineering guess")] = Field(
         2.0, ge=-160, le=160, description="added to plate.tilt_deg"

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Check, Flow, Prior, Told
+from dolfingrip.extensions.effect import DirectCheck, Flow, LabNumber, Prior
 from dolfingrip.extensions.kinds import MANOMETER, SupplyStage
 from dolfingrip.sections.section import Ratio
 
@@ -26,8 +26,8 @@ class PressureGain(SupplyStage):
 
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
-    told: ClassVar = Told("pressure_gain", 0.015, "relative, of the regulator's scale")
-    checks: ClassVar = (Check(MANOMETER, 10.0, {"gain": 0.0025}),)
+    told: ClassVar = LabNumber("pressure_gain", 0.015, "relative, of the regulator's scale")
+    checks: ClassVar = (DirectCheck(MANOMETER, 10.0, {"gain": 0.0025}),)
 
     gain: Annotated[Ratio, Prior(1.0, 0.015, "regulators, ±1 to 2 %", positive=True)] = Field(
         1.02, gt=0, le=10, description="cavity pressure by regulator pressure"

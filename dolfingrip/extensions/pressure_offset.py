@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Check, Flow, Prior, Told
+from dolfingrip.extensions.effect import DirectCheck, Flow, LabNumber, Prior
 from dolfingrip.extensions.kinds import MANOMETER, SupplyStage
 
 
@@ -24,8 +24,8 @@ class PressureOffset(SupplyStage):
     """
 
     place: ClassVar = 2
-    told: ClassVar = Told("pressure_offset_kPa", 2.0, "of the regulator's zero")
-    checks: ClassVar = (Check(MANOMETER, 10.0, {"offset_kPa": 0.3}),)
+    told: ClassVar = LabNumber("pressure_offset_kPa", 2.0, "of the regulator's zero")
+    checks: ClassVar = (DirectCheck(MANOMETER, 10.0, {"offset_kPa": 0.3}),)
 
     offset_kPa: Annotated[float, Prior(0.0, 3.0, "regulators, ±3 kPa")] = Field(
         1.0, ge=-100, le=100, description="cavity pressure at a regulator pressure of 0"

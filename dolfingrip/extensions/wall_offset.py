@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Prior, Told
+from dolfingrip.extensions.effect import LabNumber, Prior
 from dolfingrip.extensions.kinds import DimensionOffset
 
 
@@ -23,7 +23,7 @@ class WallOffset(DimensionOffset):
     another ratio.
     """
 
-    told: ClassVar = Told("wall", 0.05, "relative, of the walls' thickness wall_mm")
+    told: ClassVar = LabNumber("wall", 0.05, "relative, of the walls' thickness wall_mm")
     dimension: ClassVar = "wall_mm"
 
     offset_mm: Annotated[float, Prior(0.0, 0.15, "walls ±5 to 15 % as printed")] = Field(

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from dolfingrip.channels import FORCE
-from dolfingrip.extensions.effect import Check, Prior
+from dolfingrip.extensions.effect import DirectCheck, Prior
 from dolfingrip.extensions.kinds import Instrument
 
 
@@ -25,7 +25,9 @@ class LoadCurve(Instrument):
 
     either: ClassVar = "ever more or ever less"
     channel: ClassVar = FORCE
-    checks: ClassVar = (Check("several weights on the load cell", 10.0, {"bend_per_N": 0.0005}),)
+    checks: ClassVar = (
+        DirectCheck("several weights on the load cell", 10.0, {"bend_per_N": 0.0005}),
+    )
 
     bend_per_N: Annotated[float, Prior(0.0, 0.01, "an example")] = Field(
         0.01, ge=-1, le=1, description="b"

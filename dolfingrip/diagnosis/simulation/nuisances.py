@@ -16,7 +16,7 @@ from dolfingrip.diagnosis.core.unknown import MODULUS, Nuisance, Unknown
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest, in_proportion
 from dolfingrip.diagnosis.simulation.simulated import SimulatedReadings
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.extensions.effect import Effect, Fitted
+from dolfingrip.extensions.effect import Effect, FittedKey
 from dolfingrip.extensions.index import fitted_effects
 from dolfingrip.parameter import every, named
 from dolfingrip.parameter.nuisances import SPECIMEN, changes, known, modulus_keys
@@ -35,7 +35,7 @@ def feels(each: type[Effect], test: SpecimenTest) -> bool:
 
 def fitted_in(
     each: type[Effect], measurement: Measurement, config: Config
-) -> list[tuple[SpecimenTest, Fitted]]:
+) -> list[tuple[SpecimenTest, FittedKey]]:
     """List the tests that feel an effect, with the number by which each fits it.
 
     Args:
