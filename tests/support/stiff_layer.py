@@ -22,7 +22,7 @@ from ufl.core.expr import Expr
 from dolfingrip import config
 from dolfingrip.experiments import run
 from dolfingrip.extensions.effect import Effect, Prior, Site
-from dolfingrip.sections.section import FINGERS
+from dolfingrip.sections.section import FINGERS, Ratio
 from dolfingrip.sections.tables import assignments
 
 ALONG: Final = (0.45, 0.8)
@@ -61,7 +61,7 @@ class StiffLayer(Effect):
     kind: ClassVar = "elastic"
     felt_by: ClassVar = FINGERS
 
-    factor: Annotated[float, Prior(FACTOR, 1.0, "made up", positive=True)] = Field(FACTOR, gt=0)
+    factor: Annotated[Ratio, Prior(FACTOR, 1.0, "made up", positive=True)] = Field(FACTOR, gt=0)
 
     def moduli(self, site: Site) -> Expr:
         x, ends = ufl.SpatialCoordinate(site.domain.mesh), site.extent(2)
