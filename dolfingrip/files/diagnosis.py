@@ -217,6 +217,29 @@ class HeldOutError(Part):
     log_odds_process: float | None = Field(None, description="ln of the odds against the process")
 
 
+class PlannedTest(Part):
+    """A test that is proposed: how the rig leads, and what it reads."""
+
+    experiment: str
+    specimen: str
+    settings: dict[str, Any] = Field({}, description="by key, what differs from the configuration")
+    control: str = Field(description="column that the rig leads")
+    read: tuple[str, ...] = Field(description="columns that are read at each row")
+    branch: tuple[str, ...] = Field(description="of each row")
+    cycle: tuple[int, ...] = Field(description="of each row")
+    time_s: tuple[float, ...] = Field(description="of each row")
+    value: tuple[float, ...] = Field(description="of the control at each row, in the column's unit")
+
+
+class PlannedQuantity(Part):
+    """A quantity that is proposed to be measured by itself."""
+
+    numbers: dict[str, float] = Field(
+        description="coefficients of the numbers that it is the sum of; modulus: relative, of all"
+    )
+    std: float = Field(description="standard deviation of the measurement, in the numbers' unit")
+
+
 class NextExperiment(Part):
     """Worth of an addition to the measurement."""
 
@@ -227,6 +250,8 @@ class NextExperiment(Part):
     chance: float = Field(ge=0, le=1, description="that the true one of them is left alone")
     excludes: tuple[str, ...] = Field((), description="what it refutes if the leading one is true")
     shows: tuple[str, ...] = Field((), description="what refutes the leading one if it is true")
+    tests: tuple[PlannedTest, ...] = Field((), description="of a further measurement")
+    quantities: tuple[PlannedQuantity, ...] = Field((), description="of a check of single numbers")
 
     @property
     def tells(self) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.diagnosis.simulation import stops
+from dolfingrip.files.diagnosis import PlannedTest
 
 STOPS: Final = 10
 """Readings of a ramp."""
@@ -42,6 +43,13 @@ class Proposal:
     measurement: Measurement
     kind: str
     known_mesh: bool = False
+    quantities: ClassVar = ()
+
+    @property
+    def tests(self) -> tuple[PlannedTest, ...]:
+        """Its tests, as a result file tells them."""
+        return tuple(_planned(self.measurement, test) for test in self.measurement.tests
+                     if (self.measurement.listed["test"] == test.number).any())  # fmt: skip
 
 
 def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
@@ -67,6 +75,17 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
         new = replace(finger, experiment="coupon", setup=LabSetup(), specimen="coupon")
         found += _coupons(measurement, new, config, new=True)
     return found
+
+
+def _planned(measurement: Measurement, test: SpecimenTest) -> PlannedTest:
+    rows, sections = measurement.rows(test.number), test.setup.sections.items()
+    return PlannedTest(
+        experiment=test.experiment, specimen=test.specimen, control=test.control,
+        settings={f"{name}.{key}": value for name, own in sections for key, value in own.items()},
+        read=tuple(name for name in measurement.columns if rows[name].notna().any()),
+        branch=tuple(rows["branch"]), cycle=tuple(map(int, rows["cycle"])),
+        time_s=tuple(rows["time_s"]), value=tuple(rows[test.control]),
+    )  # fmt: skip
 
 
 def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:

@@ -21,6 +21,7 @@ from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -38,7 +39,7 @@ from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.experiments.derivatives.gradients import MASS, shape_number
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.extensions.kinds import DimensionOffset
-from dolfingrip.files.diagnosis import NextExperiment
+from dolfingrip.files.diagnosis import NextExperiment, PlannedQuantity
 from dolfingrip.parameter import find
 from dolfingrip.sections.section import EVERYWHERE
 
@@ -58,6 +59,13 @@ class NumberCheck:
     minutes: float
     readings: tuple[Mapping[str, float], ...]
     std: tuple[float, ...]
+    tests: ClassVar = ()
+
+    @property
+    def quantities(self) -> tuple[PlannedQuantity, ...]:
+        """What it measures, as a result file tells it."""
+        pairs = zip(self.readings, self.std, strict=True)
+        return tuple(PlannedQuantity(numbers=dict(own), std=std) for own, std in pairs)
 
     def read(self, values: Mapping[str, float]) -> np.ndarray:
         """Readings, or derivatives of them, from those of the numbers; shape (readings,)."""
@@ -72,8 +80,7 @@ def coupon_check(policy: Policy) -> NumberCheck:
     Args:
         policy: how long it takes.
     """
-    minutes = policy.set_up_min["coupon"]
-    std = (0.5 * 0.1,)
+    minutes, std = policy.set_up_min["coupon"], (0.1 / 2,)
     return NumberCheck("a coupon in uniaxial tension", minutes, ({MODULUS: 1.0},), std)
 
 
@@ -318,6 +325,7 @@ class Comparison:
         useful = np.minimum(then.misfit, enough) - np.minimum(self.now.misfit, enough)
         return NextExperiment(
             name=addition.name, minutes=addition.minutes,
+            tests=addition.tests, quantities=addition.quantities,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
             gain_per_minute=float((weights * useful).sum() / addition.minutes),
             chance=chance_alone(self.probability, apart),

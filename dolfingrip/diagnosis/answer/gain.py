@@ -82,7 +82,9 @@ def _parts(analysis: Analysis[Any]) -> Iterator[tuple[str, np.ndarray]]:
             yield SPECIMENS, specimen == name
     else:
         load = analysis.errors.along.load
-        for low, high in pairwise(np.quantile(load, np.linspace(0, 1, 2 * 2))):
+        for low, high in pairwise(
+            np.quantile(load, np.linspace(0, 1, analysis.problem.policy.few))
+        ):
             part = (load >= low) & (load <= high)
             if 0 < part.sum() < len(part):
                 yield BANDS, part

@@ -82,7 +82,7 @@ def _noise(value: np.ndarray, sigma: float, policy: Policy) -> float:
     if len(value) < policy.dense:
         return sigma
     steps = np.abs(np.diff(value, order)) / sqrt(comb(2 * order, order))
-    most = 0.5 * 0.01 * _size(value)  # a gauge is no worse than half a hundredth
+    most = 0.01 * _size(value) / 2  # a gauge is no worse than half a hundredth
     return max(sigma, min(float(np.median(steps)) / float(ndtri(1 - 0.25)), most))
 
 

@@ -9,9 +9,11 @@ from support.command import run_command
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.additions.worth import coupon_check
 from dolfingrip.diagnosis.answer.noise import instrument_noise
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.plan import read_alike
+from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.plan import PlanFile
 
 RIG = """experiment = "coupon"
@@ -93,6 +95,26 @@ def test_an_addition_is_read_by_the_rigs_instruments() -> None:
         columns = proposal.measurement.listed["column"]
         assert (found.independent[columns == "force_N"] == 0.02).all()
         assert (found.independent[columns == "angle_deg"] == 0.1).all()
+
+
+def test_an_addition_tells_how_it_is_made() -> None:
+    """A program that leads the rig needs no sentence: rows, columns, and what is set otherwise."""
+    paper, _ = rig.read(None, Config())
+    by_kind = {each.kind: each for each in proposals(paper, Config())}
+    away, up, down = *by_kind["gap"].tests, *by_kind["orientation"].tests
+    assert away.experiment == "blocked_force"
+    assert away.control == "pressure_kPa"
+    assert away.read == ("force_N",)
+    assert away.settings["plate.gap_mm"] == Config().plate.gap_mm + 2
+    assert [each.settings["gravity.direction"][2] for each in (up, down)] == [1.0, -1.0]
+    (loop,) = by_kind["unloading"].tests
+    assert len(loop.value) == len(loop.time_s) == len(loop.branch) == 21
+    assert loop.value[0] == loop.value[-1] == 0
+    assert loop.value[10] == max(loop.value) == 250
+    assert loop.branch[10:12] == ("loading", "unloading")
+    assert by_kind["coupon"].quantities == ()
+    (pulled,) = coupon_check(Policy()).quantities
+    assert (pulled.numbers, pulled.std) == ({"modulus": 1.0}, 0.05)
 
 
 def test_a_rig_that_is_none(tmp_path: Path) -> None:
