@@ -389,11 +389,15 @@ def _leading(posterior: ModelPosterior, first: tuple[str, ...], second: tuple[st
     total = {subset: p for (named, subset), p in told.items() if named}
     if not total:
         return posterior.best(NONE)
-    # what is told of the answer is of causes that it names, where these do without others
+    # what is told of the answer is of one of each set, and of causes that it names, where these do
     causes, named = posterior.problem.causes, {*first, *second}
     least = posterior.problem.policy.matters * max(total.values())
-    own = [each for each, p in total.items() if p >= least and named >= {*causes(each)}]
-    return posterior.best(max(own or total, key=lambda subset: total[subset]))
+    single = [
+        each for each, p in total.items()
+        if p >= least and all(len({*each} & {*names}) < 2 for names in (first, second))
+    ]  # fmt: skip
+    own = [each for each in single if named >= {*causes(each)}]
+    return posterior.best(max(own or single or total, key=lambda subset: total[subset]))
 
 
 def _at_most(stays: float, doubt: float) -> float:
