@@ -47,7 +47,7 @@ class Proposal:
 
     @property
     def tests(self) -> tuple[PlannedTest, ...]:
-        """Its tests, as a result file tells them."""
+        """The tests of the experiment, as a result file tells them."""
         return tuple(_planned(self.measurement, test) for test in self.measurement.tests
                      if (self.measurement.listed["test"] == test.number).any())  # fmt: skip
 

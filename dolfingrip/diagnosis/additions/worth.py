@@ -63,7 +63,7 @@ class NumberCheck:
 
     @property
     def quantities(self) -> tuple[PlannedQuantity, ...]:
-        """What it measures, as a result file tells it."""
+        """The quantities of the check, as a result file tells them."""
         pairs = zip(self.readings, self.std, strict=True)
         return tuple(PlannedQuantity(numbers=dict(own), std=std) for own, std in pairs)
 
