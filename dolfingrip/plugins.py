@@ -157,15 +157,14 @@ def taken(arguments: Sequence[str]) -> list[str]:
     others: list[str] = []
     left = iter(arguments)
     for each in left:
-        option, equals, path = each.partition("=")
-        if option != "--plugin":
+        if each != "--plugin" and not each.startswith("--plugin="):
             others.append(each)
             continue
-        path = path if equals else next(left, "")
+        path = next(left, "") if each == "--plugin" else each.removeprefix("--plugin=")
         if not path:
             raise PluginError("--plugin: allowed: --plugin FILE.py")
         add(path)
-        plugins += [option, path]
+        plugins += ["--plugin", path]
     return [*plugins, *others]
 
 

@@ -30,6 +30,7 @@ from dolfingrip.experiments.material_fit.law import LAWS, Law, stress
 from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.section import Ratio
 
 COUPON = Path(__file__).with_name("coupons") / "ecoflex30_uniaxial.csv"
 MAX_STRETCH = 4.0
@@ -52,7 +53,7 @@ class LopezPamies(MaterialLaw):
     )
 
     lopez_mu_MPa: float = Field(1.0, gt=0, description="shear modulus")
-    lopez_alpha: float = Field(1.2, gt=0.3, description="exponent of I₁")
+    lopez_alpha: Ratio = Field(1.2, gt=0.3, description="exponent of I₁")
 
     @property
     def shear_MPa(self) -> float:

@@ -42,6 +42,7 @@ from dolfingrip.files import diagnosis as outcome
 from dolfingrip.files import whole
 from dolfingrip.files.diagnosis_words import BODY, NUMBERS, lines, number_words, page, sections
 from dolfingrip.files.plan import PlanFile
+from dolfingrip.sections.tables import assignment
 from dolfingrip.version import __version__
 
 
@@ -264,9 +265,8 @@ def _headline(
     alone = alone and number.key in values and _change(found, fit, others) < found.policy.visible
     option = f"--config {file}" if file else ""
     if file and alone:
-        value = f"{number.value:.3g}"
         listed = isinstance(values[number.key], list)
-        option = f"--set {number.key}={f'[{value}]' if listed else value}"
+        option = f"--set {assignment(number.key, number.value, listed=listed)}"
     common = None
     if decision.answer == "cause":
         kinds = {effect(name).kind if name in NAMES else "" for name in decision.first}

@@ -66,6 +66,17 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
     return key, value
 
 
+def assignment(key: str, value: float, *, listed: bool = False) -> str:
+    """Write a number as a ``section.key=value`` text of the command line, to three digits.
+
+    Args:
+        key: of the configuration.
+        value: of it.
+        listed: whether the key's value is a list of one number.
+    """
+    return f"{key}=[{value:.3g}]" if listed else f"{key}={value:.3g}"
+
+
 def check_values(value: Any, name: str) -> None:
     """Raise if a whole number is too large for a floating-point one, or a text has a NUL in it.
 

@@ -23,7 +23,6 @@ ALLOWED = {
     ("dolfingrip/cli/command.py", "importlib.import_module"): "a command of ours",
     ("dolfingrip/cli/doctor_command.py", "importlib.import_module"): "libraries, by names of ours",
     ("dolfingrip/design/surrogate/surrogate.py", "torch.load"): "tensors alone",
-    ("dolfingrip/experiments/__init__.py", "importlib.import_module"): "modules of ours",
     ("dolfingrip/files/package.py", "ZipFile"): "what all others call",
     ("dolfingrip/files/xml.py", "fromstring"): "what all others call",
     ("dolfingrip/files/xml.py", "iterparse"): "what all others call",

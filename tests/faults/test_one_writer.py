@@ -27,7 +27,6 @@ ALLOWED = {
     ("dolfingrip/mechanics/model/compilation.py", "open"): "a lock",
     ("dolfingrip/mechanics/model/compilation.py", "rename"): "the folder of a compiled form",
     ("dolfingrip/cli/surrogate_commands.py", "save"): "a surrogate, by the writer",
-    ("dolfingrip/experiments/results/fields.py", "VTKFile"): "checked after each step",
     ("dolfingrip/jobs/spool.py", "open"): "a lock",
     ("dolfingrip/jobs/store.py", "open"): "a lock",
     ("dolfingrip/jobs/store.py", "rename"): "a damaged store is set aside",

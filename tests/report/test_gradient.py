@@ -16,7 +16,8 @@ from dolfingrip.report.page import sources
 from dolfingrip.sections.curve import CurveTarget
 
 CONTENT = {
-    "of": "maximise force_N at 250 kPa", "objective": 3.0, "start": 2.5, "gain": 0.2,
+    "of": "maximise force_N at 250 kPa", "quantity": "force_N", "objective": 3.0, "start": 2.5,
+    "gain": 0.2,
     "constraints": [
         {"of": "cog_offset_mm", "sense": "at most", "limit": 3.0, "value": 2.9, "kept": True},
         {"of": "mass_g", "sense": "at most", "limit": 20.0, "value": 20.6, "kept": False},
@@ -103,7 +104,8 @@ def test_lines_stand_beside_the_curve_that_they_follow() -> None:
 def test_a_curve_has_root_mean_squares_in_mm(tmp_path: Path) -> None:
     """Mean squares of 4, 1 and 0.25 mm² are distances of 2, 1 and 0.5 mm, half as far each time."""
     content = {
-        **CONTENT, "of": "minimise curve_mean_square_mm2 at 150 kPa", "start": 4.0,
+        **CONTENT, "of": "minimise curve_mean_square_mm2 at 150 kPa", "quantity": CURVE_SQUARE,
+        "start": 4.0,
         "objective": 1.0, "gain": -0.75, "constraints": [],
         "refined": {"start": 1.0, "objective": 0.25, "gain": -0.75},
         "starts": [{"ending": "a", "start": 4.0, "objective": 1.0}, {"ending": "failed"}],

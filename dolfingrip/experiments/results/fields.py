@@ -29,12 +29,13 @@ COLLECTION = """<?xml version="1.0"?>
 </VTKFile>
 """
 
-PIECE = f"""<VTKFile type="UnstructuredGrid" version="1.0" header_type="UInt64" \
+PIECE = f"""<VTKFile type="UnstructuredGrid" version="2.2" header_type="UInt64" \
 byte_order="{sys.byteorder.title()}Endian"><UnstructuredGrid>
 {{}}</PointData></Piece></UnstructuredGrid></VTKFile>
 """
+"""Readers turn two edges of Lagrange hexahedra in files of versions before 2.1."""
 
-STEP = """<VTKFile type="PUnstructuredGrid" version="1.0"><PUnstructuredGrid GhostLevel="0">
+STEP = """<VTKFile type="PUnstructuredGrid" version="2.2"><PUnstructuredGrid GhostLevel="0">
 <PPoints><PDataArray type="Float64" Name="Points" NumberOfComponents="3"/></PPoints>
 <PPointData>
 {}</PPointData>
