@@ -54,12 +54,14 @@ def printed(ninjaflex: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> D
 def test_printed_coupons_soften(ninjaflex: Diagnosis, printed: Delivered) -> None:
     """Against closed forms of uniaxial tension, fitted to 50 % strain outside this package:
     2 C01/mu = 0.93; g = 0.55 and tau = 5 s would do; refitted neo-Hooke leaves 4.7 times the
-    error on specimens left out, where their scales are known."""
+    error on specimens left out, where their scales are known.
+
+    Each elastic law that is named follows the readings to a hundredth of the largest one."""
     verdict = printed.verdict
     assert verdict.answer == "cause"
     assert "mooney_rivlin" in verdict.effects
+    assert {*verdict.effects} <= ninjaflex.analysis.problem.elastic
     softening = {"mooney_rivlin", "prony"}
-    assert set(verdict.effects) <= softening
     subsets = ninjaflex.decision.subsets
     assert sum(p for subset, p in subsets.items() if softening & set(subset)) > 0.98
     elastic = printed.numbers_of("mooney_rivlin")

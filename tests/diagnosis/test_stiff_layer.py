@@ -16,7 +16,6 @@ from support.here import Here
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import DiagnosisSettings, diagnose_measurement
-from dolfingrip.diagnosis.policy import Policy
 from dolfingrip.files.diagnosis_words import lines
 
 INSTRUMENTS = ("angle_gain", "angle_definition", "force_gain")
@@ -31,13 +30,13 @@ def diagnosed(folder: Path, store: Path, *effects: str) -> Delivered:
 
 
 @pytest.mark.slow
-def test_without_a_rival_of_the_body_an_instrument_is_claimed(tmp_path: Path, store: Path) -> None:
-    """What the next test is about: nothing is left that could warn."""
+def test_an_instrument_is_not_claimed_without_a_rival_of_the_body(
+    tmp_path: Path, store: Path
+) -> None:
+    """A modulus and walls that are far off follow the layer as well as an instrument does."""
     verdict = diagnosed(tmp_path, store, *INSTRUMENTS).verdict
     print(verdict)
-    assert verdict.answer == "cause"
-    assert verdict.probability > Policy().claimed
-    assert verdict.effects[0] in INSTRUMENTS
+    assert not verdict.claimed
     assert verdict.unexplained < 0.001
 
 

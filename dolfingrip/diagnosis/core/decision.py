@@ -192,7 +192,9 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
     }
 
     def with_laws(names: tuple[str, ...]) -> tuple[str, ...]:
-        return _by_shape(posterior, (*names, *laws[1:]) if {*laws[:1]} & {*names} else names)
+        every = (*names, *laws[1:]) if {*laws[:1]} & {*names} else names
+        rest = _by_shape(posterior, every)
+        return rest if held(mass, rest) >= policy.claimed else every
 
     first, second = (alone, NONE) if alone else map(
         with_laws, _sets(by_effects, inclusion, posterior.strengths, policy.credible)
