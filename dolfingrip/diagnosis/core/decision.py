@@ -246,9 +246,13 @@ def decide(posterior: ModelPosterior, *, alone: tuple[str, ...] = ()) -> Decisio
 def _laws_alike(posterior: ModelPosterior) -> tuple[str, ...]:
     """Elastic laws that follow the readings as closely as any law is true, the likeliest first.
 
-    They do much, and what is left of the readings tells them apart no more.
+    They do much, and what is left of the readings tells them apart no more. There are none where
+    the model follows as closely without any cause, as then no law is asked for.
     """
     problem, likely = posterior.problem, dict[str, float]()
+    none = posterior.best(NONE, level=0.0)
+    if problem.share(problem.left(none.subset, none.zeta)) <= LAW_MISSES:
+        return ()
     for p, fit in posterior.weighed:
         laws = [name for name in problem.causes(fit.subset) if name in problem.elastic]
         if len(laws) != 1 or fit.level > 0 or fit.subset != problem.causes(fit.subset):
