@@ -83,7 +83,7 @@ def line(setting: Setting) -> list[str]:
 
 
 def value(setting: Setting) -> str:
-    """What is written behind an option."""
+    """Return the value that help writes behind an option."""
     if setting.choices:
         return ", ".join(f"`{choice}`" for choice in setting.choices)
     if setting.bare is bool:

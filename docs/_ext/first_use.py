@@ -38,7 +38,7 @@ def link(app: Any, doctree: nodes.document) -> None:
 
 
 def inside(text: nodes.Text) -> bool:
-    """Whether a text stands in what is a link, a heading or code already."""
+    """Tell whether a text stands in a link, a heading or code."""
     node = text.parent
     while node is not None:
         if isinstance(node, APART):

@@ -42,7 +42,7 @@ def rows() -> dict[str, Mapping[str, str]]:
 
 
 def text_of(example: Path) -> str:
-    """What an example says before its code."""
+    """Return the docstring or comment at the top of an example."""
     text = example.read_text(encoding="utf-8")
     if example.suffix == ".py":
         return text.split('"""')[1]

@@ -54,7 +54,7 @@ def section(location: list[str]) -> list[str]:
 
 
 def is_table(location: list[str]) -> bool:
-    """Whether a key is a table with keys of its own, or with names that a user chooses."""
+    """Tell whether a key is a table with keys of its own, or with names that a user chooses."""
     return all(hasattr(kind, "model_fields") for kind in errors.kinds(location, Config))
 
 

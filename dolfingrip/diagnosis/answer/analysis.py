@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-import scipy.linalg
 
 from dolfingrip.config import Change, Config
 from dolfingrip.diagnosis.additions.protocols import Proposal
@@ -176,8 +175,7 @@ class Analysis[S: Simulator]:
     def left(self, fit: MapFit) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual of an exact simulation at a fit, by C⁻¹ and itself, (n,) each."""
         rest = self.problem.value - self.exact(fit)
-        total = self.problem.covariance + fit.level**2 * self.problem.kernel
-        return np.asarray(scipy.linalg.solve(total, rest, assume_a="pos")), rest
+        return self.problem.levels[fit.level].weighed(rest), rest
 
     def fitted(self, fit: MapFit) -> np.ndarray:
         """(n,) exact readings at a fit, with the rig's numbers and the specimens' own as fitted."""

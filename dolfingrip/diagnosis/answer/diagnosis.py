@@ -48,7 +48,7 @@ class Diagnosis:
 
     Attributes:
         config: the model that was diagnosed.
-        analysis: readings, emulators and covariance.
+        analysis: readings, simulations and covariance.
         posterior: probabilities of all hypotheses.
         decision: the answer.
         sensitivity: answers under other priors.

@@ -23,6 +23,7 @@ from dolfingrip.diagnosis.core.evidence import (
     Key,
     MapFit,
     Subset,
+    taken,
 )
 
 KEPT: Final = 1e-6
@@ -115,7 +116,8 @@ def search(
 ) -> ModelPosterior:
     """The posterior over all hypotheses of a problem.
 
-    A pair of causes is left out where even its largest likelihood is far below the best evidence.
+    A pair of causes is left out where even its largest likelihood is far below the best evidence,
+    or where coarse fits tell that others are likelier.
 
     Args:
         problem: the readings.
@@ -147,16 +149,14 @@ def search(
     least = (
         max(each.log_evidence for fits in modes.values() for each in fits) - problem.policy.hopeless
     )
-    pairs: dict[Subset, list[float]] = {
-        pair: [level for level, columns in every.items() if columns.largest(pair) >= least]
-        for pair in combinations(names, 2)
-    }
-    starts_of = {pair: _starts_of_pair(problem, pair, zeta) for pair, any_ in pairs.items() if any_}
+    hopeful: dict[Subset, list[float]] = {
+        pair: levels for pair in combinations(names, 2)
+        if (levels := [k for k, columns in every.items() if columns.largest(pair) >= least])
+    }  # fmt: skip
+    starts_of = {pair: _starts_of_pair(problem, pair, zeta) for pair in hopeful}
     for pair in _likeliest(every, starts_of):
-        hopeful, starts = pairs[pair], starts_of[pair]
         # the share that stays is counted without a discrepancy
-        if hopeful:
-            fit(pair, dict.fromkeys([0.0, *hopeful], starts))
+        fit(pair, dict.fromkeys([0.0, *hopeful[pair]], starts_of[pair]))
     fits = [each for found in modes.values() for each in found]
     return replace(_weighed(fits, every, rng if sample else None), modes=modes)
 
@@ -279,10 +279,9 @@ def pursued(
         chosen: list[int] = []
         for _ in range(policy.leading):
             beside = np.column_stack([free, own[:, chosen]])
-            cross = beside.T @ own
-            taken_over = np.linalg.solve(beside.T @ beside + np.eye(len(cross)), cross)
-            size = np.einsum("nk,nk->k", own, own) - (cross * taken_over).sum(axis=0)
-            pull = off @ own - (off @ beside) @ taken_over
+            follow = taken(own, beside)
+            size = np.einsum("nk,nk->k", own, own) - ((beside.T @ own) * follow).sum(axis=0)
+            pull = off @ own - (off @ beside) @ follow
             gain = 0.5 * pull**2 / (1 + size) - 0.5 * np.log1p(size) + log_prior
             gain[np.isin(of, of[chosen])] = -np.inf
             place = int(np.argmax(gain))
