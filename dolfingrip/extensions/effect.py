@@ -227,14 +227,6 @@ class Stage(Protocol):
 
 
 @runtime_checkable
-class Drifting(Protocol):
-    """An effect that changes all moduli with time."""
-
-    def moduli_at(self, time_s: np.ndarray) -> np.ndarray:
-        """(times,) factor of all moduli at each time."""
-
-
-@runtime_checkable
 class Relaxing(Protocol):
     """An effect by which moduli relax."""
 
@@ -282,8 +274,6 @@ class Effect(Section):
             that a derivative where it does nothing tells little.
         either: words of its first line, one for values above the neutral one and one for those
             below, with "or" between them.
-        by_slopes: whether a diagnosis takes its change as linear in its numbers, by their slopes
-            where it does nothing, so that one simulation will do.
     """
 
     role: ClassVar = Role.EXTENSIONS
@@ -300,7 +290,6 @@ class Effect(Section):
     lopsided: ClassVar[bool] = False
     curved: ClassVar[bool] = False
     either: ClassVar[str] = ""
-    by_slopes: ClassVar[bool] = False
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -402,6 +391,11 @@ class Effect(Section):
     def remembers(cls) -> bool:
         """Return whether a state depends on earlier states, which an adjoint does not follow."""
         return cls.kind == "dissipative" or issubclass(cls, Stage)
+
+    @classmethod
+    def follows_path(cls) -> bool:
+        """Return whether readings depend on what was before: a material remembers, a line lags."""
+        return cls.kind == "dissipative" or cls.clock
 
     @classmethod
     def priors(cls) -> dict[str, Prior]:

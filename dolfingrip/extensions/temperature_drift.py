@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-import numpy as np
 import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
@@ -47,18 +46,9 @@ class TemperatureDrift(Effect):
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         keys = ("modulus_per_degC", "warming_degC", "tau_s")
         slope, warming, tau = (site.constant(self, key) for key in keys)
-        factor = _factor(slope, warming, ufl.exp(-site.time_s / tau))
+        factor = 1 + slope * warming * (1 - ufl.exp(-site.time_s / tau))
 
         def density(strain: Expr) -> Expr:
             return factor * base(strain)
 
         return density
-
-    def moduli_at(self, time_s: np.ndarray) -> np.ndarray:
-        left = np.exp(-time_s / self.tau_s)
-        return np.asarray(_factor(self.modulus_per_degC, self.warming_degC, left))
-
-
-def _factor(slope: Any, warming: Any, left: Any) -> Any:
-    """Factor of all moduli, where the part ``left`` of the warming is still to come."""
-    return 1 + slope * warming * (1 - left)

@@ -37,7 +37,6 @@ class UnevenStiffness(Effect):
 
     kind: ClassVar = "elastic"
     felt_by: ClassVar = FINGERS
-    by_slopes: ClassVar = True
     neutral: ClassVar = dict.fromkeys(("a_1", "a_2", "b_0", "b_1", "b_2"), 0.0)
 
     a_1: Mode = Field(0.15, ge=-2, le=2, description="above 0 stiffer towards the clamp")

@@ -294,7 +294,7 @@ def remembers_state(name: str) -> bool:
     Args:
         name: of the cause.
     """
-    return name in NAMES and (effect(name).kind == "dissipative" or effect(name).clock)
+    return name in NAMES and effect(name).follows_path()
 
 
 def told_by_shape(causes: Iterable[str], measurement: Measurement) -> frozenset[str]:

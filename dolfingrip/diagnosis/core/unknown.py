@@ -246,8 +246,9 @@ class Cause:
     def smooth(self) -> bool:
         """Tell whether derivatives where it does nothing tell what it changes at first."""
         kind = effect(self.name)
-        path = kind.kind == "dissipative" or kind.clock
-        return not (path or kind.lopsided or kind.curved or issubclass(kind, Displaying))
+        return not (
+            kind.follows_path() or kind.lopsided or kind.curved or issubclass(kind, Displaying)
+        )
 
     def resting_coordinate(self, number: Unknown) -> float:
         """Coordinate of a number where the effect does nothing."""

@@ -63,9 +63,7 @@ def path_independent(config: Config) -> bool:
     Args:
         config: with its effects.
     """
-    return not any(
-        effect.kind == "dissipative" or effect.clock for effect in config.extensions.active()
-    )
+    return not any(effect.follows_path() for effect in config.extensions.active())
 
 
 @dataclass(frozen=True, slots=True)
