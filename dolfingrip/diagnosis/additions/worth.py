@@ -343,12 +343,14 @@ def tied(posterior: ModelPosterior, decision: Decision) -> list[tuple[float, Map
     """The hypotheses that could each be the answer, by the named causes that act in them.
 
     The most probable first; of those in which the same named causes act the most probable one.
+    Causes with memory that readings tell by a shape alone may act though they are not named.
     """
+    problem, policy = posterior.problem, posterior.problem.policy
+    open_ = {*decision.first, *decision.second, *problem.remembering}
 
     def acting_in(fit: MapFit) -> frozenset[str]:
-        return frozenset({*decision.first, *decision.second}.intersection(fit.subset))
+        return frozenset(open_.intersection(fit.subset))
 
-    policy = posterior.problem.policy
     total = {acting: p for acting, p in posterior.by(acting_in).items() if acting}
     least = policy.matters * max(total.values(), default=0.0)
     # members of a set are the less probable ones, too
