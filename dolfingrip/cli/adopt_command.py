@@ -95,58 +95,58 @@ NAME = "adopted"
 """Stem of the files that are written."""
 
 
-def adopt(asked: AdoptSettings) -> None:
+def adopt(args: AdoptSettings) -> None:
     """Turn your own geometry into a finger: mesh, configuration and a picture."""
 
     once = {}
     for name in ("clamp", "tip", "back"):
-        points = getattr(asked, name)
+        points = getattr(args, name)
         if len(points) > 1:
             raise ConfigError(f"--{name}: given {len(points)} times; allowed: once")
         once[name] = points[0] if points else None
     roles = Roles(
-        cavities=[each for each in asked.cavity if not isinstance(each, Path)],
-        cavity_files=[each for each in asked.cavity if isinstance(each, Path)],
-        held=asked.clamp_region,
-        whole=asked.whole,
-        repair=asked.repair,
+        cavities=[cavity for cavity in args.cavity if not isinstance(cavity, Path)],
+        cavity_files=[cavity for cavity in args.cavity if isinstance(cavity, Path)],
+        held=args.clamp_region,
+        whole=args.whole,
+        repair=args.repair,
         **once,
     )
-    check_writable(asked.out)
-    if (asked.out / f"{NAME}.msh").resolve() == asked.part.resolve():
-        raise ConfigError(f"--out {asked.out}: {asked.part} would be lost; allowed: another folder")
+    check_writable(args.out)
+    if (args.out / f"{NAME}.msh").resolve() == args.part.resolve():
+        raise ConfigError(f"--out {args.out}: {args.part} would be lost; allowed: another folder")
 
     screen = console()
 
     def work() -> None:
 
-        with Meshing(screen, asked.part, asked.limit_s) as meshing:
-            found = make(
-                asked.part,
+        with Meshing(screen, args.part, args.limit_s) as meshing:
+            part = make(
+                args.part,
                 roles,
-                MeshRequest(asked.size_mm, asked.order, asked.cap_mm, meshing.tell),
-                UNITS_MM[asked.unit],
+                MeshRequest(args.size_mm, args.order, args.cap_mm, meshing.tell),
+                UNITS_MM[args.unit],
             )
-        files.write(asked.out / f"{NAME}.msh", found.mesh)
-        write(asked.out / f"{NAME}.toml", _configuration(found, asked.part))
-        title = f"{asked.part.name}: what is taken for what"
-        picture.draw(found.mesh, asked.out / f"{NAME}.png", title)
-        for name, said in found.roles.said.items():
+        files.write(args.out / f"{NAME}.msh", part.mesh)
+        write(args.out / f"{NAME}.toml", _configuration(part, args.part))
+        title = f"{args.part.name}: what is taken for what"
+        picture.draw(part.mesh, args.out / f"{NAME}.png", title)
+        for name, said in part.roles.said.items():
             screen.say(f"{name + ':':15} {said}")
-        screen.say(f"{'walls:':15} {_walls(found)}")
-        screen.say(f"{'mesh:':15} {found.quality.summary()}")
-        for said in found.warnings or ("good",):
+        screen.say(f"{'walls:':15} {_walls(part)}")
+        screen.say(f"{'mesh:':15} {part.quality.summary()}")
+        for said in part.warnings or ("good",):
             screen.say(f"{'quality:':15} {said}")
         for suffix in (".png", ".msh", ".toml"):
-            screen.say(f"wrote {asked.out / f'{NAME}{suffix}'}")
+            screen.say(f"wrote {args.out / f'{NAME}{suffix}'}")
         mu_MPa = Config().material.shear_MPa
-        first = f"{float(f'{_first_kPa(found, mu_MPa):.2g}'):g}"
+        first = f"{float(f'{_first_kPa(part, mu_MPa):.2g}'):g}"
         screen.say(
             f"{'material:':15} not known; {mu_MPa:g} MPa is NinjaFlex's: give yours below; walls "
             f"strain by about {100 * STRAIN:.0f} % at {first} kPa, in proportion to the modulus"
         )
         said = f"--set material.mu_MPa={mu_MPa:g} --pressure {first}"
-        screen.say(f"next: dolfingrip bend --config {asked.out / f'{NAME}.toml'} {said}")
+        screen.say(f"next: dolfingrip bend --config {args.out / f'{NAME}.toml'} {said}")
 
     on_root(MPI.COMM_WORLD, work)
 
@@ -155,7 +155,7 @@ STRAIN = 0.2
 """Strain of a part's walls at the pressure that is tried first."""
 
 
-def _first_kPa(found: AdoptedPart, mu_MPa: float) -> float:
+def _first_kPa(part: AdoptedPart, mu_MPa: float) -> float:
     """A pressure at which the thinnest wall strains by :data:`STRAIN`, to the order of magnitude.
 
     The wall is that of a tube, ε = p r / (E t), or a clamped strip between the cavity's sides,
@@ -165,33 +165,33 @@ def _first_kPa(found: AdoptedPart, mu_MPa: float) -> float:
     Source: S. Timoshenko & S. Woinowsky-Krieger, Theory of Plates and Shells (1959), articles 2
     and 6 for the strip, and 108 for the tube.
     """
-    slim = found.measured.wall.mm / max(max(sides[:2]) for sides in _hollows_mm(found))
+    slim = part.measured.wall.mm / max(max(sides[:2]) for sides in _hollows_mm(part))
     return 1000 * 3 * mu_MPa * STRAIN * min(2 * slim, 2 * slim**2)
 
 
-def _hollows_mm(found: AdoptedPart) -> list[list[float]]:
+def _hollows_mm(part: AdoptedPart) -> list[list[float]]:
     """Sides (mm) along x, y and z of the box around each cavity of the whole part."""
-    mesh, copies = found.mesh, np.array([1, 1 + found.roles.half, 1])
+    mesh, copies = part.mesh, np.array([1, 1 + part.roles.half, 1])
     hollows = [mesh.points[np.unique(mesh.facets[n])] for n in groups.cavities(mesh.facets)]
-    return [(copies * np.ptp(each, axis=0)).tolist() for each in hollows]
+    return [(copies * np.ptp(hollow, axis=0)).tolist() for hollow in hollows]
 
 
-def _walls(found: AdoptedPart) -> str:
-    said = f"{found.measured.wall.mm:.3g} mm at least, elements of {found.measured.size_mm:.3g} mm"
-    if found.measured.gap.mm < float("inf"):
-        said += f"; gaps between outer sides of {found.measured.gap.mm:.3g} mm at least"
+def _walls(part: AdoptedPart) -> str:
+    said = f"{part.measured.wall.mm:.3g} mm at least, elements of {part.measured.size_mm:.3g} mm"
+    if part.measured.gap.mm < float("inf"):
+        said += f"; gaps between outer sides of {part.measured.gap.mm:.3g} mm at least"
     return said
 
 
-def _configuration(found: AdoptedPart, part: Path) -> str:
+def _configuration(part: AdoptedPart, file: Path) -> str:
     """The configuration of the adopted part, as TOML."""
-    depth, width, length = found.size_mm
+    depth, width, length = part.size_mm
     defaults = Config()
-    gap = found.measured.gap.mm
+    gap = part.measured.gap.mm
     barrier = min(defaults.contact.barrier_mm, gap / 4)
     facing = min(defaults.plate.contact_length_mm, length / 2)
     lines = [
-        f"# {part.name}, adopted: clamp at z = 0, tip towards +z, strain-limiting side at x = 0",
+        f"# {file.name}, adopted: clamp at z = 0, tip towards +z, strain-limiting side at x = 0",
         "[finger]",
         f'kind = "{NAME}"',
         "",
@@ -199,32 +199,32 @@ def _configuration(found: AdoptedPart, part: Path) -> str:
         f"length_mm = {length:.6g}",
         f"width_mm = {width:.6g}",
         f"depth_mm = {depth:.6g}",
-        f"wall_mm = {found.measured.wall.mm:.4g}",
-        f"chamber_mm = {max(map(diameter_mm, _hollows_mm(found))):.4g}",
-        f"back = {json.dumps(found.roles.said['back'], ensure_ascii=False)}",
-        f"bends_to_back = {str(found.bends_to_back).lower()}",
-        f"doubts = {json.dumps(found.warnings, ensure_ascii=False)}",
+        f"wall_mm = {part.measured.wall.mm:.4g}",
+        f"chamber_mm = {max(map(diameter_mm, _hollows_mm(part))):.4g}",
+        f"back = {json.dumps(part.roles.said['back'], ensure_ascii=False)}",
+        f"bends_to_back = {str(part.bends_to_back).lower()}",
+        f"doubts = {json.dumps(part.warnings, ensure_ascii=False)}",
         "",
         "[mesh]",
         f'file = "{NAME}.msh"',
-        f"half = {str(found.roles.half).lower()}",
+        f"half = {str(part.roles.half).lower()}",
         "",
         "[morph]  # the plane between the strain-limiting side and the rest",
         f"d_mm = {depth / 2:.6g}",
         "",
         "[cog]  # the part's own centre of gravity: the offset of the part as drawn is 0",
-        f"x_ref_mm = {found.centroid_x_mm:.6g}",
+        f"x_ref_mm = {part.centroid_x_mm:.6g}",
         "",
         "[plate]",
         f"contact_length_mm = {facing:.4g}",
     ]
     if barrier < defaults.contact.barrier_mm:
         lines += ["", "[contact]  # a fourth of the narrowest gap", f"barrier_mm = {barrier:.3g}"]
-    cavities = groups.cavities(found.mesh.facets)
+    cavities = groups.cavities(part.mesh.facets)
     if len(cavities) > 1:
         for name in cavities:
             lines += ["", f"[cavity.{name}]  # its pressure by the experiment's",
                       "pressure_ratio = 1.0"]  # fmt: skip
     lines += ["", "# [material]  # default: NinjaFlex; see docs/materials.md"]
-    lines += [f"# [material.{region}]  # of this part of the file" for region in found.mesh.regions]
+    lines += [f"# [material.{region}]  # of this part of the file" for region in part.mesh.regions]
     return "\n".join(lines) + "\n"

@@ -142,11 +142,11 @@ class Setting:
             return self.read(given or (), self.flag)
         if not self.repeatable:
             return self._checked(given)
-        return tuple(self._checked(each) for each in given or ())
+        return tuple(self._checked(entry) for entry in given or ())
 
     def _check_text(self, text: str) -> None:
         """Raise if no file could have such a name, or no file keep such a text."""
-        if any("\ud800" <= each <= "\udfff" for each in text):
+        if any("\ud800" <= char <= "\udfff" for char in text):
             raise ConfigError(f"{self.flag} {text}: not in UTF-8; allowed: names in UTF-8")
         longest = max(Path(text).parts, key=len, default="") if self.bare is Path else ""
         if len(os.fsencode(longest)) > LONGEST_NAME:
@@ -233,15 +233,15 @@ def settings_of(kind: type) -> list[Setting]:
     Args:
         kind: its fields are made by :func:`option` and :func:`argument`.
     """
-    hints, known = get_type_hints(kind), {each.name: each for each in fields(kind)}
-    names = dict.fromkeys(name for each in kind.__mro__ for name in get_annotations(each))
+    hints, by_name = get_type_hints(kind), {field.name: field for field in fields(kind)}
+    names = dict.fromkeys(name for base in kind.__mro__ for name in get_annotations(base))
     offered = [
-        known[name]
+        by_name[name]
         for name in names
-        if name in known and name not in getattr(kind, "not_offered", ())
+        if name in by_name and name not in getattr(kind, "not_offered", ())
     ]
     return [
-        replace(each.metadata[ABOUT], name=each.name, type=hints[each.name]) for each in offered
+        replace(field.metadata[ABOUT], name=field.name, type=hints[field.name]) for field in offered
     ]
 
 
@@ -257,9 +257,9 @@ class Command(TyperCommand):
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
-        for each in self.params:
-            if isinstance(each, TyperArgument):  # its name says what it is
-                each.display_type_rich = lambda ctx: None  # type: ignore[method-assign]
+        for parameter in self.params:
+            if isinstance(parameter, TyperArgument):  # its name says what it is
+                parameter.display_type_rich = lambda ctx: None  # type: ignore[method-assign]
 
     def get_help_option(self, ctx: Any) -> Any:
         """The option ``--help``."""
@@ -300,13 +300,13 @@ class Subcommand:
         text = self.about or cleandoc(self.settings.__doc__ or "")
         return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
 
-    def function(self, asked: Any = None) -> Callable[[Any], None]:
+    def function(self, settings: Any = None) -> Callable[[Any], None]:
         """Return the function that does the work; this loads all that it needs.
 
         Args:
-            asked: the settings; None for the usual work.
+            settings: the settings; None for the usual work.
         """
-        others = (work for name, work in self.instead.items() if getattr(asked, name, None))
+        others = (work for name, work in self.instead.items() if getattr(settings, name, None))
         module, name = next(others, self.work).split(":")
         return getattr(importlib.import_module(f"{__package__}.{module}"), name)
 
@@ -315,8 +315,8 @@ class Subcommand:
         app = typer.Typer(add_completion=False)
         if self.below:
             app.callback(cls=Group, invoke_without_command=True, help=self.help)(self._callback())
-            for each in self.below:
-                app.command(each.name, cls=Command, help=each.help)(each._callback())
+            for inner in self.below:
+                app.command(inner.name, cls=Command, help=inner.help)(inner._callback())
         else:
             app.command(self.name, cls=Command, help=self.help)(self._callback())
         return typer.main.get_command(app)
@@ -327,14 +327,14 @@ class Subcommand:
 
         def perform(context: typer.Context, **given: Any) -> None:
             if context.invoked_subcommand is None:
-                values = {each.name: each.value(given[each.name]) for each in described}
-                asked = self.settings(**values)
-                self.function(asked)(asked)
+                values = {setting.name: setting.value(given[setting.name]) for setting in described}
+                settings = self.settings(**values)
+                self.function(settings)(settings)
 
-        own = Parameter("context", Parameter.KEYWORD_ONLY, annotation=typer.Context)
-        parameters = [own, *(each.parameter() for each in described)]
+        leading = Parameter("context", Parameter.KEYWORD_ONLY, annotation=typer.Context)
+        parameters = [leading, *(setting.parameter() for setting in described)]
         perform.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-        perform.__annotations__ = {each.name: each.annotation for each in parameters}
+        perform.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
         return perform
 
 

@@ -24,10 +24,10 @@ _ALL = (
     Subcommand("demo", settings.DemoSettings, "loop_commands:demo"),
     *(
         Subcommand(
-            each.command, settings.of_experiment(each), "experiment_commands:perform",
-            each.summary(), instead=INSTEAD.get(each.name, NOTHING),
+            experiment.command, settings.of_experiment(experiment), "experiment_commands:perform",
+            experiment.summary(), instead=INSTEAD.get(experiment.name, NOTHING),
         )
-        for each in EXPERIMENTS.values()
+        for experiment in EXPERIMENTS.values()
     ),
     Subcommand("pickup", settings.PickupSettings, "pickup_commands:pickup"),
     Subcommand("friction", settings.FrictionSettings, "pickup_commands:friction"),
@@ -74,7 +74,7 @@ class _InOrder(Group):
     def __init__(self, **more: Any) -> None:
         super().__init__(**more)
         self.commands = {
-            each.name: Listed(each, settings.group(each.settings)) for each in COMMANDS
+            command.name: Listed(command, settings.group(command.settings)) for command in COMMANDS
         }
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
@@ -116,7 +116,7 @@ def _start(
         ),
     ] = None,
 ) -> None:  # fmt: skip
-    for each in plugin or ():
-        plugins.add(each)
+    for file in plugin or ():
+        plugins.add(file)
     level = (logging.INFO if verbose else logging.WARNING) if edge.rank() == 0 else logging.CRITICAL
     logging.basicConfig(level=level, format="%(message)s", stream=sys.stderr)

@@ -36,7 +36,7 @@ class Screen(Console):
 def console() -> Screen:
     """Return the console on which results are printed; it is silent on ranks other than 0."""
     bare = False if _redirected() else None  # None: rich finds out
-    found = Screen(
+    screen = Screen(
         quiet=MPI.COMM_WORLD.rank != 0,
         highlight=False,
         markup=False,
@@ -44,9 +44,9 @@ def console() -> Screen:
         force_terminal=bare,
         file=sys.stdout,  # this one, as compiles of forms put another in its place
     )
-    if not found.is_terminal and "COLUMNS" not in os.environ:
-        found.width = UNCUT  # a file or a pipe has no width; rich would break lines at 80
-    return found
+    if not screen.is_terminal and "COLUMNS" not in os.environ:
+        screen.width = UNCUT  # a file or a pipe has no width; rich would break lines at 80
+    return screen
 
 
 def one_process(allowed: str) -> None:

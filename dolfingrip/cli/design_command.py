@@ -27,42 +27,42 @@ from dolfingrip.report.table import of_rows
 from dolfingrip.sections.units import unit
 
 
-def design(asked: DesignSettings) -> None:
+def design(args: DesignSettings) -> None:
     """Find the best design by gradients: each step is accepted on finite elements."""
     one_process("--workers, without mpirun")
 
-    problem = read(asked.file, asked.overrides)
-    check_writable(asked.out)
+    problem = read(args.file, args.overrides)
+    check_writable(args.out)
     screen = console()
     if problem.front is not None:
-        _front(problem, asked.out, asked.workers, screen)
+        _front(problem, args.out, args.workers, screen)
         return
-    folder = asked.out / run.FOLDER
+    folder = args.out / run.FOLDER
     begun = time.monotonic()
     screen.say(_asked(problem))
     if back := curve.backwards(problem):
         screen.say(back, style="red")
     if near := curve.forecast(problem):
         screen.say(near)
-    with resumable(screen, folder), Pool(Where(workers=asked.workers)) as pool:
+    with resumable(screen, folder), Pool(Where(workers=args.workers)) as pool:
         compute = computed_in(folder, pool)
         with progress.shown(screen, "simulations", total=problem.method.simulations) as show:
-            every = starts.solve(problem, compute, _Said(screen, show, problem, asked.out))
-        found = every.best(problem)
+            every = starts.solve(problem, compute, _Said(screen, show, problem, args.out))
+        descent = every.best(problem)
         wall_s = time.monotonic() - begun
         refined = None
-        if asked.refine and problem.objective.experiment != GRASP:
+        if args.refine and problem.objective.experiment != GRASP:
             screen.print("start and result on a finer mesh")
-            refined = run.refine(problem, found, compute)
-        if asked.fields:
+            refined = run.refine(problem, descent, compute)
+        if args.fields:
             screen.print("start and result once more, with their fields")
-            run.follow(problem, found, compute, asked.out)
+            run.follow(problem, descent, compute, args.out)
     several = every.facts(problem) if problem.method.starts > 1 else {}
-    result = run.facts(problem, found, refined, wall_s, **several)
-    run.write(result, found, asked.out)
-    _draw(result, found, asked.out)
-    _print(result.shown, found, screen)
-    screen.say(f"results: {asked.out}")
+    result = run.facts(problem, descent, refined, wall_s, **several)
+    run.write(result, descent, args.out)
+    _draw(result, descent, args.out)
+    _print(result.shown, descent, screen)
+    screen.say(f"results: {args.out}")
 
 
 def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
@@ -87,7 +87,7 @@ def _front(problem: Problem, out: Path, workers: int, screen: Screen) -> None:
 
 def _asked(problem: Problem) -> str:
     word = "minimise" if problem.sign > 0 else "maximise"
-    limits = "".join(f"; {each}" for each in problem.limits)
+    limits = "".join(f"; {limit}" for limit in problem.limits)
     return f"{word} {named(str(problem.objective))}{limits}; {len(problem.variables)} parameters"
 
 
@@ -126,9 +126,9 @@ class _Said:
                 self._screen.say(f"picture: {file}")
 
 
-def _draw(result: DesignFile, found: Descent, out: Path) -> None:
+def _draw(result: DesignFile, descent: Descent, out: Path) -> None:
 
-    start, best = found.start.shape.mesh, found.best.shape.mesh
+    start, best = descent.start.shape.mesh, descent.best.shape.mesh
     draw_change(start, best, ("start", "design"), out)
     write_stl(best, out / "finger.stl")
     charts = course(result, read_csv(out / "steps.csv"))
@@ -139,16 +139,16 @@ SHOWN = 16
 """Parameters in the table; a free form's numbers are in ``design.json``."""
 
 
-def _print(result: DesignFile, found: Descent, screen: Screen) -> None:
+def _print(result: DesignFile, descent: Descent, screen: Screen) -> None:
     rows = [(result.of, f"{result.start:.4g}", f"{result.objective:.4g}", "")]
     rows += [
-        (each.of, f"{each.start:.4g}", f"{each.value:.4g}", f"{each.sense} {each.limit:.4g}")
-        for each in result.constraints
+        (bound.of, f"{bound.start:.4g}", f"{bound.value:.4g}", f"{bound.sense} {bound.limit:.4g}")
+        for bound in result.constraints
     ]
-    own = {k: v for k, v in result.parameters.items() if not k.startswith("form.")}
+    parameters = {k: v for k, v in result.parameters.items() if not k.startswith("form.")}
     rows += [
         (key, f"{one.start:.4g}", f"{one.value:.4g}", f"{one.low:g} to {one.high:g}")
-        for key, one in list(own.items())[:SHOWN]
+        for key, one in list(parameters.items())[:SHOWN]
     ]
     headings = ("Quantity", "Start", "Design", "Limit")
     screen.print(of_rows(headings, rows, "Design", left=headings[:1]))

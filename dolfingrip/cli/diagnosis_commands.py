@@ -31,27 +31,27 @@ from dolfingrip.report.table import of_rows
 from dolfingrip.sections import posterior
 
 
-def diagnose(asked: DiagnoseSettings) -> None:
+def diagnose(args: DiagnoseSettings) -> None:
     """Find out what the simulation gets wrong about measured data, and why."""
     one_process("--workers, without mpirun")
 
-    resolved = configuration.load(asked.config, asked.overrides)
-    check_writable(asked.out)
+    resolved = configuration.load(args.config, args.overrides)
+    check_writable(args.out)
     screen = console()
-    data = offered(asked.data, "diagnose", screen, asked.out)
-    kept = asked.store or asked.out / "simulations"
+    data = offered(args.data, "diagnose", screen, args.out)
+    kept = args.store or args.out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         chosen = diagnosing.DiagnosisSettings(
-            asked.workers, kept, asked.quick, list(asked.effects) or None, asked.campaign,
+            args.workers, kept, args.quick, list(args.effects) or None, args.campaign,
             screen.say, show,
         )  # fmt: skip
-        found = diagnosing.diagnose(data, resolved, asked.out, chosen)
-    result = write(found, data, asked.out)
+        diagnosis = diagnosing.diagnose(data, resolved, args.out, chosen)
+    result = write(diagnosis, data, args.out)
 
-    pictures.draw(result.result, result.readings, asked.out)
+    pictures.draw(result.result, result.readings, args.out)
     for line in lines(result.result):
         screen.say(line)
-    screen.say(f"diagnosis: {asked.out}")
+    screen.say(f"diagnosis: {args.out}")
 
 
 NAMES = 26
@@ -60,67 +60,67 @@ LEFT = ("effect", "not told from", "addition", "newly named")
 """Columns that are aligned on the left."""
 
 
-def tables(found: PlanFile) -> list[Table]:
+def tables(plan: PlanFile) -> list[Table]:
     """The effects and the additions of a plan, for a terminal of 80 columns."""
     shown = []
-    for each in found.tables():
-        kept = [i for i, heading in enumerate(each.headings) if heading != "ordinary strength"]
-        rows = [["\n".join(textwrap.wrap(row[i], NAMES)) for i in kept] for row in each.rows]
-        shown.append(of_rows([each.headings[i] for i in kept], rows, each.title, LEFT))
+    for table in plan.tables():
+        kept = [i for i, heading in enumerate(table.headings) if heading != "ordinary strength"]
+        rows = [["\n".join(textwrap.wrap(row[i], NAMES)) for i in kept] for row in table.rows]
+        shown.append(of_rows([table.headings[i] for i in kept], rows, table.title, LEFT))
     return shown
 
 
-def plan_experiment(asked: PlanExperimentSettings) -> None:
+def plan_experiment(args: PlanExperimentSettings) -> None:
     """Find which effects a rig could name, at which strength, and what to add to it."""
     one_process("--workers, without mpirun")
 
-    resolved = configuration.load(asked.config, asked.overrides)
-    check_writable(asked.out)
+    resolved = configuration.load(args.config, args.overrides)
+    check_writable(args.out)
     screen = console()
-    effects = list(asked.effects) or None
+    effects = list(args.effects) or None
     check_effects(effects)
-    check_noise(asked.noise)
-    kept = asked.store or asked.out / "simulations"
+    check_noise(args.noise)
+    kept = args.store or args.out / "simulations"
     with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         chosen = diagnosing.DiagnosisSettings(
-            asked.workers, kept, asked.quick, effects, say=screen.say, progress=show
+            args.workers, kept, args.quick, effects, say=screen.say, progress=show
         )
-        found = planning.plan(asked.rig, resolved, asked.out, chosen, asked.changes, asked.noise)
-    found.write(asked.out)
-    text = plan_text(found)
-    whole.write(asked.out / "plan.md", text)
+        plan = planning.plan(args.rig, resolved, args.out, chosen, args.changes, args.noise)
+    plan.write(args.out)
+    text = plan_text(plan)
+    whole.write(args.out / "plan.md", text)
 
-    picture.write(plan_pictures.charts(found), asked.out / "plan.png", plan_pictures.look(found))
+    picture.write(plan_pictures.charts(plan), args.out / "plan.png", plan_pictures.look(plan))
     screen.say(text.partition("\n|")[0].lstrip("# "))
-    for table in tables(found):
+    for table in tables(plan):
         screen.print(table)
         screen.print()
-    for warning in found.warnings:
+    for warning in plan.warnings:
         screen.say(f"- {warning}")
-    screen.say(f"plan: {asked.out}")
+    screen.say(f"plan: {args.out}")
 
 
-def predict(asked: PredictSettings) -> None:
+def predict(args: PredictSettings) -> None:
     """Predict an actuator from fits to others: angle and ballooning pressure, 90 % intervals."""
     one_process("without mpirun")
 
-    pressures = asked.pressures
+    pressures = args.pressures
     if not pressures or min(pressures) <= 0:
-        given = ",".join(f"{each:g}" for each in pressures)
+        given = ",".join(f"{pressure:g}" for pressure in pressures)
         raise ConfigError(f"--pressures {given}: allowed: numbers above 0 kPa, joined by commas")
-    fits = posterior.read(asked.source)
-    config = configuration.load(asked.source, asked.overrides)
+    fits = posterior.read(args.source)
+    config = configuration.load(args.source, args.overrides)
     config = config.changed(experiment={"max_pressure_kPa": 1.15 * max(pressures)})
-    check_writable(asked.out)
+    check_writable(args.out)
     screen = console()
     with progress.shown(screen, "fits", total=len(fits.fit)) as show:
         curves = prediction.simulated(
-            config, fits, asked.out,
+            config, fits, args.out,
             lambda i, row: show(i, len(fits.fit), f"{row['pressure_kPa']:.1f} kPa"),
         )  # fmt: skip
-    found = prediction.predict(curves, fits, np.array(pressures))
-    file = asked.csv or asked.out / "prediction.csv"
-    text = _table(found)
+    predicted = prediction.predict(curves, fits, np.array(pressures))
+    file = args.csv or args.out / "prediction.csv"
+    text = _table(predicted)
     whole.write(file, text)
     screen.say(text, end="")
     for i, curve in enumerate(curves, 1):
@@ -129,12 +129,14 @@ def predict(asked: PredictSettings) -> None:
     screen.say(f"prediction: {file}")
 
 
-def _table(found: Prediction) -> str:
+def _table(predicted: Prediction) -> str:
     """The CSV's text; a comment at its end tells the ballooning pressure."""
     lines = [f"{PRESSURE.name},{CHORD_ANGLE.name},low_deg,high_deg"]
-    for pressure, (low, middle, high) in zip(found.pressure_kPa, found.angle_deg.T, strict=True):
+    for pressure, (low, middle, high) in zip(
+        predicted.pressure_kPa, predicted.angle_deg.T, strict=True
+    ):
         lines.append(f"{pressure:g},{middle:z.2f},{low:z.2f},{high:z.2f}")
-    low, middle, high = found.ballooning_kPa
+    low, middle, high = predicted.ballooning_kPa
     lines.append(
         f"# ballooning pressure {middle:.2f} kPa, 90 % interval {low:.2f} to {high:.2f} kPa"
     )

@@ -64,8 +64,8 @@ def _compiler() -> str:
     command = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")[0]
     if not shutil.which(command):
         return f"missing ({command}): forms cannot be compiled; install gcc or clang"
-    told = subprocess.run([command, "--version"], capture_output=True, text=True, check=False)
-    return next(iter(told.stdout.splitlines()), command)
+    completed = subprocess.run([command, "--version"], capture_output=True, text=True, check=False)
+    return next(iter(completed.stdout.splitlines()), command)
 
 
 def _header() -> str:
@@ -147,8 +147,8 @@ def _environments() -> list[str]:
     if checkout is None:
         return []
     command = [f"{checkout}/scripts/run", "--list"]
-    told = subprocess.run(command, capture_output=True, text=True, check=False)
-    return [line.removeprefix("dolfingrip: ") for line in told.stderr.splitlines()]
+    completed = subprocess.run(command, capture_output=True, text=True, check=False)
+    return [line.removeprefix("dolfingrip: ") for line in completed.stderr.splitlines()]
 
 
 def _megabytes(folder: Path) -> float:
@@ -162,11 +162,11 @@ def _threads() -> str:
 
 def _there(names: list[str]) -> str:
     """Versions of distributions, or the line that installs those that are missing."""
-    found = {name: _version(name) for name in names}
-    absent = [name for name, version in found.items() if version is None]
+    versions = {name: _version(name) for name in names}
+    absent = [name for name, version in versions.items() if version is None]
     if absent:
         return f"missing: pip install {' '.join(absent)}"
-    return ", ".join(f"{name} {version}" for name, version in found.items())
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
 def _version(name: str) -> str | None:

@@ -31,66 +31,66 @@ DEFAULTS = {
 """The paper reads the blocked force at 300 kPa; long load steps cost least."""
 
 
-def doe(asked: DoeSettings) -> None:
+def doe(args: DoeSettings) -> None:
     """Design of experiments: compute every design that is missing in a campaign."""
     one_process("--ranks, without mpirun")
-    if asked.check is not None:
-        _check(asked.check)
+    if args.check is not None:
+        _check(args.check)
         return
-    wanted = planned(asked, configuration.load(asked.config, asked.overrides, DEFAULTS))
-    check_writable(asked.out)
+    wanted = planned(args, configuration.load(args.config, args.overrides, DEFAULTS))
+    check_writable(args.out)
     screen = console()
-    where = Where(asked.scheduler, asked.slurm, asked.workers, asked.ranks)
-    shown = progress.jobs(screen, "designs", progress.FEW, told=_so_far(wanted))
-    with resumable(screen, asked.out), shown as show:
+    where = Where(args.scheduler, args.slurm, args.workers, args.ranks)
+    shown = progress.jobs(screen, "designs", progress.FEW, describe=_so_far(wanted))
+    with resumable(screen, args.out), shown as show:
         standing = campaign.run(
-            wanted, asked.out, where, retry_failed=asked.retry_failed, progress=show
+            wanted, args.out, where, retry_failed=args.retry_failed, progress=show
         )
     screen.say(
         f"{standing.total} designs: {standing.computed} computed now, {standing.done} done, "
         f"{standing.failed} failed"
     )
-    designs = campaign.read(asked.out).designs if standing.failed else ()
+    designs = campaign.read(args.out).designs if standing.failed else ()
     for kind, count in sorted(standing.classes.items()):
-        why = next((each.failure for each in designs if each.failure_class == kind), None)
+        why = next((design.failure for design in designs if design.failure_class == kind), None)
         screen.say(f"  {count} failed: {kind}: {why}" if why else f"  {count} failed: {kind}")
     if wanted.gradients is not None:
-        _write(asked.out, [asked.out / "designs.csv"])
-    screen.say(f"campaign: {asked.out}")
+        _write(args.out, [args.out / "designs.csv"])
+    screen.say(f"campaign: {args.out}")
 
 
-def planned(asked: DoeSettings, resolved: Config) -> Plan:
+def planned(args: DoeSettings, resolved: Config) -> Plan:
     """Return the designs that are asked for.
 
     Args:
-        asked: settings of the command.
+        args: settings of the command.
         resolved: configuration that the designs share.
 
     Raises:
         ConfigError: one line.
     """
-    varied = [space.parse(text) for text in asked.parameter or space.PAPER]
-    configuration.followed(resolved, {each.key: each.low for each in varied})
-    keys = _keys(asked.gradients, asked.parameters, asked.objective, resolved)
-    if asked.fields and asked.objective is not None:
+    varied = [space.parse(text) for text in args.parameter or space.PAPER]
+    configuration.followed(resolved, {parameter.key: parameter.low for parameter in varied})
+    keys = _keys(args.gradients, args.parameters, args.objective, resolved)
+    if args.fields and args.objective is not None:
         raise ConfigError("--fields: allowed: without --objective, whose results are its own")
-    objective = asked.objective or plan.OBJECTIVE
+    objective = args.objective or plan.OBJECTIVE
     return plan.Plan(
         base=resolved,
         parameters=tuple(p.key for p in varied),
-        points=tuple(space.points(varied, asked.points, asked.number, asked.seed)),
-        quantities=plan.quantities(asked.quantity or plan.QUANTITIES, objective),
+        points=tuple(space.points(varied, args.points, args.number, args.seed)),
+        quantities=plan.quantities(args.quantity or plan.QUANTITIES, objective),
         objective=objective,
         gradients=keys,
-        fields=asked.out / plan.FIELDS if asked.fields else None,
+        fields=args.out / plan.FIELDS if args.fields else None,
     )
 
 
 def _check(folder: Path) -> None:
     """Say how much of a campaign is whole; end with code 1 where something is not."""
-    whole, aside = run.check(folder)
+    sound_count, aside = run.check(folder)
     screen = console()
-    screen.say(f"{folder}: {whole} designs and answers are whole")
+    screen.say(f"{folder}: {sound_count} designs and answers are whole")
     for name in aside:
         screen.say(f"damaged, set aside: {name}")
     if aside:
@@ -110,8 +110,8 @@ def _so_far(plan: Plan) -> Callable[[Answer], str]:
                 for name, v in values.items()
             )
 
-        found = words((answer.result or {}).get("outputs", {})) or answer.failure_class
-        return f"{words(inputs.get(answer.key, {}))}: {found}"
+        outcome = words((answer.result or {}).get("outputs", {})) or answer.failure_class
+        return f"{words(inputs.get(answer.key, {}))}: {outcome}"
 
     return told
 
@@ -147,9 +147,9 @@ def _write(out: Path, tables: list[Path]) -> None:
         console().say(f"wrote {number} derivatives: {slopes}")
 
 
-def export(asked: DoeExportSettings) -> None:
+def export(args: DoeExportSettings) -> None:
     """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv."""
     _write(
-        asked.out,
-        [asked.csv or asked.out / "designs.csv", asked.parquet or asked.out / "designs.parquet"],
+        args.out,
+        [args.csv or args.out / "designs.csv", args.parquet or args.out / "designs.parquet"],
     )

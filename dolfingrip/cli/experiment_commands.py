@@ -41,12 +41,12 @@ DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
-def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Result:
+def run_experiment(request: Request, args: RunSettings, screen: Screen) -> Result:
     """Run one experiment, print its table, plot its curve and draw deformed shapes.
 
     Args:
         request: experiment, configuration and folder for results.
-        asked: pressures that are drawn, and colours.
+        args: pressures that are drawn, and colours.
         screen: where the output is printed.
 
     Raises:
@@ -54,7 +54,7 @@ def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Resu
     """
     experiment, config, out = request.experiment, request.config, request.fields
     assert out is not None
-    wanted = _pressures(asked.render, config)
+    wanted = _pressures(args.render, config)
     check_writable(out)
     warn(experiment, config, screen)
     keys = request.gradients
@@ -69,7 +69,7 @@ def run_experiment(request: Request, asked: RunSettings, screen: Screen) -> Resu
                 f'difference of the two as "{choice.label}"'
             )
     result = _run(request, screen)
-    _pictures(experiment, result, out, wanted, wanted_pictures(asked), screen)
+    _pictures(experiment, result, out, wanted, wanted_pictures(args), screen)
     if MPI.COMM_WORLD.rank == 0:
         _print(experiment, result, out, screen)
     return result
@@ -82,48 +82,49 @@ def run_demo(config: Config, out: Path, console: Screen) -> list[Result]:
     warn(shown[0], config, console)
     wanted = [p for p in DEMO_RENDERS_KPA if p in pressures_kPa(config)]
     results = []
-    for each in shown:
-        result = _run(Request.of(each, config, fields=out / each.name), console)
+    for experiment in shown:
+        result = _run(Request.of(experiment, config, fields=out / experiment.name), console)
         results.append(result)
         pictures = _pictures(
-            each, result, out / each.name, wanted, WantedPictures(video=False), console
+            experiment, result, out / experiment.name, wanted, WantedPictures(video=False), console
         )
         for file in pictures:
             console.say(f"wrote {file}")
     if MPI.COMM_WORLD.rank == 0:
         parts = [
-            (each.table, result.columns()) for each, result in zip(shown, results, strict=True)
+            (experiment.table, result.columns())
+            for experiment, result in zip(shown, results, strict=True)
         ]
         if all(result.rows for result in results):
             console.print(tabulate(*parts, title="Reference finger"))
-        for each, result in zip(shown, results, strict=True):
-            _print_remarks(each, result, console)
+        for experiment, result in zip(shown, results, strict=True):
+            _print_remarks(experiment, result, console)
         console.say(f"pictures, tables and ParaView fields: {out}")
     return results
 
 
-def wanted_pictures(asked: RunSettings) -> WantedPictures:
+def wanted_pictures(args: RunSettings) -> WantedPictures:
     """How pictures are asked for; the film of a grasp needs no asking.
 
     Args:
-        asked: settings of the command.
+        args: settings of the command.
     """
-    video = asked.experiment.pictures != "finger" if asked.video is None else asked.video
-    turn_deg = WantedPictures().turn_deg if asked.video_turn is None else asked.video_turn
-    cut = asked.cut or asked.colour_by == "pressure"  # no wall of a chamber is seen from outside
-    return WantedPictures(asked.colour_by, cut, video, asked.video_length, turn_deg)
+    video = args.experiment.pictures != "finger" if args.video is None else args.video
+    turn_deg = WantedPictures().turn_deg if args.video_turn is None else args.video_turn
+    cut = args.cut or args.colour_by == "pressure"  # no wall of a chamber is seen from outside
+    return WantedPictures(args.colour_by, cut, video, args.video_length, turn_deg)
 
 
 def _pressures(wanted: Sequence[float], config: Config) -> Sequence[float]:
     """Check that the pressures of ``--render`` are among those of the run."""
     if not wanted:
         return wanted
-    known = pressures_kPa(config)
-    if not known:
+    readings_kPa = pressures_kPa(config)
+    if not readings_kPa:
         raise ConfigError('--render: allowed: with experiment.control = "pressure" only')
     for pressure in wanted:
-        if not np.isclose(known, pressure).any():
-            allowed = ", ".join(f"{p:g}" for p in dict.fromkeys(known))
+        if not np.isclose(readings_kPa, pressure).any():
+            allowed = ", ".join(f"{p:g}" for p in dict.fromkeys(readings_kPa))
             raise ConfigError(f"--render {pressure:g}: allowed: {allowed} (kPa)")
     return wanted
 
@@ -145,8 +146,10 @@ def _bar(
     title: str, requests: Sequence[Request], console: Screen
 ) -> Iterator[tuple[Callable[[Row], None], Tell]]:
     """Yield what to call with each row of the experiments, and with a line about an iteration."""
-    controls = {each.experiment.name: each.experiment.control for each in requests}
-    efforts = [effort for each in requests for effort in each.experiment.efforts(each.config)]
+    controls = {request.experiment.name: request.experiment.control for request in requests}
+    efforts = [
+        effort for request in requests for effort in request.experiment.efforts(request.config)
+    ]
     total = len(efforts)
     rows, reached = 0, ""
     first = "mesh and forms"
@@ -186,8 +189,8 @@ def _pictures(
             from dolfingrip.charts import picture
 
             curve_file = picture.write([result.chart()], out / "curve.png", picture.Look(across=1))
-            if (own := drawer(experiment.pictures)) is not None:
-                return [curve_file, *own.draw(out, result.config, columns, look)]
+            if (special_drawer := drawer(experiment.pictures)) is not None:
+                return [curve_file, *special_drawer.draw(out, result.config, columns, look)]
             files = [curve_file]
             reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
             if not reached and not look.video:
@@ -206,7 +209,7 @@ def _pictures(
                 files += drawn.save_each(out)
                 files += [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
             if look.video:
-                said = [each for each in SAID if each.name in columns]
+                said = [quantity for quantity in SAID if quantity.name in columns]
                 turn_deg = 0.0 if kind.get("shown") == "section" else look.turn_deg
                 kind |= {"result": columns, "seconds": look.seconds, "turn_deg": turn_deg}
                 moving = render.draw_video(out / "fields.pvd", said, **kind)
@@ -241,70 +244,70 @@ def _print_remarks(experiment: Experiment, result: Result, console: Screen) -> N
         console.say(f"{experiment.title} {result.failure.sentence()}", style="red")
 
 
-def synthetic_measurement(asked: SyntheticSettings) -> None:
+def synthetic_measurement(args: SyntheticSettings) -> None:
     """Write a synthetic measurement with hidden effects, nuisances and noise."""
-    kinds = _measured(asked.experiments)
-    check_noise(asked.noise)
+    kinds = _measured(args.experiments)
+    check_noise(args.noise)
     screen = console()
-    for out, config in _poses(find(kinds[0]), asked, asked.overrides):
+    for out, config in _poses(find(kinds[0]), args, args.overrides):
         check_writable(out)
         requests = [Request.of(kind, config) for kind in kinds]
         with _bar("Synthetic measurement", requests, screen) as (advance, tell):
-            found = synthetic.measure(
+            measurement = synthetic.measure(
                 kinds,
                 config,
-                hidden=changed(config, asked.hide),
-                nuisances=asked.nuisance,
-                noise={**synthetic.NOISE, **asked.noise},
-                seed=asked.seed,
+                hidden=changed(config, args.hide),
+                nuisances=args.nuisance,
+                noise={**synthetic.NOISE, **args.noise},
+                seed=args.seed,
                 progress=advance,
                 tell=tell,
             )
-        synthetic.write(found, out)
-        for failure in found.failures:
+        synthetic.write(measurement, out)
+        for failure in measurement.failures:
             screen.say(failure.sentence(), style="red")
         screen.say(
-            f"{len(found.rows)} readings: {out / 'measured.csv'} and .toml; "
+            f"{len(measurement.rows)} readings: {out / 'measured.csv'} and .toml; "
             f"what is behind them: {out / 'truth.toml'}"
         )
 
 
-def perform(asked: RunSettings) -> None:
+def perform(args: RunSettings) -> None:
     """Run an experiment for each set-up that is asked for."""
-    experiment, given = asked.experiment, asked.own()
+    experiment, given = args.experiment, args.own()
     _check_needs(experiment, given)
     for option in (PRESSURE_OPTION, SUCTION_OPTION):
         pressure = given.get(option.name)
-        if asked.protocol is not None and pressure is not None:
+        if args.protocol is not None and pressure is not None:
             raise ConfigError(
                 f"{option.flag} {pressure:g}: allowed: without --protocol, which has its own "
                 "pressures"
             )
-    own = {
+    changes = {
         option.key: given[option.name]
         for option in experiment.options
         if option.key and given[option.name] is not None
     }
-    poses = _poses(experiment, asked, {**asked.overrides, **own})
-    keys, kind = gradient_keys(asked.gradients, asked.parameters), experiment.with_options(given)
+    poses = _poses(experiment, args, {**args.overrides, **changes})
+    keys, kind = gradient_keys(args.gradients, args.parameters), experiment.with_options(given)
     if kind is not experiment:  # which has settings of its own
         poses = [(folder, experiment.settings(config)) for folder, config in poses]
-    if asked.uncertain and not asked.bands:
-        key = next(iter(asked.uncertain))
+    if args.uncertain and not args.bands:
+        key = next(iter(args.uncertain))
         raise ConfigError(f"--uncertain {key}: allowed: with --bands")
-    if asked.colour_by == "pressure" and not {"finger", "gripper"} & set(experiment.parts):
+    if args.colour_by == "pressure" and not {"finger", "gripper"} & set(experiment.parts):
         raise ConfigError("--colour-by pressure: allowed: for fingers, whose chambers have one")
-    of_film = {"--video-length": asked.video_length, "--video-turn": asked.video_turn}
+    of_film = {"--video-length": args.video_length, "--video-turn": args.video_turn}
     for flag, value in of_film.items():
-        if value is not None and not wanted_pictures(asked).video:
+        if value is not None and not wanted_pictures(args).video:
             raise ConfigError(f"{flag} {value:g}: allowed: with --video")
     wanted = {
-        "mesh_check": asked.mesh_check,
-        "bands": asked.uncertain if asked.bands else None,
+        "mesh_check": args.mesh_check,
+        "bands": args.uncertain if args.bands else None,
     }
     requests = [Request.of(kind, config, keys, fields=folder, **wanted) for folder, config in poses]
     screen = console()
-    exit_early(*[run_experiment(request, asked, screen) for request in requests])
+    exit_early(*[run_experiment(request, args, screen) for request in requests])
 
 
 def _check_needs(experiment: Experiment, given: Mapping[str, Any]) -> None:
@@ -335,33 +338,33 @@ def _measured(given: Sequence[str]) -> list[str]:
 
 
 def _poses(
-    experiment: Experiment, asked: RunSettings | SyntheticSettings, changes: Change
+    experiment: Experiment, args: RunSettings | SyntheticSettings, changes: Change
 ) -> list[tuple[Path, Config]]:
     """Folder and configuration of each set-up that the protocol asks for."""
-    if asked.protocol is None:
-        if asked.specimen is not None:
-            raise ConfigError(f"--specimen {asked.specimen}: allowed: with --protocol FILE.csv")
-        return [(asked.out, configuration.load(asked.config, changes))]
-    told = tables.read(asked.config).get("experiment", {}) if asked.config else {}
+    if args.protocol is None:
+        if args.specimen is not None:
+            raise ConfigError(f"--specimen {args.specimen}: allowed: with --protocol FILE.csv")
+        return [(args.out, configuration.load(args.config, changes))]
+    experiment_keys = tables.read(args.config).get("experiment", {}) if args.config else {}
     table, poses = protocol_file.read(
-        asked.protocol,
+        args.protocol,
         experiment.name,
         experiment.control.name,
-        asked.specimen,
-        even=changes.get("experiment.dynamic", told.get("dynamic", False)),
+        args.specimen,
+        even=changes.get("experiment.dynamic", experiment_keys.get("dynamic", False)),
     )
     settings: list[tuple[Path, Change]] = [
-        (asked.out / pose.name, {**changes, **assignments(pose.set)}) for pose in poses
-    ] or [(asked.out, changes)]
+        (args.out / pose.name, {**changes, **assignments(pose.set)}) for pose in poses
+    ] or [(args.out, changes)]
     readings = {protocol_file.key(column): values for column, values in table.items()}
     return [
-        (folder, configuration.load(asked.config, {**change, **readings}))
+        (folder, configuration.load(args.config, {**change, **readings}))
         for folder, change in settings
     ]
 
 
 def exit_early(*results: Result) -> None:
     """Exit with code 1 if a load path ended early; its results up to there are kept."""
-    endings = [end for each in results for end in (each.failure, *each.second_runs.values())]
+    endings = [end for result in results for end in (result.failure, *result.second_runs.values())]
     if any(ending is not None for ending in endings):
         raise typer.Exit(1)

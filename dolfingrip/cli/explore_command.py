@@ -16,44 +16,44 @@ from dolfingrip.explore.session import Session
 from dolfingrip.report.page import sources
 
 
-def explore(asked: ExploreSettings) -> None:
+def explore(args: ExploreSettings) -> None:
     """Explore designs in the browser: sliders, shape, numbers, front, gripper, exports."""
     one_process("without mpirun")
 
-    found = sources.find(asked.results) if asked.results else []
-    folder = server.state_folder(asked.results[0] if asked.results else None, asked.out)
+    result_sources = sources.find(args.results) if args.results else []
+    folder = server.state_folder(args.results[0] if args.results else None, args.out)
     check_writable(folder)
     handover = Handover.of(folder)
-    port, token = asked.port, secrets.token_urlsafe(32)
-    if asked.restart:
+    port, token = args.port, secrets.token_urlsafe(32)
+    if args.restart:
         before = handover.before()
         if before is None:
             raise ConfigError(f"--restart: no server had {folder}; allowed: without it")
         port, token = before if port is None else (port, before[1])
     screen = console()
     with screen.status("reading results"):
-        designed = space.of_results(found, asked.config, asked.overrides, asked.parameter)
+        designed = space.of_results(result_sources, args.config, args.overrides, args.parameter)
         library = Library(designed)
-        for each in found:
-            if each.kind == "run":
-                library.add(each.folder)
-            elif each.kind == "doe":  # of doe --fields
-                for kept in sorted((each.folder / FIELDS).glob("*/*")):
+        for source in result_sources:
+            if source.kind == "run":
+                library.add(source.folder)
+            elif source.kind == "doe":  # of doe --fields
+                for kept in sorted((source.folder / FIELDS).glob("*/*")):
                     library.add(kept)
-    listening = server.bound(asked.host, port)
+    listening = server.bound(args.host, port)
 
     def say(address: str) -> None:
         handover.write(address)
         screen.say(f"explorer: {address}")
         screen.say(f"solutions: {folder}; Ctrl-C ends it")
-        if asked.host not in LOOPBACK:
+        if args.host not in LOOPBACK:
             screen.say(
-                f"warning: {asked.host} can be reached by others; whoever has the address can "
+                f"warning: {args.host} can be reached by others; whoever has the address can "
                 "compute here, and nothing is encrypted",
                 style="yellow",
             )
-        if asked.browser:
+        if args.browser:
             webbrowser.open(handover.file.as_uri())
 
     with resumable(screen, folder):
-        server.serve(Session(designed, library, folder), token, listening, asked.host, say)
+        server.serve(Session(designed, library, folder), token, listening, args.host, say)

@@ -24,30 +24,30 @@ LOADED: Mapping[str, Writer] = {DECK: deck.write, ".py": sofa.write, ".xml": muj
 """What writes files for other programs, by their suffix."""
 
 
-def export(asked: ExportSettings) -> None:
+def export(args: ExportSettings) -> None:
     """Write a design for a printer, for CAD or another simulator, or what it is made from."""
-    if not asked.files and asked.mould is None:
+    if not args.files and args.mould is None:
         raise ConfigError("FILE: none; allowed: a file to write, or --mould FOLDER")
-    resolved = configuration.load(asked.config, asked.overrides)
+    resolved = configuration.load(args.config, args.overrides)
 
     allowed = (*printable.FORMATS, *LOADED, CONFIGURATION)
-    for file in asked.files:
+    for file in args.files:
         if file.suffix.lower() not in allowed:
             raise ConfigError(f"FILE {file}: allowed: names that end in {', '.join(allowed)}")
         check_writable(file.parent)
-        own = file.suffix.lower() == CONFIGURATION and file.is_file()
-        if own and file.read_bytes() != configuration.dumps(resolved).encode():
+        overwrites = file.suffix.lower() == CONFIGURATION and file.is_file()
+        if overwrites and file.read_bytes() != configuration.dumps(resolved).encode():
             words = f"a new name, or --config {file} to read it"
             raise ConfigError(f"FILE {file}: holds another configuration; allowed: {words}")
-    if asked.mould is not None:
-        check_writable(asked.mould)
-    if asked.plate and DECK not in {file.suffix.lower() for file in asked.files}:
+    if args.mould is not None:
+        check_writable(args.mould)
+    if args.plate and DECK not in {file.suffix.lower() for file in args.files}:
         raise ConfigError(f"--plate: allowed: with a FILE that ends in {DECK}")
     screen = console()
-    loaded: Mapping[str, Writer] = {**LOADED, DECK: partial(deck.write, plate=asked.plate)}
+    loaded: Mapping[str, Writer] = {**LOADED, DECK: partial(deck.write, plate=args.plate)}
 
     def work() -> None:
-        for file in asked.files:
+        for file in args.files:
             suffix = file.suffix.lower()
             if suffix == CONFIGURATION:
                 whole.write(file, configuration.dumps(resolved))
@@ -59,9 +59,9 @@ def export(asked: ExportSettings) -> None:
                 else:
                     said = printable.write(resolved, file).summary()
             screen.say(f"wrote {file}: {said}")
-        if asked.mould is not None:
+        if args.mould is not None:
             with screen.status("making the mould"):
-                made = printable.write_mould(resolved, asked.mould)
+                made = printable.write_mould(resolved, args.mould)
             for file, part in made.parts.items():
                 screen.say(f"wrote {file}: {part.summary()}")
             screen.say(f"taken off the cast in this order: {', '.join(COMES_OFF)}")

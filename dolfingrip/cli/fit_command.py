@@ -27,10 +27,10 @@ TITLE = 14
 """Width, in characters, to which a law's title is wrapped."""
 
 
-def fit_coupons(asked: RunSettings) -> None:
+def fit_coupons(args: RunSettings) -> None:
     """Fit laws as the options of ``coupon`` ask for."""
-    given = asked.own()
-    fit_laws(given["fit"], given["law"], given["max_stretch"], asked.out)
+    given = args.own()
+    fit_laws(given["fit"], given["law"], given["max_stretch"], args.out)
 
 
 def fit_laws(
@@ -66,9 +66,9 @@ def fit_laws(
     idle: list[str] = []
     with progress.shown(screen, "laws", total=len(laws)) as show:
         for i, law in enumerate(laws):
-            found = fit.of_use(fit.fit(law, data), data)
-            by_name[found.law.name] = found
-            idle += [] if found.law is law else [law.title]
+            fitted = fit.of_use(fit.fit(law, data), data)
+            by_name[fitted.law.name] = fitted
+            idle += [] if fitted.law is law else [law.title]
             show(i + 1, len(laws), law.title)
     fits = list(by_name.values())
     choice = choose(fits, data)
@@ -124,16 +124,16 @@ def _quality(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries])
     names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
     rows = []
     beyond = f"> {highest:.2g}"
-    for each in fits:
-        turns = limit_points(each.law, each.values, highest)
+    for law_fit in fits:
+        turns = limit_points(law_fit.law, law_fit.values, highest)
         limits = [f"{at:.3g}" for at, greatest in turns if greatest]
-        ends = unstable(each, dict.fromkeys(MODES, highest))
+        ends = unstable(law_fit, dict.fromkeys(MODES, highest))
         row = (
-            "\n".join(textwrap.wrap(each.law.title, TITLE)) + (" ←" if each is best else ""),
-            f"{each.rms_MPa:.2g}",
-            f"{100 * each.relative_rms:.2g}",
-            f"{each.correlation:z.2f}",
-            f"{each.criterion:z.{1 if each.criterion < 1000 else 0}f}",
+            "\n".join(textwrap.wrap(law_fit.law.title, TITLE)) + (" ←" if law_fit is best else ""),
+            f"{law_fit.rms_MPa:.2g}",
+            f"{100 * law_fit.relative_rms:.2g}",
+            f"{law_fit.correlation:z.2f}",
+            f"{law_fit.criterion:z.{1 if law_fit.criterion < 1000 else 0}f}",
             ", ".join(f"{ends[m]:.3g}" if m in ends else beyond for m in MODES) if ends else beyond,
             ", ".join(limits) or "none",
         )
@@ -145,10 +145,10 @@ def _values(fits: Sequence[LawFit], best: LawFit) -> Table:
     """A table with the values of each law's parameters and half of their intervals."""
     names = ("Law", "Parameter", "Value", "± half of the 90 % interval")
     rows = []
-    for each in fits:
-        of_law = zip(each.law.keys, each.values, each.half_width, strict=True)
+    for law_fit in fits:
+        of_law = zip(law_fit.law.keys, law_fit.values, law_fit.half_width, strict=True)
         for i, (key, value, half) in enumerate(of_law):
-            title = each.law.title + (" ←" if each is best else "")
+            title = law_fit.law.title + (" ←" if law_fit is best else "")
             row = (
                 title if i == 0 else "",
                 key.rpartition(".")[2],
@@ -166,23 +166,23 @@ def _interval(value: float, half: float, free: float) -> tuple[str, str]:
 
 
 def _remarks(fits: Sequence[LawFit], best: LawFit, data: Sequence[CouponSeries]) -> list[str]:
-    found = [
+    remarks = [
         f"{fit.law.title}: {line}" for fit in fits for line in choice.doubts(fit, data)
         if fit is best or "fits equally" in line
     ]  # fmt: skip
-    found += [
+    remarks += [
         f"{series.name}: its load stays next to nothing up to a strain of {slack:.2g}, as that of "
         "a coupon that is slack there; begin its table where it is taut, and import it with "
         "--zero-at-rest"
         for series in data
         if (slack := slack_strain(series.stretch, series.stress_MPa))
     ]
-    found += choice.apart(fits, data)
+    remarks += choice.apart(fits, data)
     if best.correlation > 0.5:
-        found.append(
+        remarks.append(
             f"residuals of {best.law.title} follow one another (correlation "
             f"{best.correlation:.2f}): {best.count} readings count as {best.effective:.0f}"
         )
     if all(series.noise_MPa is None for series in data):
-        found.append("no [noise] in the TOML: the intervals' noise is the residuals'")
-    return found
+        remarks.append("no [noise] in the TOML: the intervals' noise is the residuals'")
+    return remarks

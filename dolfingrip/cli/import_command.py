@@ -17,19 +17,19 @@ from dolfingrip.importing.told import VALUE, Question, Told
 from dolfingrip.report.table import of_columns
 
 
-def import_table(asked: ImportSettings) -> None:
+def import_table(args: ImportSettings) -> None:
     """Read the table, ask what is not certain, and write the two files."""
-    check_writable(asked.out)
-    bring(asked.table, asked.out, Told.of(asked), console())
+    check_writable(args.out)
+    bring(args.table, args.out, Told.of(args), console())
 
 
-def bring(file: Path, out: Path, told: Told, screen: Screen) -> Path:
+def bring(file: Path, out: Path, settings: Told, screen: Screen) -> Path:
     """Import a table; at a terminal a person answers what is not certain.
 
     Args:
         file: the table.
         out: folder of the two files.
-        told: what is told already.
+        settings: what is told already.
         screen: that shows the mapping and asks.
 
     Returns:
@@ -40,20 +40,20 @@ def bring(file: Path, out: Path, told: Told, screen: Screen) -> Path:
     """
     while True:
         with screen.status(f"reading {file}"):
-            found, questions = _understood(file, told)
+            imported, questions = _understood(file, settings)
         if not questions or not _asks():
             break
-        told = told.with_line(_answer(questions[0], screen))
-    if found is not None:
-        _show(found, screen)
+        settings = settings.with_line(_answer(questions[0], screen))
+    if imported is not None:
+        _show(imported, screen)
     if questions:
         raise ConfigError(f"{file}: {'; '.join(map(str, questions))}")
-    assert found is not None
-    for note in found.notes:
+    assert imported is not None
+    for note in imported.notes:
         screen.say(f"- {note}")
     with screen.status(f"writing {out}"):
-        written, setup = importing.write(found, out)
-    screen.say(f"{len(found.table)} rows: {written} and {setup}")
+        written, setup = importing.write(imported, out)
+    screen.say(f"{len(imported.table)} rows: {written} and {setup}")
     return written
 
 
@@ -72,7 +72,7 @@ def offered(files: Sequence[Path], command: str, screen: Screen, out: Path) -> l
     Raises:
         ConfigError: one line that names columns and lines to add, where nobody can be asked.
     """
-    return [each if _in_format(each) else _offer(each, command, screen, out) for each in files]
+    return [file if _in_format(file) else _offer(file, command, screen, out) for file in files]
 
 
 def _in_format(file: Path) -> bool:
@@ -94,14 +94,16 @@ def _offer(file: Path, command: str, screen: Screen, out: Path) -> Path:
     folder = out / "imported"
     line = f"dolfingrip import {file} --out FOLDER"
     try:
-        found, questions = _understood(file, Told())
+        imported, questions = _understood(file, Told())
     except ConfigError as error:
         if importing.is_format(_header(file)[:1]):
             return file  # almost in the format, whose own reader says what is wrong
         raise ConfigError(f"{command} {error}; {line} takes such tables") from None
     if _asks() and typer.confirm(f"{file} is not in the format of measured data. Import it?"):
         return bring(file, folder, Told(), screen)
-    taken = [] if found is None else [f"{h} is {n}" for h, n, _ in found.mapping() if n != "?"]
+    taken = (
+        [] if imported is None else [f"{h} is {n}" for h, n, _ in imported.mapping() if n != "?"]
+    )
     more = f", which asks: {'; '.join(map(str, questions))}" if questions else ""
     raise ConfigError(
         f"{command} {file}: not in the format of measured data ({', '.join(taken)}); "
@@ -109,12 +111,12 @@ def _offer(file: Path, command: str, screen: Screen, out: Path) -> Path:
     )
 
 
-def _understood(file: Path, told: Told) -> tuple[ImportedTable | None, Sequence[Question]]:
+def _understood(file: Path, settings: Told) -> tuple[ImportedTable | None, Sequence[Question]]:
     try:
-        found = importing.understand(file, told)
+        imported = importing.understand(file, settings)
     except Question as question:
         return None, [question]
-    return found, found.questions
+    return imported, imported.questions
 
 
 def _asks() -> bool:
@@ -138,13 +140,13 @@ def _answer(question: Question, screen: Screen) -> str:
     return line.replace("+-", "-")
 
 
-def _show(found: ImportedTable, screen: Screen) -> None:
+def _show(imported: ImportedTable, screen: Screen) -> None:
     """Print what was taken for what."""
-    rows = found.mapping()
+    rows = imported.mapping()
     columns = {
         "Column": [header for header, _, _ in rows],
         "Taken for": [name for _, name, _ in rows],
         "From": [done for _, _, done in rows],
     }
-    screen.say(f"{found.file.name}: {found.cells.how}")
+    screen.say(f"{imported.file.name}: {imported.cells.how}")
     screen.print(of_columns(columns, None, left=tuple(columns)))

@@ -21,13 +21,13 @@ def extras() -> dict[str, list[str]]:
     Returns:
         Names of distributions, without versions, by the extra; "" has those that are always there.
     """
-    found: dict[str, list[str]] = {"": []}
+    by_extra: dict[str, list[str]] = {"": []}
     for line in metadata.requires("dolfingrip") or ():
         requirement, _, marker = line.partition(";")
         extra = re.search(r"extra\s*==\s*['\"]([^'\"]+)", marker)
         name = re.split(r"[^\w.-]", requirement.strip())[0]
-        found.setdefault(extra[1] if extra else "", []).append(name)
-    return found
+        by_extra.setdefault(extra[1] if extra else "", []).append(name)
+    return by_extra
 
 
 def how_to_install(module: str) -> str:

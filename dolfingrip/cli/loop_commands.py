@@ -40,37 +40,37 @@ from dolfingrip.report.table import of_rows
 from dolfingrip.sections import tables
 
 
-def reproduce(asked: ReproduceSettings) -> None:
+def reproduce(args: ReproduceSettings) -> None:
     """Run doe, train, optimise and study as a file says, and compare with published designs."""
     one_process("--workers, without mpirun")
     need("torch")  # of the step after the campaign, which takes hours
-    study = study_file.read(asked.file)
+    study = study_file.read(args.file)
     limited, improved = study.front.objectives()
     names = (limited.title, improved.title)
-    check_writable(asked.out)
-    doe, surrogate, optimum = asked.out / "doe", asked.out / "surrogate", asked.out / "optimum"
+    check_writable(args.out)
+    doe, surrogate, optimum = args.out / "doe", args.out / "surrogate", args.out / "optimum"
     run_step(
         doe_commands.doe,
         DoeSettings(
-            out=doe, workers=asked.workers, parameter=asked.parameter or study.parameters,
-            quantity=names, config=asked.config or study.config,
-            overrides={**tables.assignments(study.set, "set"), **asked.overrides},
+            out=doe, workers=args.workers, parameter=args.parameter or study.parameters,
+            quantity=names, config=args.config or study.config,
+            overrides={**tables.assignments(study.set, "set"), **args.overrides},
         ),
     )  # fmt: skip
     run_step(surrogate_commands.train, TrainSettings(source=doe, out=surrogate, outputs=names))
     front = study.front
     choice = OptimiseSettings(
-        surrogate=surrogate, out=optimum, workers=asked.workers, against=front.against,
+        surrogate=surrogate, out=optimum, workers=args.workers, against=front.against,
         at_most=front.at_most, at_least=front.at_least, maximise=front.maximise,
         minimise=front.minimise, also=() if study.published is None else (study.published.gain_of,),
     )  # fmt: skip
     failed = run_step(surrogate_commands.optimise, choice)
     if study.published is not None:
         console().print(comparison(OptimumFile.read(optimum), study.published))
-    if asked.study and study.hyperparameters is not None:
+    if args.study and study.hyperparameters is not None:
         limit = (study.hyperparameters.limit,)
         tried = StudySettings(
-            surrogate=surrogate, out=asked.out / "study", processes=asked.workers,
+            surrogate=surrogate, out=args.out / "study", processes=args.workers,
             against=front.against, maximise=front.maximise, minimise=front.minimise,
             at_most=() if front.at_least else limit, at_least=limit if front.at_least else (),
         )  # fmt: skip
@@ -79,19 +79,19 @@ def reproduce(asked: ReproduceSettings) -> None:
         raise typer.Exit(1)
 
 
-def run_step[S](command: Callable[[S], None], asked: S) -> bool:
+def run_step[S](command: Callable[[S], None], args: S) -> bool:
     """Run a step of a loop; return whether it told of a failure.
 
     Args:
         command: work of a command.
-        asked: its settings.
+        args: its settings.
 
     Raises:
         Interrupted: Ctrl-C, with what is kept.
     """
     console().rule(command.__name__)
     try:
-        command(asked)
+        command(args)
     except typer.Exit as ending:
         return bool(ending.exit_code)
     except KeyboardInterrupt:
@@ -101,12 +101,12 @@ def run_step[S](command: Callable[[S], None], asked: S) -> bool:
     return False
 
 
-def comparison(found: OptimumFile, published: Published) -> Table:
+def comparison(optimum: OptimumFile, published: Published) -> Table:
     """Compare chosen designs with published ones, a row for each limit."""
-    limited, _ = found.objectives
-    roles = {(one.role, one.limit): one for one in found.designs}
+    limited, _ = optimum.objectives
+    roles = {(one.role, one.limit): one for one in optimum.designs}
     original = _number(roles.get(("original", None)), published.gain_of)
-    inputs = [label(name) for name in (found.designs[0].inputs if found.designs else ())]
+    inputs = [label(name) for name in (optimum.designs[0].inputs if optimum.designs else ())]
     headings = [
         f"{limited.title} {limited.sense}",
         *(part for name in inputs for part in (name, "published")),
@@ -122,7 +122,7 @@ def comparison(found: OptimumFile, published: Published) -> Table:
         pairs = zip(one.inputs.values(), theirs.inputs, strict=True)
         row = [
             f"{theirs.limit:g}",
-            *(text for own, other in pairs for text in (f"{own:z.3f}", f"{other:.3f}")),
+            *(text for computed, other in pairs for text in (f"{computed:z.3f}", f"{other:.3f}")),
             "–" if math.isnan(ours) else f"{100 * ours:+z.1f}",
             f"{theirs.gain_percent:+.1f}",
         ]
@@ -203,24 +203,24 @@ def run_small_loop(
         raise typer.Exit(1)
 
 
-def demo(asked: DemoSettings) -> None:
+def demo(args: DemoSettings) -> None:
     """Run both experiments on the reference finger and a small design loop, write a report."""
-    resolved = configuration.load(asked.config, asked.overrides)
+    resolved = configuration.load(args.config, args.overrides)
     screen = console()
-    if asked.loop:  # an older campaign of other settings is refused before minutes of solving
+    if args.loop:  # an older campaign of other settings is refused before minutes of solving
         designs = doe_commands.planned(DoeSettings(parameter=DESIGNS), coarsened(resolved))
-        campaign.check(designs, asked.out / "loop" / "doe")
+        campaign.check(designs, args.out / "loop" / "doe")
     alone = MPI.COMM_WORLD.size == 1
     lacking = missing("torch") if alone else "under mpirun it cannot start processes"
-    if asked.loop and lacking:
+    if args.loop and lacking:
         screen.say(f"no design loop: {lacking}")
-    results = run_demo(resolved, asked.out, screen)
-    if asked.loop and not lacking:
-        run_small_loop(resolved, asked.out / "loop")
+    results = run_demo(resolved, args.out, screen)
+    if args.loop and not lacking:
+        run_small_loop(resolved, args.out / "loop")
 
     def work() -> None:
         with screen.status("writing the report"):
-            page = write_report([asked.out], asked.out / "report.html")
+            page = write_report([args.out], args.out / "report.html")
         screen.say(f"report: {page}")
 
     on_root(MPI.COMM_WORLD, work)

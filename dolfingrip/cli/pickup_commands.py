@@ -28,47 +28,47 @@ SIMULATIONS = "simulations"
 """Folder in ``--out`` that keeps the grasps."""
 
 
-def pickup(asked: PickupSettings) -> None:
+def pickup(args: PickupSettings) -> None:
     """Find the least pressure that picks food up, by grasps at multiples of --resolution."""
-    _check("--resolution", asked.resolution, asked.highest)
-    _check("--start", asked.start, asked.highest)
-    base = _base(asked, asked.friction)
+    _check("--resolution", args.resolution, args.highest)
+    _check("--start", args.start, args.highest)
+    base = _base(args, args.friction)
 
     screen = console()
-    with _trials(base, asked.out, screen) as trials:
-        found = searches.pickup_pressure(trials, asked.resolution, asked.start, asked.highest)
+    with _trials(base, args.out, screen) as trials:
+        threshold = searches.pickup_pressure(trials, args.resolution, args.start, args.highest)
     _print(trials.made, screen)
-    _write(trials.made, asked.out / "pickup.csv")
-    up_to = f"any pressure up to {asked.highest:g} kPa"
-    ended = found.undecided
-    if found.least_kPa is None:
+    _write(trials.made, args.out / "pickup.csv")
+    up_to = f"any pressure up to {args.highest:g} kPa"
+    ended = threshold.undecided
+    if threshold.least_kPa is None:
         unknown = "" if ended is None else f"not known whether {up_to} picks it up: {ended.why}"
         screen.say(unknown or f"not picked up at {up_to}")
         raise typer.Exit(1)
-    below = "" if found.fails_kPa is None else f", not at {found.fails_kPa:g} kPa"
+    below = "" if threshold.fails_kPa is None else f", not at {threshold.fails_kPa:g} kPa"
     if ended is not None:
         below = f", not known below: {ended.why}"
-    screen.say(f"picked up from {found.least_kPa:g} kPa on{below} (μ = {base.food.friction:g})")
+    screen.say(f"picked up from {threshold.least_kPa:g} kPa on{below} (μ = {base.food.friction:g})")
 
 
-def friction(asked: FrictionSettings) -> None:
+def friction(args: FrictionSettings) -> None:
     """Calibrate friction from the least pressure that picks food up: μ and its interval."""
-    if asked.resolution >= asked.pickup_pressure:
+    if args.resolution >= args.pickup_pressure:
         raise ConfigError(
-            f"--resolution {asked.resolution:g}: allowed: above 0 and below "
-            f"{asked.pickup_pressure:g} kPa"
+            f"--resolution {args.resolution:g}: allowed: above 0 and below "
+            f"{args.pickup_pressure:g} kPa"
         )
-    base = _base(asked)
+    base = _base(args)
 
     screen = console()
-    with _trials(base, asked.out, screen) as trials:
-        found = searches.friction(trials, asked.pickup_pressure, asked.resolution, asked.tolerance)
+    with _trials(base, args.out, screen) as trials:
+        estimate = searches.friction(trials, args.pickup_pressure, args.resolution, args.tolerance)
     _print(trials.made, screen)
-    _write(trials.made, asked.out / "friction.csv")
+    _write(trials.made, args.out / "friction.csv")
     screen.say(
-        f"μ = {found.friction:.3g}, between {found.low:.3g} and {found.high:.3g} "
-        f"(each ± {asked.tolerance:g}): least pressure {asked.pickup_pressure:g} kPa, "
-        f"found in steps of {asked.resolution:g} kPa"
+        f"μ = {estimate.friction:.3g}, between {estimate.low:.3g} and {estimate.high:.3g} "
+        f"(each ± {args.tolerance:g}): least pressure {args.pickup_pressure:g} kPa, "
+        f"found in steps of {args.resolution:g} kPa"
     )
 
 
@@ -77,18 +77,18 @@ def _check(flag: str, value: float, most: float) -> None:
         raise ConfigError(f"{flag} {value:g}: allowed: above 0 and up to {most:g} kPa")
 
 
-def _base(asked: PickupSettings | FrictionSettings, friction: float | None = None) -> Config:
+def _base(args: PickupSettings | FrictionSettings, friction: float | None = None) -> Config:
     """The configuration of all grasps, with a short lift if no other one is asked for."""
     one_process("one process")
     given = {
-        "food.kind": asked.food,
-        "gripper.pose": asked.pose,
-        "gripper.preset": asked.preset,
+        "food.kind": args.food,
+        "gripper.pose": args.pose,
+        "gripper.preset": args.preset,
         "food.friction": friction,
     }
-    options = {key: value for key, value in given.items() if value is not None}
-    changes = {**asked.overrides, **options}
-    loaded = configuration.load(asked.config, changes, {"gripper.lift_mm": LIFT_MM})
+    set_keys = {key: value for key, value in given.items() if value is not None}
+    changes = {**args.overrides, **set_keys}
+    loaded = configuration.load(args.config, changes, {"gripper.lift_mm": LIFT_MM})
     Request.of("grasp", loaded)  # a bad key raises before anything is computed
     return loaded
 
@@ -106,8 +106,8 @@ def _trials(base: Config, out: Path, screen: Screen) -> Iterator[GraspTrials]:
         compute = computed_in(out / SIMULATIONS, pool, standing.append)
 
         def show(trial: GraspTrial) -> None:
-            known = "" if standing[-1].computed else " (known)"
-            screen.say(f"{_named(trial)}: {trial.outcome}{known}")
+            note = "" if standing[-1].computed else " (known)"
+            screen.say(f"{_named(trial)}: {trial.outcome}{note}")
             status.update(f"grasping, after {_named(trial)}")
 
         yield GraspTrials(base, compute, show)
@@ -120,12 +120,12 @@ def _named(trial: GraspTrial) -> str:
 def _print(trials: list[GraspTrial], screen: Screen) -> None:
     headings = ("Pressure (kPa)", "μ", "Normal forces (N)", "Weight (N)", "Outcome")
     rows = [
-        (f"{each.pressure_kPa:g}", f"{each.friction:.4g}", f"{each.normal_N:.3f}",
-         f"{each.weight_N:.3f}", each.outcome)
-        for each in sorted(trials, key=lambda trial: (trial.pressure_kPa, trial.friction))
+        (f"{trial.pressure_kPa:g}", f"{trial.friction:.4g}", f"{trial.normal_N:.3f}",
+         f"{trial.weight_N:.3f}", trial.outcome)
+        for trial in sorted(trials, key=lambda trial: (trial.pressure_kPa, trial.friction))
     ]  # fmt: skip
     screen.print(of_rows(headings, rows, left=headings[-1:]))
 
 
 def _write(trials: list[GraspTrial], path: Path) -> None:
-    table.write(path, [asdict(each) for each in trials])
+    table.write(path, [asdict(trial) for trial in trials])

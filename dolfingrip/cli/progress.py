@@ -169,7 +169,7 @@ def jobs(
     what: str,
     few: int = 0,
     clock: Callable[[], float] = time.monotonic,
-    told: Callable[[Answer], str] = lambda answer: "",
+    describe: Callable[[Answer], str] = lambda answer: "",
 ) -> Iterator[Callable[[Standing], None]]:
     """Yield the function to call with each new standing of jobs.
 
@@ -177,12 +177,12 @@ def jobs(
         console: where it is shown.
         what: is counted, in the plural.
         few, clock: see :func:`shown`.
-        told: says in words what the latest answer is.
+        describe: says in words what the latest answer is.
     """
     with shown(console, what, at_once=True, few=few, clock=clock) as show:
 
         def tell(standing: Standing) -> None:
-            latest = "" if standing.latest is None else told(standing.latest)
+            latest = "" if standing.latest is None else describe(standing.latest)
             tried = standing.again + standing.broken
             again = f"{tried} attempts broken off by the machine" if tried else ""
             show(

@@ -38,26 +38,26 @@ with 95 %; the page on [bands](../sensitivities.md#bands) says what it is made o
 """
 
 
-def show_config(asked: ConfigSettings) -> None:
+def show_config(args: ConfigSettings) -> None:
     """Print the resolved configuration, each key with its meaning."""
-    resolved = configuration.load(asked.config, asked.overrides)
+    resolved = configuration.load(args.config, args.overrides)
     if MPI.COMM_WORLD.rank == 0:
         sys.stdout.write(configuration.dumps(resolved))
 
 
-def columns(asked: ColumnsSettings) -> None:
+def columns(args: ColumnsSettings) -> None:
     """Say what each column of an experiment's result.csv means."""
-    shown = list(EXPERIMENTS.values()) if asked.experiment is None else [find(asked.experiment)]
-    if asked.markdown:
+    shown = list(EXPERIMENTS.values()) if args.experiment is None else [find(args.experiment)]
+    if args.markdown:
         typer.echo(page(shown), nl=False)
         return
 
     screen = console()
-    for each in shown:
-        rows = described(each)
+    for experiment in shown:
+        rows = described(experiment)
         meanings = ["\n".join(textwrap.wrap(about, WIDTH)) for _, about in rows]
         cells = {"Column": [name for name, _ in rows], "Meaning": meanings}
-        screen.print(of_columns(cells, heading(each), left=tuple(cells)))
+        screen.print(of_columns(cells, heading(experiment), left=tuple(cells)))
 
 
 def page(experiments: Sequence[Experiment]) -> str:
@@ -68,16 +68,16 @@ def page(experiments: Sequence[Experiment]) -> str:
 
     about: dict[str, str] = {}
     commands: dict[str, list[str]] = {}
-    for each in experiments:
-        for name, meaning in described(each):
+    for experiment in experiments:
+        for name, meaning in described(experiment):
             about[name] = meaning
-            commands.setdefault(name, []).append(f"`{each.command}`")
+            commands.setdefault(name, []).append(f"`{experiment.command}`")
     tables: dict[tuple[str, ...], list[str]] = {}
     for name, having in commands.items():
         tables.setdefault(tuple(having), []).append(name)
     lines = [INTRODUCTION]
-    for found, names in tables.items():
-        title = "every experiment" if len(found) == len(experiments) > 1 else ", ".join(found)
+    for sharing, names in tables.items():
+        title = "every experiment" if len(sharing) == len(experiments) > 1 else ", ".join(sharing)
         lines += [f"## Columns of {title}", "", "| column | meaning |", "|---|---|"]
         # a bar would end the cell
         lines += [f"| `{name}` | {about[name].replace('|', '∣')} |" for name in names]
@@ -90,20 +90,20 @@ def heading(experiment: Experiment) -> str:
     return f"{experiment.title} (dolfingrip {experiment.command})"
 
 
-def extensions(asked: EffectSettings) -> None:
+def extensions(args: EffectSettings) -> None:
     """List the effects that can be switched on, with their parameters and priors."""
     out = console()
-    if asked.name is None:
+    if args.name is None:
         out.print(tabulate())
         out.say(
             "All about one: dolfingrip extensions prony. Switch on: --set extensions.prony.g=[0.2]"
         )
         return
     by_name = {effect.name(): effect for effect in EFFECTS}
-    if asked.name not in by_name:
-        raise ConfigError(f"{asked.name}: no effect; allowed: {', '.join(by_name)}")
-    out.say(_plain(inspect.getdoc(by_name[asked.name]) or ""))
-    out.print(tabulate([by_name[asked.name]], source=True))
+    if args.name not in by_name:
+        raise ConfigError(f"{args.name}: no effect; allowed: {', '.join(by_name)}")
+    out.say(_plain(inspect.getdoc(by_name[args.name]) or ""))
+    out.print(tabulate([by_name[args.name]], source=True))
 
 
 def _plain(text: str) -> str:
@@ -125,8 +125,8 @@ def tabulate(effects: Sequence[type[effects.Effect]] = EFFECTS, *, source: bool 
             default = info.default
             if isinstance(default, tuple):
                 default = list(default)
-            known = f"{prior.mean:g} ± {prior.spread:g} {unit(key)}" if prior else "–"
+            prior_cell = f"{prior.mean:g} ± {prior.spread:g} {unit(key)}" if prior else "–"
             more = [str(default), prior.source if prior else ""] if source else []
-            table.add_row(*lead, key, known, *more)
+            table.add_row(*lead, key, prior_cell, *more)
             lead = ["", ""]
     return table

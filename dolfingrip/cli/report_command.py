@@ -17,18 +17,18 @@ from dolfingrip.report.page.pdf import browser, print_page
 MB = 1e6
 
 
-def report(asked: ReportSettings) -> None:
+def report(args: ReportSettings) -> None:
     """Write results as one HTML page: 3D view, curves, front, checks, provenance."""
     one_process("without mpirun")
-    if asked.out.suffix.lower() not in (".html", ".htm"):
-        raise ConfigError(f"--out {asked.out}: allowed: a file that ends in .html")
-    if asked.pdf:
-        browser(asked.out.with_suffix(".pdf"))
+    if args.out.suffix.lower() not in (".html", ".htm"):
+        raise ConfigError(f"--out {args.out}: allowed: a file that ends in .html")
+    if args.pdf:
+        browser(args.out.with_suffix(".pdf"))
     screen = console()
     with screen.status("reading results"):
-        file = write_report(asked.results, asked.out, measured=asked.measured, title=asked.title)
+        file = write_report(args.results, args.out, measured=args.measured, title=args.title)
     screen.say(f"report: {file} ({file.stat().st_size / MB:.1f} MB)")
-    if asked.pdf:
+    if args.pdf:
         with screen.status("printing"):
             printed = print_page(file, file.with_suffix(".pdf"))
         screen.say(f"printed: {printed}")
@@ -54,14 +54,14 @@ def write_report(
         WriteError: one line.
     """
 
-    found = sources.find(results)
+    result_sources = sources.find(results)
     table = None
     if measured is not None:
         try:
             table = read_csv(measured)
         except (OSError, ValueError) as error:
             raise ConfigError(f"--measured {measured}: {error}") from None
-    page = sources.build(found, Given(table), title or "")
+    page = sources.build(result_sources, Given(table), title or "")
     text = html.rendered(page).encode()
     size_MB = len(text) / MB
     if size_MB > html.LARGEST_MB:

@@ -15,12 +15,12 @@ from dolfingrip.robot import build
 from dolfingrip.robot.write import room, write
 
 
-def robot(asked: RobotSettings) -> None:
+def robot(args: RobotSettings) -> None:
     """Fit a chain of links to finite elements and write it for robot simulators."""
     one_process("--workers, without mpirun")
-    config = configuration.load(asked.config, asked.overrides)
-    check_writable(asked.out)
-    screen, folder = console(), asked.out / build.FOLDER
+    config = configuration.load(args.config, args.overrides)
+    check_writable(args.out)
+    screen, folder = console(), args.out / build.FOLDER
     try:
         placed = room(config)
     except ConfigError as error:
@@ -29,10 +29,10 @@ def robot(asked: RobotSettings) -> None:
     with (
         resumable(screen, folder),
         progress.jobs(screen, "runs", progress.FEW) as show,
-        Pool(Where(workers=asked.workers)) as pool,
+        Pool(Where(workers=args.workers)) as pool,
     ):
-        simulated = build.simulate(config, asked.out, pool, show)
-    accuracy = _accuracy(asked)
+        simulated = build.simulate(config, args.out, pool, show)
+    accuracy = _accuracy(args)
     if accuracy is None:
         built = build.build(simulated)
     else:
@@ -41,9 +41,9 @@ def robot(asked: RobotSettings) -> None:
     file = built.robot.file
     headings = ("States that were not fitted", "rms", "Largest", "Unit", "Relative")
     rows = [
-        (each.title, f"{each.rms:.3g}", f"{each.largest:.3g}", each.unit,
-         f"{100 * each.relative:.2g} %")
-        for each in file.comparisons
+        (comparison.title, f"{comparison.rms:.3g}", f"{comparison.largest:.3g}", comparison.unit,
+         f"{100 * comparison.relative:.2g} %")
+        for comparison in file.comparisons
     ]  # fmt: skip
     screen.print(of_rows(headings, rows, left=headings[:1]))
     joints = f"{len(file.joints)} joint{'s' if len(file.joints) > 1 else ''}"
@@ -61,18 +61,18 @@ def robot(asked: RobotSettings) -> None:
         f"and up to {file.valid.force_N:.3g} N, where these errors hold; "
         f"the runs of finite elements took {file.simulated_s:.0f} s"
     )
-    for each in file.valid.ended:
-        screen.say(f"a run ended early: {each}")
-    for path in write(built, config, placed, asked.out):
+    for ending in file.valid.ended:
+        screen.say(f"a run ended early: {ending}")
+    for path in write(built, config, placed, args.out):
         screen.say(f"wrote {path}")
 
 
-def _accuracy(asked: RobotSettings) -> Accuracy | None:
+def _accuracy(args: RobotSettings) -> Accuracy | None:
     """Errors that are asked for; None where there are none."""
     of = {
-        "angle_deg": asked.angle_error_deg,
-        "path_mm": asked.path_error_mm,
-        "force": asked.force_error_percent and asked.force_error_percent / 100,
-        "stiffness": asked.stiffness_error_percent and asked.stiffness_error_percent / 100,
+        "angle_deg": args.angle_error_deg,
+        "path_mm": args.path_error_mm,
+        "force": args.force_error_percent and args.force_error_percent / 100,
+        "stiffness": args.stiffness_error_percent and args.stiffness_error_percent / 100,
     }
     return Accuracy(**of) if any(of.values()) else None

@@ -38,24 +38,24 @@ def _assigned_pressures(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
         return NOTHING
     from dolfingrip.parameter import check
 
-    found = tables.assignments(texts, flag)
-    check(found, flag)
-    return found
+    assignments = tables.assignments(texts, flag)
+    check(assignments, flag)
+    return assignments
 
 
 def _uncertain(texts: Sequence[str], flag: str) -> Mapping[str, Any]:
     """Read ``KEY=STD`` texts, and what TOML files of measurements tell."""
-    found: dict[str, Any] = {}
+    spreads: dict[str, Any] = {}
     for text in texts:
         if "=" in text:
-            found |= tables.assignments([text], flag)
+            spreads |= tables.assignments([text], flag)
             continue
         from dolfingrip.diagnosis.data.lab_setup import SetupFile
 
         if Path(text).suffix not in (".toml", ".csv"):
             raise ConfigError(f"{flag} {text[:SHOWN]}: allowed: KEY=STD, or a measurement's TOML")
-        found |= SetupFile(Path(text)).spreads()
-    return found
+        spreads |= SetupFile(Path(text)).spreads()
+    return spreads
 
 
 def _names(texts: Sequence[str], flag: str) -> tuple[str, ...]:
@@ -66,12 +66,12 @@ def _names(texts: Sequence[str], flag: str) -> tuple[str, ...]:
 def _numbers(text: str, flag: str, allowed: str, count: int | None = None) -> tuple[Any, ...]:
     """Read numbers that are joined by commas, and as many of them as are asked for."""
     try:
-        found = tuple(float(part) for part in text.split(",") if count or part.strip())
+        numbers = tuple(float(part) for part in text.split(",") if count or part.strip())
     except ValueError:
-        found = None
-    if found is None or count not in (None, len(found)):
+        numbers = None
+    if numbers is None or count not in (None, len(numbers)):
         raise ConfigError(f"{flag} {text}: allowed: {allowed}")
-    return found
+    return numbers
 
 
 def _pressures(texts: Sequence[str], flag: str) -> tuple[float, ...]:
@@ -81,7 +81,7 @@ def _pressures(texts: Sequence[str], flag: str) -> tuple[float, ...]:
 
 def _points(texts: Sequence[str], flag: str) -> tuple[Point, ...]:
     """Read points, each three numbers that are joined by commas."""
-    return tuple(_numbers(each, flag, "three numbers, as in 0,10,25.5", 3) for each in texts)
+    return tuple(_numbers(text, flag, "three numbers, as in 0,10,25.5", 3) for text in texts)
 
 
 def _points_or_files(texts: Sequence[str], flag: str) -> tuple[Point | Path, ...]:
@@ -197,7 +197,7 @@ class RunSettings(ConfiguredSettings):
 
     def own(self) -> dict[str, Any]:
         """Return the values of the experiment's own options, by name."""
-        return {each.name: getattr(self, each.name) for each in self.experiment.options}
+        return {option.name: getattr(self, option.name) for option in self.experiment.options}
 
 
 def of_experiment(experiment: Experiment) -> type[RunSettings]:
@@ -230,14 +230,14 @@ def of_experiment(experiment: Experiment) -> type[RunSettings]:
     )
 
 
-def _field(own: Option) -> tuple[str, Any, Any]:
+def _field(declared: Option) -> tuple[str, Any, Any]:
     """Name, type and default of an experiment's own option."""
-    kind, default = own.type, own.default
+    kind, default = declared.type, declared.default
     if get_origin(kind) is list:
         kind, default = tuple[get_args(kind)[0], ...], ()  # type: ignore[misc]
     elif default is None:
         kind |= None
-    return own.name, kind, option(default, own.help, own.flag, key=own.key)
+    return declared.name, kind, option(default, declared.help, declared.flag, key=declared.key)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,10 +16,10 @@ from dolfingrip.meshes.quality import check, judge
 FORMATS = (".msh", ".vtk", ".inp")
 
 
-def mesh(asked: MeshSettings) -> None:
+def mesh(args: MeshSettings) -> None:
     """Mesh the finger: .msh, VTK and Abaqus .inp."""
-    resolved = configuration.load(asked.config, asked.overrides)
-    check_writable(asked.out)
+    resolved = configuration.load(args.config, args.overrides)
+    check_writable(args.out)
 
     screen = console()
 
@@ -31,21 +31,21 @@ def mesh(asked: MeshSettings) -> None:
         for said in judge(written, quality, "try another mesh.size_mm"):
             screen.say(f"quality: {said}")
         for suffix in FORMATS:
-            files.write(asked.out / f"finger{suffix}", written)
-            screen.say(f"wrote {asked.out / f'finger{suffix}'}")
+            files.write(args.out / f"finger{suffix}", written)
+            screen.say(f"wrote {args.out / f'finger{suffix}'}")
 
     on_root(MPI.COMM_WORLD, work)
 
 
-def morph(asked: MorphSettings) -> None:
+def morph(args: MorphSettings) -> None:
     """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it."""
-    changes = {**asked.overrides, "morph.xi1": asked.xi[0], "morph.xi2": asked.xi[1]}
-    resolved = configuration.load(asked.config, changes)
+    changes = {**args.overrides, "morph.xi1": args.xi[0], "morph.xi2": args.xi[1]}
+    resolved = configuration.load(args.config, changes)
 
     def work() -> None:
-        original = files.read(asked.mesh, needed=())
+        original = files.read(args.mesh, needed=())
         move = undeformed.morph(resolved)
-        files.write(asked.out, morphed(original, move.inverse() if asked.inverse else move))
-        console().say(f"wrote {asked.out}")
+        files.write(args.out, morphed(original, move.inverse() if args.inverse else move))
+        console().say(f"wrote {args.out}")
 
     on_root(MPI.COMM_WORLD, work)

@@ -41,39 +41,39 @@ from dolfingrip.report.table import of_columns
 from dolfingrip.sections.errors import shown
 
 
-def train(asked: TrainSettings) -> None:
+def train(args: TrainSettings) -> None:
     """Train a neural network on the designs of a campaign."""
     one_process("one process")
 
-    facts = designs.campaign(asked.source) or {}
-    inputs = asked.inputs or tuple(facts.get("parameters", ()))
-    outputs = asked.outputs or tuple(facts.get("quantities", ()))
+    facts = designs.campaign(args.source) or {}
+    inputs = args.inputs or tuple(facts.get("parameters", ()))
+    outputs = args.outputs or tuple(facts.get("quantities", ()))
     if not inputs or not outputs:
         raise ConfigError("--input, --output: allowed: names of columns with a table")
-    data = designs.read(asked.source, inputs, outputs)
-    settings = TrainingSettings(epochs=asked.epochs, seed=asked.seed)
-    check_writable(asked.out)
+    data = designs.read(args.source, inputs, outputs)
+    settings = TrainingSettings(epochs=args.epochs, seed=args.seed)
+    check_writable(args.out)
     screen = console()
     screen.say(
         f"{len(data)} designs; {data.failed} failed and {data.incomplete} incomplete ones left out"
     )
-    if _trained(asked.out, data, settings):
-        screen.say(f"already trained on this table: {asked.out}")
+    if _trained(args.out, data, settings):
+        screen.say(f"already trained on this table: {args.out}")
         return
     with progress.shown(screen, "epochs") as show:
         result = training.train(
-            data, settings, lambda done: show(done, asked.epochs), campaign=facts or None
+            data, settings, lambda done: show(done, args.epochs), campaign=facts or None
         )
-    _write(result, data, asked.out)
+    _write(result, data, args.out)
     said = result.surrogate.facts
     for part in ("training", "test"):
         mse = getattr(said, f"{part}_mse")
         verdict = "" if mse < GOAL_MSE else f", above the goal of {GOAL_MSE:g}"
-        rms = {name: getattr(each, part) for name, each in said.rms_error.items()}
+        rms = {name: getattr(error, part) for name, error in said.rms_error.items()}
         errors = ", ".join(f"{name} {value:.3g}" for name, value in rms.items())
         count = getattr(said, f"{part}_designs")
         screen.say(f"{part}: {count} designs, MSE {mse:.2e}{verdict}; RMS error {errors}")
-    screen.say(f"surrogate: {asked.out}")
+    screen.say(f"surrogate: {args.out}")
 
 
 def _trained(out: Path, data: designs.Table, settings: TrainingSettings) -> bool:
@@ -93,8 +93,8 @@ def _write(result: Training, data: designs.Table, out: Path) -> None:
     table.write(
         out / "learning_curve.csv",
         [
-            {"epoch": int(epoch), "training_mse": float(known), "test_mse": float(unseen)}
-            for epoch, known, unseen in curve
+            {"epoch": int(epoch), "training_mse": float(training_mse), "test_mse": float(test_mse)}
+            for epoch, training_mse, test_mse in curve
         ],
     )
     learnt = {
@@ -123,70 +123,70 @@ def _write(result: Training, data: designs.Table, out: Path) -> None:
     result.surrogate.save(out)
 
 
-def optimise(asked: OptimiseSettings) -> None:
+def optimise(args: OptimiseSettings) -> None:
     """Find the Pareto front by NSGA-II, choose by a limit, compute the choice again."""
     one_process("--workers, without mpirun")
 
-    model = network.load(asked.surrogate)
+    model = network.load(args.surrogate)
     campaign = model.facts.campaign or {}
-    base = _base(campaign, asked.config, asked.overrides) if asked.resolve else None
+    base = _base(campaign, args.config, args.overrides) if args.resolve else None
     computed_by = str(campaign.get("objective", OBJECTIVE))
-    foreign = computed_by not in (OBJECTIVE, asked.objective)
-    if asked.resolve and foreign:
+    foreign = computed_by not in (OBJECTIVE, args.objective)
+    if args.resolve and foreign:
         raise ConfigError(
-            f"{asked.surrogate}: objective = {shown(computed_by)}: no objective of this package; "
+            f"{args.surrogate}: objective = {shown(computed_by)}: no objective of this package; "
             f"allowed: --no-resolve, or --objective {computed_by}, which runs it"
         )
-    objectives = objectives_of(asked, model.output_names)
+    objectives = objectives_of(args, model.output_names)
     genetic = NSGA2Settings(
-        asked.population, asked.generations, asked.crossover, asked.mutation, asked.seed
+        args.population, args.generations, args.crossover, args.mutation, args.seed
     )
-    check_writable(asked.out)
+    check_writable(args.out)
     screen = console()
     with progress.shown(screen, "generations") as show:
-        found = optimum.find(
+        optimised = optimum.find(
             model,
             objectives,
-            sorted({*asked.at_most, *asked.at_least}),
+            sorted({*args.at_most, *args.at_least}),
             genetic,
-            lambda done: show(done, asked.generations),
+            lambda done: show(done, args.generations),
         )
-    optimum.write_front(found, asked.out)
-    ends = [found.front[0].surrogate, found.front[-1].surrogate]
+    optimum.write_front(optimised, args.out)
+    ends = [optimised.front[0].surrogate, optimised.front[-1].surrogate]
     reach = ", ".join(
-        f"{label(each.title)} {ends[0][each.title]:z.2f} to {ends[1][each.title]:z.2f}"
-        for each in objectives
+        f"{label(goal.title)} {ends[0][goal.title]:z.2f} to {ends[1][goal.title]:z.2f}"
+        for goal in objectives
     )
-    screen.say(f"front: {len(found.front)} points, {reach}")
+    screen.say(f"front: {len(optimised.front)} points, {reach}")
     if base is not None:
         jobs = progress.jobs(screen, "designs", progress.FEW)
-        with resumable(screen, asked.out / "fem"), jobs as advance:
+        with resumable(screen, args.out / "fem"), jobs as advance:
             evaluate = optimum.evaluator(
                 base,
-                (*model.output_names, *asked.also),
-                asked.out / "fem",
-                Where(workers=asked.workers),
+                (*model.output_names, *args.also),
+                args.out / "fem",
+                Where(workers=args.workers),
                 progress=advance,
                 objective=computed_by,
             )
-            found = optimum.resolve(found, asked.along, evaluate)
-    optimum.write(found, asked.out)
-    learnt = model.facts.designs(asked.surrogate)
-    chart = surrogate_front(found, model.facts.failed_designs, learnt)
-    picture.write([chart], asked.out / "pareto.png", picture.Look(across=1, key="above"))
-    _print(found, screen)
-    screen.say(f"results: {asked.out}")
-    if found.limits_below_the_front or any(one.failure for one in found.designs):
+            optimised = optimum.resolve(optimised, args.along, evaluate)
+    optimum.write(optimised, args.out)
+    learnt = model.facts.designs(args.surrogate)
+    chart = surrogate_front(optimised, model.facts.failed_designs, learnt)
+    picture.write([chart], args.out / "pareto.png", picture.Look(across=1, key="above"))
+    _print(optimised, screen)
+    screen.say(f"results: {args.out}")
+    if optimised.limits_below_the_front or any(one.failure for one in optimised.designs):
         raise typer.Exit(1)
 
 
 def objectives_of(
-    asked: TradeOffSettings, outputs: Sequence[str]
+    args: TradeOffSettings, outputs: Sequence[str]
 ) -> tuple[NamedObjective, NamedObjective]:
     """Return the two objectives that a command asks for.
 
     Args:
-        asked: settings of the command.
+        args: settings of the command.
         outputs: of the surrogate; the defaults are its first two.
 
     Returns:
@@ -195,12 +195,12 @@ def objectives_of(
     Raises:
         ConfigError: one line, where there are not just two of them.
     """
-    given = (asked.maximise, asked.minimise)
-    against = asked.against or next(each for each in outputs if each not in given)
-    maximise = asked.maximise
+    given = (args.maximise, args.minimise)
+    against = args.against or next(name for name in outputs if name not in given)
+    maximise = args.maximise
     if not any(given):
-        maximise = next((each for each in outputs if each != against), None)
-    return trade_off(against, asked.at_most, asked.at_least, maximise, asked.minimise)
+        maximise = next((name for name in outputs if name != against), None)
+    return trade_off(against, args.at_most, args.at_least, maximise, args.minimise)
 
 
 def _base(campaign: dict[str, Any], file: Path | None, overrides: Change) -> Config:
@@ -261,45 +261,45 @@ def _role(design: ChosenDesign, limited: NamedObjective) -> str:
     return f"{design.role} {'≤' if limited.sign > 0 else '≥'} {design.limit:g} {limited.unit}"
 
 
-def study(asked: StudySettings) -> None:
+def study(args: StudySettings) -> None:
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
     one_process("--processes, without mpirun")
 
-    model = network.load(asked.surrogate)
-    objectives = objectives_of(asked, model.output_names)
-    if len(asked.at_most + asked.at_least) != 1:
+    model = network.load(args.surrogate)
+    objectives = objectives_of(args, model.output_names)
+    if len(args.at_most + args.at_least) != 1:
         raise ConfigError("--at-most, --at-least: allowed: one of them, to choose designs by")
-    (limit,) = asked.at_most + asked.at_least
+    (limit,) = args.at_most + args.at_least
     plan = work.HyperparameterStudy(
         objectives,
         limit,
-        tuple(dict.fromkeys(asked.population)),
-        tuple(dict.fromkeys(asked.generations)),
-        tuple(dict.fromkeys(asked.crossover)),
-        tuple(dict.fromkeys(asked.mutation)),
-        asked.seeds,
+        tuple(dict.fromkeys(args.population)),
+        tuple(dict.fromkeys(args.generations)),
+        tuple(dict.fromkeys(args.crossover)),
+        tuple(dict.fromkeys(args.mutation)),
+        args.seeds,
     )
-    check_writable(asked.out)
+    check_writable(args.out)
     names, improved = model.input_names, objectives[1].title
     screen = console()
-    processes = asked.processes or len(os.sched_getaffinity(0))
-    with resumable(screen, asked.out), progress.jobs(screen, "runs") as show:
-        found = work.run(asked.surrogate, asked.out, plan, processes, show)
-    combinations = work.combine(found.choices, len(names))
+    processes = args.processes or len(os.sched_getaffinity(0))
+    with resumable(screen, args.out), progress.jobs(screen, "runs") as show:
+        runs = work.run(args.surrogate, args.out, plan, processes, show)
+    combinations = work.combine(runs.choices, len(names))
     best = work.best(combinations)
-    table.write(asked.out / "combinations.csv", work.rows(combinations, names, improved))
-    table.write(asked.out / "best.csv", work.rows(best, names, improved))
+    table.write(args.out / "combinations.csv", work.rows(combinations, names, improved))
+    table.write(args.out / "best.csv", work.rows(best, names, improved))
     screen.say(
-        f"{len(combinations)} combinations of {asked.seeds} seeds, from {len(plan.runs())} runs of "
-        f"NSGA-II ({found.cpu_s / 60:.1f} minutes of one core)"
+        f"{len(combinations)} combinations of {args.seeds} seeds, from {len(plan.runs())} runs of "
+        f"NSGA-II ({runs.cpu_s / 60:.1f} minutes of one core)"
     )
     if not best:
         first = objectives[0]
         screen.print(f"no front of all seeds has {first.title} {first.sense} {limit:g}")
         raise typer.Exit(1)
-    _plot(best, names, asked.out)
+    _plot(best, names, args.out)
     screen.print(_combinations(best, names, improved))
-    screen.say(f"study: {asked.out}")
+    screen.say(f"study: {args.out}")
 
 
 def _plot(best: list[Combination], names: tuple[str, ...], out: Path) -> None:
