@@ -47,7 +47,7 @@ class Polyline:
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Points (k, 2) at parts (k,) of the length, from 0 to 1."""
         places = shares * self.length_mm
-        return np.stack([np.interp(places, self._along, each) for each in self.points.T], axis=1)
+        return np.stack([np.interp(places, self._along, coord) for coord in self.points.T], axis=1)
 
     def rates(self, shares: np.ndarray) -> np.ndarray:
         """Change (k, 2) of points with their parts of the length (mm)."""
@@ -84,8 +84,8 @@ class Polyline:
         with np.errstate(divide="ignore", invalid="ignore"):
             on_i, on_j = _cross(apart, step[j]) / across, _cross(apart, step[i]) / across
             meet = (on_i >= 0) & (on_i <= 1) & (on_j >= 0) & (on_j <= 1)
-        found = np.flatnonzero(meet)
-        return start[i[found[0]]] + on_i[found[0]] * step[i[found[0]]] if len(found) else None
+        hits = np.flatnonzero(meet)
+        return start[i[hits[0]]] + on_i[hits[0]] * step[i[hits[0]]] if len(hits) else None
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -137,7 +137,7 @@ class CurveTarget(Section):
     def targets(self) -> Callable[[float], Polyline]:
         """Return the function from a pressure (kPa) to the curve there, or to the tip's place."""
         points = np.stack([self.x_mm, self.z_mm], axis=1)
-        lines = [Polyline(each) for each in np.split(points, self._cuts)]
+        lines = [Polyline(piece) for piece in np.split(points, self._cuts)]
         if self.pressure_kPa is None:
             return lambda pressure_kPa: lines[0]
         pressures = np.unique(self.pressure_kPa)
@@ -167,7 +167,7 @@ class CurveTarget(Section):
                 yield Refusal("pressure_kPa", words, list(self.pressure_kPa))
             if self.of_tip:
                 return
-        if any(not np.hypot(*np.diff(each, axis=0).T).all() for each in self.lines):
+        if any(not np.hypot(*np.diff(line, axis=0).T).all() for line in self.lines):
             yield Refusal(
                 "x_mm", "allowed: neighbouring points that differ", "the same point twice"
             )

@@ -41,7 +41,7 @@ def printable(text: str) -> str:
     Args:
         text: of a message, which may quote what a user gave.
     """
-    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
+    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in text)
 
 
 def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
@@ -95,20 +95,20 @@ def _places(loc: Sequence[str | int], root: type[BaseModel]) -> list[str | int]:
         if named:
             named = False
             continue
-        found = kinds([each for each in places if isinstance(each, str)], root)
-        if found and not any(hasattr(kind, "model_fields") for kind in found):
+        types = kinds([key for key in places if isinstance(key, str)], root)
+        if types and not any(hasattr(kind, "model_fields") for kind in types):
             break  # below a value pydantic puts the types that it may have
         places.append(part)
-        found = kinds([each for each in places if isinstance(each, str)], root)
-        named = len(found) > 1 and all(hasattr(kind, "model_fields") for kind in found)
+        types = kinds([key for key in places if isinstance(key, str)], root)
+        named = len(types) > 1 and all(hasattr(kind, "model_fields") for kind in types)
     return places
 
 
 def _is_no_table(first: Mapping[str, Any], location: Sequence[str], root: type[BaseModel]) -> bool:
     """Tell whether the name of a table belongs to a value, so that the user meant a key."""
     no_table = first["type"] in ("model_type", "model_attributes_type")
-    known = fields(location[:-1], root)
-    return no_table and bool(known) and location[-1] not in known
+    section_keys = fields(location[:-1], root)
+    return no_table and bool(section_keys) and location[-1] not in section_keys
 
 
 def shown(value: Any) -> str:
@@ -147,7 +147,7 @@ def reason(kind: str, info: Any, key: str) -> str:
     if get_origin(hint) in (tuple, dict):
         return f"{nearly}allowed: {_entries(hint, info, unit(key))}"
     beside = [get_args(part) for part in get_args(info.annotation) if get_origin(part) is Annotated]
-    of_number = [each for kind_of, *notes in beside if kind_of is hint for each in notes]
+    of_number = [note for kind_of, *notes in beside if kind_of is hint for note in notes]
     limits = _within([*info.metadata, *of_number])
     allowed = f"{limits} {unit(key)}".strip() if limits else f"any finite {what}"
     if kind.startswith(("greater", "less", "nearly")):
@@ -163,11 +163,11 @@ def _entries(hint: Any, info: Any, unit: str) -> str:
     inner, bounded = entry_of(hint)
     if get_origin(inner) is Literal:
         return f"a list of {', '.join(str(choice) for choice in get_args(inner))}"
-    each = f", each {_within(bounded)} {unit}".rstrip() if bounded else ""
+    range_text = f", each {_within(bounded)} {unit}".rstrip() if bounded else ""
     if get_origin(hint) is dict:
-        return f"a table of numbers{each}"
+        return f"a table of numbers{range_text}"
     if get_args(hint)[1:2] not in ((), (Ellipsis,)):
-        return f"three finite numbers, as in [1, 0, 0]{each}"
+        return f"three finite numbers, as in [1, 0, 0]{range_text}"
     limits = {
         name: getattr(item, name)
         for item in info.metadata
@@ -176,7 +176,7 @@ def _entries(hint: Any, info: Any, unit: str) -> str:
     }
     count = " to ".join(dict.fromkeys(str(limit) for limit in limits.values()))
     what = "integers" if inner is int else "numbers"
-    return " ".join(part for part in ("a list of", count, what) if part) + each
+    return " ".join(part for part in ("a list of", count, what) if part) + range_text
 
 
 def entry_of(hint: Any) -> tuple[Any, Sequence[Any]]:
@@ -185,8 +185,8 @@ def entry_of(hint: Any) -> tuple[Any, Sequence[Any]]:
     Args:
         hint: annotation of a key.
     """
-    whole = bare(hint)
-    entry = next(iter(get_args(whole)[get_origin(whole) is dict :]), None)
+    bare_hint = bare(hint)
+    entry = next(iter(get_args(bare_hint)[get_origin(bare_hint) is dict :]), None)
     if get_origin(entry) is not Annotated:
         return entry, []
     kind, *more = get_args(entry)
@@ -224,10 +224,10 @@ def fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
         root: class of the configuration.
     """
     every = (getattr(kind, "model_fields", {}) for kind in kinds(sections, root))
-    found: dict[str, Any] = {}
-    for key, info in (item for known in every for item in known.items()):
-        found.setdefault(key, info)
-    return found
+    by_key: dict[str, Any] = {}
+    for key, info in (item for infos in every for item in infos.items()):
+        by_key.setdefault(key, info)
+    return by_key
 
 
 def kinds(sections: Sequence[str], root: type[BaseModel]) -> tuple[Any, ...]:
@@ -241,13 +241,13 @@ def kinds(sections: Sequence[str], root: type[BaseModel]) -> tuple[Any, ...]:
         One class, or several where one of the section's keys chooses; the type of a value; none
         below a value.
     """
-    found: tuple[Any, ...] = (root,)
+    types: tuple[Any, ...] = (root,)
     for name in sections:
-        holders = [kind for kind in found if name in getattr(kind, "model_fields", {})]
+        holders = [kind for kind in types if name in getattr(kind, "model_fields", {})]
         hints = [holders[0].model_fields[name].annotation] if holders else []
-        hints = hints or [kind.entries for kind in found[:1] if getattr(kind, "entries", None)]
-        found = tuple(kind for hint in hints for kind in _alternatives(hint))
-    return found
+        hints = hints or [kind.entries for kind in types[:1] if getattr(kind, "entries", None)]
+        types = tuple(kind for hint in hints for kind in _alternatives(hint))
+    return types
 
 
 def _alternatives(hint: Any) -> Sequence[Any]:

@@ -23,17 +23,17 @@ def classes[T](group: str, package: str, files: Sequence[str], base: type[T]) ->
         PluginError: one line, where a plugin cannot be loaded, has two such classes, or has a name
             that is taken.
     """
-    found = {file: only_class(f"{package}.{file}", base) for file in files}
+    by_name = {file: only_class(f"{package}.{file}", base) for file in files}
     for plugin in plugins.of_group(group):
         name, kinds = plugin.module.rpartition(".")[2], _classes(plugin.load(), base)
-        if kinds and name in found:
+        if kinds and name in by_name:
             raise PluginError(f"--plugin {plugin.path}: {name} is taken; allowed: another name")
         if len(kinds) > 1:
-            words = " and ".join(each.__name__ for each in kinds)
+            words = " and ".join(kind.__name__ for kind in kinds)
             raise PluginError(f"--plugin {plugin.path}: {words}; allowed: one of {group} in a file")
         if kinds:
-            found[name] = kinds[0]
-    return found
+            by_name[name] = kinds[0]
+    return by_name
 
 
 def only_class[T](module: str, base: type[T]) -> type[T]:
@@ -43,8 +43,8 @@ def only_class[T](module: str, base: type[T]) -> type[T]:
         module: dotted name of the file.
         base: base class of the kind.
     """
-    (found,) = _classes(importlib.import_module(module), base)
-    return found
+    (kind,) = _classes(importlib.import_module(module), base)
+    return kind
 
 
 def _classes[T](module: ModuleType, base: type[T]) -> list[type[T]]:

@@ -55,15 +55,15 @@ def _of_name(table: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
         return table
     if name not in named():
         raise outside(NAME, shown(name), f"allowed: {', '.join(named())}")
-    found = named()[name]
-    own = {**found["material"], "elongation_at_break": found["elongation_at_break"]}
-    told = {k: v for k, v in table.items() if k != NAME and v != defaults.get(k, name)}
-    for key, value in told.items():
-        if key in defaults and key not in _KEPT and value != own.get(key):
+    entry = named()[name]
+    constants = {**entry["material"], "elongation_at_break": entry["elongation_at_break"]}
+    given = {k: v for k, v in table.items() if k != NAME and v != defaults.get(k, name)}
+    for key, value in given.items():
+        if key in defaults and key not in _KEPT and value != constants.get(key):
             raise outside(key, shown(value), f'allowed: without name = "{name}", which tells it')
-    if told.get("bulk_MPa") is not None:
-        own.pop("nu", None)
-    return {**own, **told}
+    if given.get("bulk_MPa") is not None:
+        constants.pop("nu", None)
+    return {**constants, **given}
 
 
 def known_as(material: Material) -> tuple[str, dict[str, Any]] | None:
@@ -72,8 +72,8 @@ def known_as(material: Material) -> tuple[str, dict[str, Any]] | None:
     Args:
         material: as it is resolved, without its name.
     """
-    own = {"law": material.law, **material.constants()}.items()
-    return next((each for each in named().items() if own <= each[1]["material"].items()), None)
+    constants = {"law": material.law, **material.constants()}.items()
+    return next((row for row in named().items() if constants <= row[1]["material"].items()), None)
 
 
 OF_RUBBER: Final = 0.499
@@ -128,8 +128,8 @@ class Material(MaterialLaw):
 
     def constants(self) -> dict[str, Any]:
         """Return the numbers of the law's energy by key; lists for lists."""
-        own = (key for key in type(self).model_fields if key not in Material.model_fields)
-        return {key: value for key in own if (value := getattr(self, key)) is not None}
+        keys = (key for key in type(self).model_fields if key not in Material.model_fields)
+        return {key: value for key in keys if (value := getattr(self, key)) is not None}
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the law refuses, and moduli that are none of a solid."""
@@ -173,14 +173,14 @@ def _with_law(data: Any) -> Any:
     if not isinstance(law, str) or law not in LAWS:
         allowed = f"allowed: {', '.join(sorted(LAWS))}; {plugins.hint(str(law))}"
         raise outside("law", shown(law), allowed)
-    found = {"law": law, **data}
+    table = {"law": law, **data}
     for other, kind in LAWS.items():
         for key in kind.model_fields.keys() - LAWS[law].model_fields.keys() & data.keys():
-            default, value = kind.model_fields[key].default, found.pop(key)
+            default, value = kind.model_fields[key].default, table.pop(key)
             if value != default and value != tables.plain(default):
                 why = f'allowed: with another law than "{law}", such as "{other}"'
                 raise outside(key, shown(value), why)
-    return found
+    return table
 
 
 def _of_any_law(base: type[Material]) -> Any:

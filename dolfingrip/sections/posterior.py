@@ -45,11 +45,11 @@ class WeightedFit(Section):
         """Factor on the pressure, (n,), extrapolated beyond the table from its last rows."""
         if not self.growth:
             return np.ones_like(growth)
-        found = np.interp(growth, self.growth, self.factor)
+        factor = np.interp(growth, self.growth, self.factor)
         if len(self.growth) > 1:
             rise = (self.factor[-1] - self.factor[-2]) / (self.growth[-1] - self.growth[-2])
-            found = found + max(rise, 0.0) * np.maximum(growth - self.growth[-1], 0.0)
-        return np.asarray(found)
+            factor = factor + max(rise, 0.0) * np.maximum(growth - self.growth[-1], 0.0)
+        return np.asarray(factor)
 
 
 class PosteriorTable(Section):
@@ -64,14 +64,14 @@ class PosteriorTable(Section):
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another."""
-        angles = [each.name for each in readings("finger") if each.unit == ANGLE.unit]
+        angles = [reading.name for reading in readings("finger") if reading.unit == ANGLE.unit]
         if self.reading not in angles:
             yield Refusal("reading", f"allowed: {', '.join(angles)}")
 
     @property
     def shares(self) -> np.ndarray:
         """Probability of each fit, (fits,)."""
-        weights = np.array([each.weight for each in self.fit])
+        weights = np.array([fit.weight for fit in self.fit])
         return np.asarray(weights / weights.sum())
 
 

@@ -49,10 +49,10 @@ def _check(folder: Path, chain: list[Path]) -> None:
     """Refuse a folder that another user could write to, or put another one in its place."""
     system = os.stat("/proc").st_uid  # in a user namespace root has another number
     for path in chain:
-        found = path.stat()
+        status = path.stat()
         inner = path == folder
-        if found.st_uid != os.geteuid() and (inner or found.st_uid != system):
+        if status.st_uid != os.geteuid() and (inner or status.st_uid != system):
             raise ConfigError(f"cache {folder}: {path} belongs to another user; {_ALLOWED}")
         # in a folder with the sticky bit, as /tmp, each may rename only what is theirs
-        if found.st_mode & 0o022 and (inner or not found.st_mode & stat.S_ISVTX):
+        if status.st_mode & 0o022 and (inner or not status.st_mode & stat.S_ISVTX):
             raise ConfigError(f"cache {folder}: others may write to {path}; {_ALLOWED}")

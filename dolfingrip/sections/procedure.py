@@ -234,13 +234,15 @@ class Cavities(Section):
 
     def ratio(self, name: str) -> float:
         """A cavity's pressure by the experiment's; 1 if it is not named, 0 without that supply."""
-        found = self.of(name)
-        return 0.0 if found.closed or found.pressure_kPa else found.pressure_ratio
+        cavity = self.of(name)
+        return 0.0 if cavity.closed or cavity.pressure_kPa else cavity.pressure_ratio
 
     @property
     def own(self) -> Mapping[str, Numbers]:
         """Pressures of the cavities with a supply of their own, by name."""
-        return {name: each.pressure_kPa for name, each in self.all.items() if each.pressure_kPa}
+        return {
+            name: cavity.pressure_kPa for name, cavity in self.all.items() if cavity.pressure_kPa
+        }
 
     def refuse_own(self, who: str) -> None:
         """Refuse cavities with a supply of their own.

@@ -72,8 +72,8 @@ class ProtocolSegment(Section):
         Args:
             by: key of the end of the control's ramps.
         """
-        own = by == "to_kPa" and bool(self.cavity_kPa)
-        return own or self.hold_s is not None or getattr(self, by) is not None
+        ramps_cavity = by == "to_kPa" and bool(self.cavity_kPa)
+        return ramps_cavity or self.hold_s is not None or getattr(self, by) is not None
 
 
 class SetupPose(Section):
@@ -146,24 +146,24 @@ def read(
         text = tables.text_of(file, "--protocol")
         tables.check_separator(f"--protocol {file}", text.partition("\n")[0])
         return _measured(file, text.splitlines(), experiment, control, specimen), ()
-    asked = checked(ProtocolFile, tables.whole(file, "--protocol"))
-    if not asked.segment:
+    protocol = checked(ProtocolFile, tables.whole(file, "--protocol"))
+    if not protocol.segment:
         raise ConfigError(f"--protocol {file}: segment = []: allowed: at least one [[segment]]")
     by = f"to_{unit(control)}"
-    if not all(each.leads(by) for each in asked.segment):
+    if not all(segment.leads(by) for segment in protocol.segment):
         raise ConfigError(f"--protocol {file}: segment: allowed: {by} or hold_s in a {experiment}")
-    return _table(asked, control, even), asked.pose
+    return _table(protocol, control, even), protocol.pose
 
 
-def _table(asked: ProtocolFile, control: str, even: bool) -> dict[str, list[Any]]:
+def _table(protocol: ProtocolFile, control: str, even: bool) -> dict[str, list[Any]]:
     """Readings of all segments: each of the controls goes on a straight line to its end."""
-    own = dict.fromkeys(name for each in asked.segment for name in each.cavity_kPa)
+    cavities = dict.fromkeys(name for segment in protocol.segment for name in segment.cavity_kPa)
     by, rate = f"to_{unit(control)}", f"rate_{unit(control)}_per_s"
     rows: list[tuple[float, dict[str, float], int, Branch]] = [
-        (0.0, dict.fromkeys((control, *own), 0.0), 1, "loading")
+        (0.0, dict.fromkeys((control, *cavities), 0.0), 1, "loading")
     ]
-    for cycle in range(1, asked.cycles + 1):
-        for segment in asked.segment:
+    for cycle in range(1, protocol.cycles + 1):
+        for segment in protocol.segment:
             start_s, start, *_ = rows[-1]
             if segment.hold_s is not None:
                 after = waits(segment.hold_s, segment.readings, even=even)
@@ -181,9 +181,9 @@ def _table(asked: ProtocolFile, control: str, even: bool) -> dict[str, list[Any]
                 branch = branch_of(rows[-1][1][leads], now[leads])
                 rows.append((start_s + part * length_s, now, cycle, branch))
     times, controls, cycles, branches = ([*column] for column in zip(*rows, strict=True))
-    values = {name: [each[name] for each in controls] for name in (control, *own)}
-    found = {"time_s": times, control: values.pop(control), "cycle": cycles, "branch": branches}
-    return found | {supply_of(name).name: each for name, each in values.items()}
+    values = {name: [state[name] for state in controls] for name in (control, *cavities)}
+    columns = {"time_s": times, control: values.pop(control), "cycle": cycles, "branch": branches}
+    return columns | {supply_of(name).name: series for name, series in values.items()}
 
 
 def _measured(
@@ -198,20 +198,20 @@ def _measured(
     if not rows:
         raise ConfigError(f"--protocol {file}: no row; allowed: rows of experiment {experiment}")
     rows = _of_one(file, rows, experiment, specimen)
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     try:
-        own = [name for name in rows[0] if control == PRESSURE.name and cavity_of_supply(name)]
-        for name in ("time_s", control, *own):
-            found[name] = [float(row[name]) for row in rows]
+        supplies = [name for name in rows[0] if control == PRESSURE.name and cavity_of_supply(name)]
+        for name in ("time_s", control, *supplies):
+            columns[name] = [float(row[name]) for row in rows]
         if "cycle" in rows[0]:
-            found["cycle"] = [int(row["cycle"]) for row in rows]
+            columns["cycle"] = [int(row["cycle"]) for row in rows]
     except (TypeError, ValueError) as error:
         raise ConfigError(f"--protocol {file}: {error}") from None
     if "branch" in rows[0]:
-        found["branch"] = [row["branch"] for row in rows]
-    start = found["time_s"][0]
-    found["time_s"] = [time - start for time in found["time_s"]]
-    return found
+        columns["branch"] = [row["branch"] for row in rows]
+    start = columns["time_s"][0]
+    columns["time_s"] = [time - start for time in columns["time_s"]]
+    return columns
 
 
 def _of_one(

@@ -51,7 +51,7 @@ def narrow(key: str, info: FieldInfo, *, named: bool) -> None:
         raise TypeError(
             f"{key}: ends in no unit; allowed: one of {', '.join(units.UNITS)}, or the type Ratio"
         )
-    others = [each for each in get_args(info.annotation) if each is not NoneType]
+    others = [part for part in get_args(info.annotation) if part is not NoneType]
     if bare(info.annotation) is float and len(others) < 2:  # a number, or none
         info.metadata = _within(info.metadata, unit)
     else:
@@ -71,7 +71,7 @@ def pure(noted: Any) -> bool:
     """
     if isinstance(noted, FieldInfo):
         return PURE in noted.metadata or pure(noted.annotation)
-    return any(each is PURE or pure(each) for each in get_args(noted))
+    return any(arg is PURE or pure(arg) for arg in get_args(noted))
 
 
 def _of_entries(hint: Any, unit: units.Unit) -> Any:
@@ -80,20 +80,20 @@ def _of_entries(hint: Any, unit: units.Unit) -> Any:
     if hint is float:
         return Annotated[(float, *_within((), unit))]
     if origin is Annotated and inner[0] is float:
-        bounds = [each for item in inner[1:] for each in getattr(item, "metadata", [item])]
+        bounds = [bound for item in inner[1:] for bound in getattr(item, "metadata", [item])]
         return Annotated[(float, *_within(bounds, unit))]
     if origin is Annotated:
         return Annotated[(_of_entries(inner[0], unit), *inner[1:])]
     if origin in (Union, UnionType):
-        return Union[tuple(_of_entries(each, unit) for each in inner)]  # noqa: UP007  # of a tuple
+        return Union[tuple(_of_entries(part, unit) for part in inner)]  # noqa: UP007  # of a tuple
     if origin in (tuple, dict):
-        return origin[tuple(_of_entries(each, unit) for each in inner)]
+        return origin[tuple(_of_entries(part, unit) for part in inner)]
     return hint
 
 
 def _within(metadata: Sequence[Any], unit: units.Unit) -> list[Any]:
     """The bounds of a number's metadata, and the missing ones by its unit."""
-    kept = [each for each in metadata if each != Gt(0) and each is not _SOMETHING]
+    kept = [bound for bound in metadata if bound != Gt(0) and bound is not _SOMETHING]
     if not _limits(kept, "lt", "le"):
         kept.append(Le(unit.most))
     if not _limits(kept, "gt", "ge"):
@@ -104,5 +104,5 @@ def _within(metadata: Sequence[Any], unit: units.Unit) -> list[Any]:
 
 
 def _limits(metadata: Sequence[Any], *names: str) -> list[float]:
-    found = [getattr(each, name, None) for each in metadata for name in names]
-    return [limit for limit in found if limit is not None]
+    limits = [getattr(bound, name, None) for bound in metadata for name in names]
+    return [limit for limit in limits if limit is not None]

@@ -231,17 +231,17 @@ class Section(BaseModel):
             values: as plain data.
             parts: of the experiment.
         """
-        found: dict[str, Any] = {}
+        kept: dict[str, Any] = {}
         for key, value in values.items():
             if isinstance(value, Mapping):
                 inner, *_ = errors.kinds([key], cls)
                 if inner.felt_on(parts):
-                    found[key] = inner.counted(value, parts)
+                    kept[key] = inner.counted(value, parts)
             elif value is not None and key not in cls.effort:
-                found[key] = value
-        found = {k: v for k, v in found.items() if k not in cls.later or v != cls.later[k]}
-        own = plugins.digests(*cls.made_of(values))
-        return {**found, "plugin": own} if own else found
+                kept[key] = value
+        kept = {k: v for k, v in kept.items() if k not in cls.later or v != cls.later[k]}
+        digests = plugins.digests(*cls.made_of(values))
+        return {**kept, "plugin": digests} if digests else kept
 
     @classmethod
     def made_of(cls, values: Mapping[str, Any]) -> tuple[type, ...]:

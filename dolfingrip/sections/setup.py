@@ -86,18 +86,18 @@ class Sections(Section):
     @property
     def pressures_kPa(self) -> tuple[float, ...]:
         """Lowest and highest pressure of all supplies."""
-        own = (each for pressures in self.cavity.own.values() for each in pressures)
-        asked = (*self._of_experiment_kPa, *own)
-        return min(asked), max(asked)
+        supplied_kPa = (p for pressures in self.cavity.own.values() for p in pressures)
+        all_kPa = (*self._of_experiment_kPa, *supplied_kPa)
+        return min(all_kPa), max(all_kPa)
 
     @property
     def _of_experiment_kPa(self) -> tuple[float, float]:
         """Lowest and highest pressure of the supply that cavities share."""
         if self.protocol.time_s:
-            asked: Sequence[float] = self.protocol.pressure_kPa
+            pressures: Sequence[float] = self.protocol.pressure_kPa
         else:
-            asked = (self.experiment.min_pressure_kPa, self.experiment.max_pressure_kPa)
-        return min(asked, default=0.0), max(asked, default=0.0)
+            pressures = (self.experiment.min_pressure_kPa, self.experiment.max_pressure_kPa)
+        return min(pressures, default=0.0), max(pressures, default=0.0)
 
     def _in_cavity_kPa(self, name: str) -> Sequence[float]:
         """Pressures that a supply gives a cavity, its lowest and highest among them."""
@@ -151,9 +151,9 @@ class Sections(Section):
 
     def _region_refused(self, key: str, region: str) -> Iterator[Refusal]:
         """Refuse a region that the geometry has not; those of a mesh file are not known yet."""
-        known = self.geometry.regions
-        if self.mesh.file is None and region not in known:
-            allowed = ", ".join(known) or "none with this kind of geometry"
+        regions = self.geometry.regions
+        if self.mesh.file is None and region not in regions:
+            allowed = ", ".join(regions) or "none with this kind of geometry"
             yield Refusal(key, f"no such region; allowed: {allowed}", f'"{region}"')
 
     def _thickness_mm(self, region: str) -> float | None:
@@ -175,26 +175,28 @@ class Sections(Section):
 
     def film_thickness_mm(self, film: Film) -> float:
         """Thickness of a layer."""
-        found = film.thickness_mm or self._thickness_mm(film.region)
-        assert found is not None  # the validator sees to it
-        return found
+        thickness = film.thickness_mm or self._thickness_mm(film.region)
+        assert thickness is not None  # the validator sees to it
+        return thickness
 
     def _cavities_refused(self) -> Iterator[Refusal]:
         for name in self.cavity.all:
-            known = self.geometry.cavities()
-            if self.mesh.file is None and name not in known:
-                allowed = f"allowed: {', '.join(known)}, or with mesh.file"
+            cavities = self.geometry.cavities()
+            if self.mesh.file is None and name not in cavities:
+                allowed = f"allowed: {', '.join(cavities)}, or with mesh.file"
                 yield Refusal(f"cavity.{name}", allowed, "a table")
-            own, lowest = self.cavity.own.get(name, ()), min(self._in_cavity_kPa(name))
-            if own and len(own) != (count := len(self.protocol.time_s)):
+            pressures, lowest = self.cavity.own.get(name, ()), min(self._in_cavity_kPa(name))
+            if pressures and len(pressures) != (count := len(self.protocol.time_s)):
                 words = f"allowed: one for each time of the protocol, {count}"
-                yield Refusal(f"cavity.{name}.pressure_kPa", words, f"{len(own)} values")
+                yield Refusal(f"cavity.{name}.pressure_kPa", words, f"{len(pressures)} values")
             if lowest < VACUUM_KPA:
                 words = f"{lowest:g} kPa in it, {NO_VACUUM}"
-                key, shown = ("pressure_kPa", list(own)) if own else ("pressure_ratio", None)
+                key, shown = (
+                    ("pressure_kPa", list(pressures)) if pressures else ("pressure_ratio", None)
+                )
                 yield Refusal(f"cavity.{name}.{key}", words, shown or self.cavity.ratio(name))
-        known = () if self.mesh.file else self.geometry.cavities()
-        ratios = [self.cavity.ratio(name) for name in {*self.cavity.all, *known}] or [1.0]
+        cavities = () if self.mesh.file else self.geometry.cavities()
+        ratios = [self.cavity.ratio(name) for name in {*self.cavity.all, *cavities}] or [1.0]
         if self.experiment.control != "pressure" and (min(ratios) < 0 or max(ratios) == 0):
             words = 'allowed: "pressure" where a pressure_ratio is negative, or all are 0'
             yield Refusal("experiment.control", words)
@@ -228,8 +230,8 @@ class Sections(Section):
     @property
     def tables(self) -> dict[str, Section]:
         """The sections by name, without those of other kinds of geometry."""
-        found = {name: getattr(self, name) for name in type(self).model_fields}
-        return {name: section for name, section in found.items() if section is not None}
+        sections = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: section for name, section in sections.items() if section is not None}
 
     def changed(self, **sections: Mapping[str, Any]) -> Self:
         """A checked copy with other values of some keys, by section.
@@ -250,9 +252,9 @@ class Sections(Section):
         Args:
             sections: names of those that become plain data.
         """
-        found: dict[str, Any] = self.tables
-        opened = {name: found[name] for name in sections if name in found}
-        return found | {n: each.model_dump(exclude_none=True) for n, each in opened.items()}
+        tables: dict[str, Any] = self.tables
+        opened = {name: tables[name] for name in sections if name in tables}
+        return tables | {n: section.model_dump(exclude_none=True) for n, section in opened.items()}
 
     @property
     def geometry_table(self) -> str:
@@ -262,16 +264,16 @@ class Sections(Section):
     @property
     def geometry(self) -> Geometry:
         """The table with the dimensions of the meshed solid, if no mesh file is given."""
-        found = getattr(self, self.geometry_table)
-        assert isinstance(found, Geometry)  # the validators see to it
-        return found
+        geometry = getattr(self, self.geometry_table)
+        assert isinstance(geometry, Geometry)  # the validators see to it
+        return geometry
 
     def drawn(self) -> dict[str, dict[str, Any]]:
         """The tables of dimensions for a measurement's TOML file."""
-        found = {"finger": self.finger.model_dump(exclude_defaults=True)}
+        tables = {"finger": self.finger.model_dump(exclude_defaults=True)}
         if self.geometry_table != "finger":
-            found[self.geometry_table] = self.geometry.model_dump(exclude_none=True)
-        return found
+            tables[self.geometry_table] = self.geometry.model_dump(exclude_none=True)
+        return tables
 
     @property
     def hexahedra(self) -> bool:

@@ -113,12 +113,12 @@ def assignments(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
     Raises:
         ConfigError: one line naming the option, if one is not an assignment.
     """
-    found: dict[str, Any] = {}
+    by_key: dict[str, Any] = {}
     for text in texts:
         key, value = assigned(text, option)
-        found.pop(key, None)
-        found[key] = value
-    return found
+        by_key.pop(key, None)
+        by_key[key] = value
+    return by_key
 
 
 def parts(key: str) -> list[str | int]:
@@ -130,8 +130,8 @@ def parts(key: str) -> list[str | int]:
     >>> parts("extensions.prony.g[0]")
     ['extensions', 'prony', 'g', 0]
     """
-    found = re.findall(r"[^.\[\]]+|\[\d+\]", key)
-    return [int(part[1:-1]) if part.startswith("[") else part for part in found]
+    names = re.findall(r"[^.\[\]]+|\[\d+\]", key)
+    return [int(part[1:-1]) if part.startswith("[") else part for part in names]
 
 
 def put(data: dict[str, Any], change: Mapping[str, Any], *, replace: bool = True) -> None:
@@ -222,11 +222,11 @@ SEPARATORS: Final = {";": "semicolons", "\t": "tabs"}
 """Separators of CSV files that spreadsheets of some languages write, and their names."""
 
 
-def check_separator(told: str, header: str) -> None:
+def check_separator(prefix: str, header: str) -> None:
     """Refuse a CSV table whose entries are not separated by commas.
 
     Args:
-        told: option and file that the message begins with.
+        prefix: option and file that the message begins with.
         header: first line of the table.
 
     Raises:
@@ -235,7 +235,7 @@ def check_separator(told: str, header: str) -> None:
     for character, name in SEPARATORS.items():
         if header.count(character) > header.count(","):
             raise ConfigError(
-                f"{told}: its entries are separated by {name}; allowed: commas, with a point "
+                f"{prefix}: its entries are separated by {name}; allowed: commas, with a point "
                 "before decimals"
             )
 
@@ -286,7 +286,7 @@ def table(section: BaseModel) -> tomlkit.items.Table:
             inner[key] = table(value)
         elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
             inner[key] = tomlkit.aot()
-            inner[key].extend(table(each) for each in value)
+            inner[key].extend(table(entry) for entry in value)
         else:
             item = tomlkit.item(plain(value))
             item.comment(info.description or "")

@@ -82,7 +82,7 @@ def sized(text: str) -> Unit:
     Args:
         text: as people read it; those of a pure number where it is no unit of a key.
     """
-    return next((each for each in UNITS.values() if each.text == text), PURE)
+    return next((unit for unit in UNITS.values() if unit.text == text), PURE)
 
 
 def unit(key: str) -> str:
@@ -112,7 +112,7 @@ def words(key: str) -> str:
 
 def _ending(key: str) -> str:
     """The end of a key that is its unit: one of :data:`UNITS`, or one by another."""
-    ending = max((each for each in UNITS if key.endswith(f"_{each}")), key=len, default="")
+    ending = max((name for name in UNITS if key.endswith(f"_{name}")), key=len, default="")
     above = key.removesuffix(f"_{ending}")
     if not ending or not above.endswith("_per"):
         return ending

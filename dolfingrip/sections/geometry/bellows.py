@@ -96,9 +96,9 @@ class Bellows(Geometry):
         roof, valley = floor + self.channel_mm, self.valley_mm
         bellows = self.bellows_intervals()
         chambers = [
-            (start + own, end - own)
+            (start + chamber_wall, end - chamber_wall)
             for i, (start, end) in enumerate(bellows)
-            for own in (self.of(i).wall_mm,)
+            for chamber_wall in (self.of(i).wall_mm,)
         ]
         ends = (chambers[0][0], chambers[-1][1])
         across = (-self.width_mm / 2, self.width_mm / 2)
@@ -125,12 +125,12 @@ class Bellows(Geometry):
 
     def gaps(self) -> Gaps:
         """The gaps between bellows, base block and tip."""
-        found = self.gap_intervals()
+        intervals = self.gap_intervals()
         ends = [end for _, end in self.bellows_intervals()]
-        names = [_before(ends, start) for start, _ in found]
-        every = [each for _, each in self.sections()]
-        floor_mm = max(each.valley_mm for each in every)
-        return Gaps(found, [*names, "tip"], floor_mm, max(each.gap_mm for each in every))
+        names = [_before(ends, start) for start, _ in intervals]
+        every = [section for _, section in self.sections()]
+        floor_mm = max(section.valley_mm for section in every)
+        return Gaps(intervals, [*names, "tip"], floor_mm, max(section.gap_mm for section in every))
 
     def sections(self) -> list[tuple[Interval, Self]]:
         """The clamped face, each bellows, and the tip, which has the shared cross-section.
@@ -139,15 +139,15 @@ class Bellows(Geometry):
         """
         alike, (first, *others) = self.alike(), self.bellows_intervals()
         bellows = [(first[0] + self.of(0).wall_mm, first[1]), *others]
-        each = [(z, self.of(i)) for i, z in enumerate(bellows)]
+        per_bellows = [(z, self.of(i)) for i, z in enumerate(bellows)]
         tip = (self.length_mm - self.tip_mm, self.length_mm)
-        return [((0.0, 0.0), alike), *each, (tip, alike)]
+        return [((0.0, 0.0), alike), *per_bellows, (tip, alike)]
 
     def distances_mm(self) -> Mapping[str, float]:
         """Least distance of parallel faces by the key that sets it."""
         ledge_mm = self.chamber_width_mm - self.channel_width  # on both sides of the channel
         beside = (self.chamber_width_mm, self.channel_width, self.channel_mm, 0.0)
-        apart = [abs(each - self.tube_mm) for each in beside if each != self.tube_mm]
+        apart = [abs(side_mm - self.tube_mm) for side_mm in beside if side_mm != self.tube_mm]
         return {
             **({"tube_mm": min(apart)} if self.tube_mm else {}),
             "length_mm": self.length_mm,

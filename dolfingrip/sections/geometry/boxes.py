@@ -71,21 +71,21 @@ class BoxSolid:
         The contact face, the clamp, the tip's face and the symmetry plane stay; of two planes that
         mirror each other in y, it is the one above 0.
         """
-        found = np.sort(self.planes(axis))
-        found = found[np.concatenate([[True], np.diff(found) > TOLERANCE_MM])]
+        planes = np.sort(self.planes(axis))
+        planes = planes[np.concatenate([[True], np.diff(planes) > TOLERANCE_MM])]
         low, high = self.body[axis]
         lowest = 0.0 if axis == 1 else low
-        inside = found > lowest + TOLERANCE_MM
+        inside = planes > lowest + TOLERANCE_MM
         if axis == 2:
-            inside &= found < high - TOLERANCE_MM
-        return found[inside]
+            inside &= planes < high - TOLERANCE_MM
+        return planes[inside]
 
     def _boxes(self) -> Iterator[Box]:
         yield self.body
         yield from self.cavity
         yield from self.gaps
-        for found in self.regions.values():
-            yield from found
+        for boxes in self.regions.values():
+            yield from boxes
 
 
 @dataclass(frozen=True, slots=True)

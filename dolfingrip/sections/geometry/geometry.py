@@ -112,8 +112,8 @@ class Geometry(Section):
 
         A free form bends its planes.
         """
-        found = self.alike().solid()
-        return found if isinstance(found, BoxSolid) else None
+        solid = self.alike().solid()
+        return solid if isinstance(solid, BoxSolid) else None
 
     def cavities(self) -> tuple[str, ...]:
         """Surface groups of its cavities."""
@@ -163,5 +163,5 @@ class Geometry(Section):
 
     def thickness_mm(self, region: str) -> float | None:
         """Thickness of a region that is a layer, its key REGION_mm; None of another."""
-        found = getattr(self, f"{region}_mm", None)
-        return None if found is None else float(found)
+        thickness = getattr(self, f"{region}_mm", None)
+        return None if thickness is None else float(thickness)

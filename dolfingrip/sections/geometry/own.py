@@ -60,8 +60,8 @@ class OwnChambers(Geometry):
         """The tables of single chambers, and that of laws along the finger."""
         if not self.movable("override"):
             return {}
-        found = {f"override.{name}": each for name, each in self.override.inner.items()}
-        return {"along": self.along, **found}
+        overrides = {f"override.{name}": table for name, table in self.override.inner.items()}
+        return {"along": self.along, **overrides}
 
     @property
     def differ(self) -> bool:  # type: ignore[override]
@@ -71,8 +71,8 @@ class OwnChambers(Geometry):
 
     def number_at(self, key: str) -> float:
         """Return a number by its key; that of a chamber is the shared one where it has none."""
-        table, _, rest = key.partition(".")
-        name, _, dimension = rest.partition(".")
+        table, _, inner_key = key.partition(".")
+        name, _, dimension = inner_key.partition(".")
         if table == "override":
             return float(getattr(self.of(int(name) - 1), dimension))
         return super().number_at(key)
@@ -101,25 +101,25 @@ class OwnChambers(Geometry):
             chamber: from the clamp, from 0 on.
         """
         single = self.override.inner.get(str(chamber + 1))
-        found = []
+        dimensions = []
         for key in self.own:
-            law, own = getattr(self.along, key), getattr(single, key, None)
-            if own is not None:
-                found.append((key, f"override.{chamber + 1}.{key}", own))
+            law, override = getattr(self.along, key), getattr(single, key, None)
+            if override is not None:
+                dimensions.append((key, f"override.{chamber + 1}.{key}", override))
             elif law is not None:
-                found.append((key, f"along.{key}", _spline(law, chamber, self.count()[1])))
-        return found
+                dimensions.append((key, f"along.{key}", _spline(law, chamber, self.count()[1])))
+        return dimensions
 
     def offset(self, key: str, by_mm: float) -> dict[str, Any]:
         """Return the changes of keys that make a dimension of all chambers larger."""
-        found = super().offset(key, by_mm)
+        changes = super().offset(key, by_mm)
         if key in self.own and self.differ:
             tables = self.model_dump(include={"override", "along"}, exclude_none=True)
             for table in (tables["along"], *tables["override"].values()):
                 if key in table:
                     table[key] = _plus(table[key], by_mm)
-            found |= tables
-        return found
+            changes |= tables
+        return changes
 
     def refusals(self) -> Iterator[Refusal]:
         """Yield what the keys do not allow one another, and chambers that there cannot be."""
@@ -163,12 +163,12 @@ class OwnChambers(Geometry):
 def _possible(alike: OwnChambers, values: tuple[tuple[str, float], ...]) -> bool:
     """Tell whether a finger with such chambers is one, with its faces in the shared order."""
     try:
-        found = type(alike).model_validate({**alike.model_dump(exclude_none=True), **dict(values)})
+        finger = type(alike).model_validate({**alike.model_dump(exclude_none=True), **dict(values)})
     except ValidationError:
         return False
-    if min(found.distances_mm().values(), default=THINNEST_MM) < THINNEST_MM:
+    if min(finger.distances_mm().values(), default=THINNEST_MM) < THINNEST_MM:
         return False
-    here, there = alike.boxes(), found.boxes()
+    here, there = alike.boxes(), finger.boxes()
     return here is None or there is None or _same_order(here, there)
 
 
@@ -195,7 +195,7 @@ def _spline(values: tuple[float, ...], chamber: int, count: int) -> float:
 
 
 def _plus(value: Any, by: float) -> Any:
-    return [each + by for each in value] if isinstance(value, list | tuple) else value + by
+    return [number + by for number in value] if isinstance(value, list | tuple) else value + by
 
 
 def with_own(kind: type[Geometry]) -> type[Geometry]:
@@ -214,9 +214,9 @@ def with_own(kind: type[Geometry]) -> type[Geometry]:
         number.default, number.annotation = None, float | None
         numbers[key] = (float | None, number)
         about = f"{info.description}: values of a spline at equal distances, first to last chamber"
-        each = Annotated[(float, *info.metadata)]
+        entry = Annotated[(float, *info.metadata)]
         law = Field(None, strict=False, min_length=2, max_length=60, description=about)
-        laws[key] = (tuple[each, ...] | None, law)
+        laws[key] = (tuple[entry, ...] | None, law)
     one = create_model("Own", __base__=_Dimensions, __doc__="Dimensions of one chamber.", **numbers)
     along = create_model(
         "Along", __base__=_Dimensions, __doc__="Dimensions of all chambers, by splines.", **laws

@@ -70,8 +70,8 @@ class Pneunet(Geometry):
     @property
     def _longer_mm(self) -> list[float]:
         """By how much the pitches before each chamber, and of all, exceed the shared one."""
-        each = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.chambers))
-        return list(accumulate(each, initial=0.0))
+        excess_mm = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.chambers))
+        return list(accumulate(excess_mm, initial=0.0))
 
     @property
     def thinnest_mm(self) -> float:
@@ -85,20 +85,20 @@ class Pneunet(Geometry):
 
     def chamber_intervals(self) -> list[Interval]:
         """Outer extent along z (mm) of each chamber with its walls."""
-        found = []
+        intervals = []
         for i, longer in enumerate(self._longer_mm[:-1]):
-            start, own = self.clamp_block_mm + i * self.pitch_mm + longer, self.of(i)
-            found.append((start, start + own.chamber_length_mm + 2 * own.wall_mm))
-        return found
+            start, chamber = self.clamp_block_mm + i * self.pitch_mm + longer, self.of(i)
+            intervals.append((start, start + chamber.chamber_length_mm + 2 * chamber.wall_mm))
+        return intervals
 
     def gaps(self) -> Gaps:
         """The gaps between neighbouring chambers."""
         chambers = self.chamber_intervals()
-        found = [(before[1], after[0]) for before, after in pairwise(chambers)]
+        intervals = [(before[1], after[0]) for before, after in pairwise(chambers)]
         names = [f"chamber {i}" for i in range(1, len(chambers) + 1)]
-        every = [each for _, each in self.sections()]
-        floor_mm = max(each.valley_mm for each in every)
-        return Gaps(found, names, floor_mm, max(each.gap_mm for each in every))
+        every = [section for _, section in self.sections()]
+        floor_mm = max(section.valley_mm for section in every)
+        return Gaps(intervals, names, floor_mm, max(section.gap_mm for section in every))
 
     def sections(self) -> list[tuple[Interval, Self]]:
         """The clamped face, and each chamber, the last one with the tip.
@@ -107,8 +107,8 @@ class Pneunet(Geometry):
         """
         first, *others = self.chamber_intervals()
         chambers = [(first[0] + self.of(0).wall_mm, first[1]), *others]
-        each = [(z, self.of(i)) for i, z in enumerate(chambers)]
-        return [((0.0, 0.0), self.alike()), *each]
+        per_chamber = [(z, self.of(i)) for i, z in enumerate(chambers)]
+        return [((0.0, 0.0), self.alike()), *per_chamber]
 
     def solid(self) -> BoxSolid:
         """The block, its chambers and tunnel, the gaps between chambers, base and paper."""

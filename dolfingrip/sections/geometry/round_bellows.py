@@ -46,8 +46,8 @@ class RoundBellows(Geometry):
     @property
     def _longer_mm(self) -> list[float]:
         """By how much the pitches before each convolution, and of all, exceed the shared one."""
-        each = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.convolutions))
-        return list(accumulate(each, initial=0.0))
+        excess_mm = (self.of(i).pitch_mm - self.pitch_mm for i in range(self.convolutions))
+        return list(accumulate(excess_mm, initial=0.0))
 
     @property
     def width_mm(self) -> float:
@@ -74,12 +74,12 @@ class RoundBellows(Geometry):
 
     def crowns(self) -> list[Interval]:
         """Outer extent along z (mm) of each convolution."""
-        found = []
+        intervals = []
         for i, longer in enumerate(self._longer_mm[:-1]):
-            own = self.of(i)
-            start = self.block_mm + i * self.pitch_mm + longer + own.gap_mm / 2
-            found.append((start, start + own.pitch_mm - own.gap_mm))
-        return found
+            convolution = self.of(i)
+            start = self.block_mm + i * self.pitch_mm + longer + convolution.gap_mm / 2
+            intervals.append((start, start + convolution.pitch_mm - convolution.gap_mm))
+        return intervals
 
     def solid(self) -> CylinderSolid:
         """The blocks, and convolutions on a tube along each axis."""
@@ -91,9 +91,9 @@ class RoundBellows(Geometry):
             outer.append(Cylinder(axis, self.neck_radius_mm, ends))
             hollow = []
             for i, (start, end) in enumerate(self.crowns()):
-                radius, own = self.of(i).crown_radius_mm, self.of(i).wall_mm
+                radius, shell = self.of(i).crown_radius_mm, self.of(i).wall_mm
                 outer.append(Cylinder(axis, radius, (start, end)))
-                hollow.append(Cylinder(axis, radius - own, (start + own, end - own)))
+                hollow.append(Cylinder(axis, radius - shell, (start + shell, end - shell)))
             tube = Cylinder(axis, self.tube_mm / 2, (0.0, self.block_mm))
             neck = Cylinder(axis, self.neck_radius_mm - wall, ends)
             inner.append([neck, *hollow, *([tube] if self.tube_mm else ())])

@@ -52,11 +52,11 @@ class ExtendedTube(MaterialLaw):
         """Links, and tubes."""
         linked, tubes, beta = c["tube_Gc_MPa"], c["tube_Ge_MPa"], c["tube_beta"]
         first, square = invariants.first, c["tube_delta"] * c["tube_delta"]
-        rest = remaining(square * first.f)
+        r = remaining(square * first.f)
         # of (1 − δ²)D/r + ln r with r = 1 − δ²D: r' = −δ²
         links = first.through(
-            linked / 2 * ((1 - square) * first.f / rest + ln(rest)),
-            linked / 2 * ((1 - square) / rest**2 - square / rest),
-            linked / 2 * square * (2 * (1 - square) / rest**3 - square / rest**2),
+            linked / 2 * ((1 - square) * first.f / r + ln(r)),
+            linked / 2 * ((1 - square) / r**2 - square / r),
+            linked / 2 * square * (2 * (1 - square) / r**3 - square / r**2),
         )
         return links + invariants.power_sum(-beta) * (2 * tubes / (beta * beta))

@@ -50,8 +50,6 @@ class GentGent(MaterialLaw):
     def energy(cls, c: Mapping[str, Any], invariants: Invariants) -> Jet:
         """Chains and entanglements."""
         second, of_second = invariants.second, c["gg_C2_MPa"]
-        whole = second.f + 3
-        entangled = second.through(
-            of_second * ln(whole / 3), of_second / whole, -of_second / (whole * whole)
-        )
+        i2 = second.f + 3
+        entangled = second.through(of_second * ln(i2 / 3), of_second / i2, -of_second / (i2 * i2))
         return limited(invariants.first, c["gg_mu_MPa"], c["gg_limit"]) + entangled

@@ -36,7 +36,7 @@ def terms_refused(
             alpha_key, f"allowed: as many numbers as {mu_key} has, {len(mu)}", list(alpha)
         )
     low, high = ALPHA
-    if not all(low <= abs(each) <= high for each in alpha):
+    if not all(low <= abs(exponent) <= high for exponent in alpha):
         yield Refusal(
             alpha_key, f"allowed: each from {low:g} to {high:g}, or below 0 likewise", list(alpha)
         )
@@ -46,7 +46,7 @@ def _fit(terms: int) -> Fittable:
     """The law with so many terms."""
 
     def starts(shear_MPa: float) -> list[list[float]]:
-        return [[*[shear_MPa] * terms, *each] for each in combinations(EXPONENTS, terms)]
+        return [[*[shear_MPa] * terms, *exponents] for exponents in combinations(EXPONENTS, terms)]
 
     return Fittable(
         f"ogden-{terms}",

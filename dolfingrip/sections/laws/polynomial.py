@@ -20,7 +20,7 @@ POWERS: Final = {"C10_MPa": (1, 0), "C01_MPa": (0, 1), "C20_MPa": (2, 0), "C11_M
 
 def _fit(name: str, title: str, fewer: str, factors: str) -> Fittable:
     """The law with these factors, C10 first."""
-    keys = tuple(f"{each}_MPa" for each in factors.split())
+    keys = tuple(f"{factor}_MPa" for factor in factors.split())
     start = [0.0] * (len(keys) - 1)
     return Fittable(name, title, keys, lambda shear: [[shear / 2, *start]], fewer=fewer)
 
