@@ -122,13 +122,13 @@ def seconds(texts: Sequence[str], order: str = "") -> list[float] | None:
     """
     if not is_clock(_first(texts)):
         return None
-    found = [_CLOCK.fullmatch(text.strip()) for text in texts if not missing(text)]
-    told = [each for each in found if each]
-    dates = [each["date"] for each in told]
-    zones = {each["zone"] for each in told}
-    if len(told) < len(found) or len(zones) > 1 or (any(dates) and not all(dates)):
+    matches = [_CLOCK.fullmatch(text.strip()) for text in texts if not missing(text)]
+    parsed = [match for match in matches if match]
+    dates = [match["date"] for match in parsed]
+    zones = {match["zone"] for match in parsed}
+    if len(parsed) < len(matches) or len(zones) > 1 or (any(dates) and not all(dates)):
         return None
-    clock = [_of_day(each) for each in told]
+    clock = [_of_day(match) for match in parsed]
     if any(dates):
         days = _days(dates, order)
         clock = [time + day for time, day in zip(clock, days, strict=True)]
@@ -152,41 +152,41 @@ def _days(dates: Sequence[str], order: str) -> list[float]:
     """
     parts = [re.split(r"[-./]", date.strip(" T,")) for date in dates]
     orders = ["ymd"] if len(parts[0][0]) == 4 else ["dmy"] if "." in dates[0] else [*ORDERS]
-    found = []
-    for each in [order] if order in orders else orders:
+    candidates = []
+    for layout in [order] if order in orders else orders:
         try:
             days = [
-                datetime.date(*(int(p[each.index(k)]) for k in "ymd")).toordinal() for p in parts
+                datetime.date(*(int(p[layout.index(k)]) for k in "ymd")).toordinal() for p in parts
             ]
         except ValueError:  # a month 13
             continue
-        found.append([(day - days[0]) * _DAY_S for day in days])
-    if len({tuple(each) for each in found}) != 1:
+        candidates.append([(day - days[0]) * _DAY_S for day in days])
+    if len({tuple(candidate) for candidate in candidates}) != 1:
         raise AmbiguousDate(dates[0].strip())
-    return found[0]
+    return candidates[0]
 
 
-def _of_day(told: re.Match[str]) -> float:
+def _of_day(match: re.Match[str]) -> float:
     """Seconds of a time of day; two numbers are minutes and seconds, before am and pm hours."""
-    parts = [float(each.replace(",", ".")) for each in told["time"].split(":")]
-    if told["half"]:
-        parts = [parts[0] % 12 + 12 * ("p" in told["half"].casefold()), *parts[1:], 0.0][:3]
-    return float(sum(each * 60.0**i for i, each in enumerate(reversed(parts))))
+    parts = [float(part.replace(",", ".")) for part in match["time"].split(":")]
+    if match["half"]:
+        parts = [parts[0] % 12 + 12 * ("p" in match["half"].casefold()), *parts[1:], 0.0][:3]
+    return float(sum(part * 60.0**i for i, part in enumerate(reversed(parts))))
 
 
 def pairs(texts: Sequence[str]) -> list[float] | None:
     """Hours and minutes as hours, minutes and seconds as minutes; None where a cell is no such."""
     if not _PAIR.fullmatch(_first(texts)):
         return None
-    found = [_PAIR.fullmatch(text.strip()) for text in texts]
-    told = [float(each[1]) + float(each[2]) / 60.0 for each in found if each]
-    return told if len(told) == len(found) else None
+    matches = [_PAIR.fullmatch(text.strip()) for text in texts]
+    numbers = [float(match[1]) + float(match[2]) / 60.0 for match in matches if match]
+    return numbers if len(numbers) == len(matches) else None
 
 
 def since_1970(texts: Sequence[str]) -> str | None:
     """Return the unit of a column that counts from 1970, by its digits; None of another column."""
     ends = [_UNIX.fullmatch(text) for text in (_first(texts), _first(reversed(texts)))]
-    more = {len(each["more"]) for each in ends if each}
+    more = {len(end["more"]) for end in ends if end}
     return ("s", "ms", "us", "ns")[more.pop() // 3] if all(ends) and len(more) == 1 else None
 
 
@@ -204,8 +204,8 @@ def _measure(cell: str) -> tuple[str, str]:
     """Number and unit of a cell that has both; else the cell and nothing."""
     from dolfingrip.importing.header import is_unit
 
-    found = _WITH_UNIT.fullmatch(cell.strip())
-    return (found[1].strip(), found[2]) if found and is_unit(found[2]) else (cell, "")
+    match = _WITH_UNIT.fullmatch(cell.strip())
+    return (match[1].strip(), match[2]) if match and is_unit(match[2]) else (cell, "")
 
 
 def _is_number(cell: str) -> bool:
@@ -230,12 +230,12 @@ def number(cell: str, decimal: str) -> float:
     return float(text.translate(_PLAIN[decimal]))
 
 
-def readings(file: Path, told: Told) -> Iterator[Cells]:
+def readings(file: Path, settings: Told) -> Iterator[Cells]:
     """Read a file in each encoding and separator in which it is a table.
 
     Args:
         file: CSV, TSV, text or XLSX.
-        told: encoding, sheet and decimal sign, where they are told.
+        settings: encoding, sheet and decimal sign, where they are told.
 
     Yields:
         The readings of the file, the likeliest first. Of a file in Unicode and of a sheet there is
@@ -253,21 +253,21 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         raise ConfigError(f"{file}: {error.strerror}") from None
     if (other := named_by_beginning(data)) is not None:
         raise ConfigError(f"{file}: {other}")
-    found = False
+    has_table = False
     if data.startswith(b"PK\x03\x04"):
-        if tables := _sheets(file, told):
-            found = True
-            yield _chosen(tables, told)
+        if tables := _sheets(file, settings):
+            has_table = True
+            yield _chosen(tables, settings)
     else:
-        for encoding, text in _texts(data, told.encoding):
+        for encoding, text in _texts(data, settings.encoding):
             try:
-                cells = _of_text(text, encoding, told)
+                cells = _of_text(text, encoding, settings)
             except ConfigError as error:
                 raise ConfigError(f"{file}: {error}") from None
             if cells is not None:
-                found = True
+                has_table = True
                 yield cells
-    if not found:
+    if not has_table:
         raise ConfigError(
             f"{file}: no table in it; allowed: a header and rows with at least two numbers each, "
             "their units in the header, separated by commas, semicolons, tabs, bars or spaces, or "
@@ -275,9 +275,9 @@ def readings(file: Path, told: Told) -> Iterator[Cells]:
         )
 
 
-def _sheets(file: Path, told: Told) -> dict[str, Cells]:
+def _sheets(file: Path, settings: Told) -> dict[str, Cells]:
     """Tables of a workbook, by the name of their sheet."""
-    found: dict[str, Cells] = {}
+    by_name: dict[str, Cells] = {}
     for sheet in _workbook(file).worksheets:
         values = [list(row) for row in sheet.iter_rows()]
         for area in sheet.merged_cells.ranges:
@@ -287,12 +287,12 @@ def _sheets(file: Path, told: Told) -> dict[str, Cells]:
                     row[area.min_col - 1 : area.max_col] = [of_all] * area.size["columns"]
         data = [row for row in values if _is_data([_text(cell, ".") for cell in row])]
         texts = (cell.value for row in data for cell in row if isinstance(cell.value, str))
-        decimal = _sign(texts, "", told)
+        decimal = _sign(texts, "", settings)
         rows = [(i + 1, [_text(cell, decimal) for cell in row]) for i, row in enumerate(values)]
         for more, part in _tables(rows, decimal).items():
             name = f"{sheet.title} {more}".strip()
-            found[name] = replace(part, how=f"sheet {name}, decimal {_SIGNS[decimal]}")
-    return found
+            by_name[name] = replace(part, how=f"sheet {name}, decimal {_SIGNS[decimal]}")
+    return by_name
 
 
 MOST_CELLS: Final = 20_000_000
@@ -333,12 +333,12 @@ def _extent(part: IO[bytes]) -> tuple[int, int]:
 
     rows = columns = 0
     try:
-        for each in xml.elements(part):
-            name = each.tag.rpartition("}")[2]
-            if place := {"c": each.get("r"), "mergeCell": each.get("ref")}.get(name):
+        for element in xml.elements(part):
+            name = element.tag.rpartition("}")[2]
+            if place := {"c": element.get("r"), "mergeCell": element.get("ref")}.get(name):
                 _, _, column, row = range_boundaries(place)
-            elif name == "row" and len(each):  # its cells may have no places of their own
-                column, row = len(each), int(each.get("r", 0))
+            elif name == "row" and len(element):  # its cells may have no places of their own
+                column, row = len(element), int(element.get("r", 0))
             else:
                 continue
             rows, columns = max(rows, row), max(columns, column)
@@ -349,19 +349,19 @@ def _extent(part: IO[bytes]) -> tuple[int, int]:
     return rows, columns
 
 
-def _chosen(tables: dict[str, Cells], told: Told) -> Cells:
+def _chosen(tables: dict[str, Cells], settings: Told) -> Cells:
     """The one table, or that which is told.
 
     Raises:
         Question: there are several.
         ConfigError: what is told is none of them.
     """
-    if told.sheet is not None and told.sheet not in tables:
-        raise ConfigError(f"--sheet {told.sheet}: allowed: {', '.join(tables)}")
-    if told.sheet is None and len(tables) > 1:
+    if settings.sheet is not None and settings.sheet not in tables:
+        raise ConfigError(f"--sheet {settings.sheet}: allowed: {', '.join(tables)}")
+    if settings.sheet is None and len(tables) > 1:
         lines = [line("sheet", name) for name in tables]
         raise Question(f"{len(tables)} tables: which?", lines)
-    return next(cells for name, cells in tables.items() if told.sheet in (None, name))
+    return next(cells for name, cells in tables.items() if settings.sheet in (None, name))
 
 
 def _tables(rows: list[Row], decimal: str = ".") -> dict[str, Cells]:
@@ -379,20 +379,20 @@ def _tables(rows: list[Row], decimal: str = ".") -> dict[str, Cells]:
         names = [cells for _, cells in between if _is_header(cells)]
         if last is not None and names:
             above = [cells for _, cells in parts[-1]]
-            if all(each in above for _, each in between if any(each)) and _goes_on(last, row[1]):
+            if all(texts in above for _, texts in between if any(texts)) and _goes_on(last, row[1]):
                 between = []
             else:
                 parts.append([])
         parts[-1] += [*between, row]
         between, last = [], row[1]
     parts[-1] += between
-    found = [(part[0][1], cells) for part in parts if (cells := _table(part, decimal))]
-    if len(found) < 2:
-        return {"": found[0][1]} if found else {}
-    titles = [" ".join(dict.fromkeys(filter(None, first))) for first, _ in found]
+    titled = [(part[0][1], cells) for part in parts if (cells := _table(part, decimal))]
+    if len(titled) < 2:
+        return {"": titled[0][1]} if titled else {}
+    titles = [" ".join(dict.fromkeys(filter(None, first))) for first, _ in titled]
     clear = [title.isascii() and titles.count(title) == 1 for title in titles]
     return {
-        titles[i] if clear[i] else f"table {i + 1}": cells for i, (_, cells) in enumerate(found)
+        titles[i] if clear[i] else f"table {i + 1}": cells for i, (_, cells) in enumerate(titled)
     }
 
 
@@ -404,7 +404,7 @@ def _is_header(cells: list[str]) -> bool:
 
 def _goes_on(before: list[str], row: list[str]) -> bool:
     """Say if the first number of a row is above that of a row before."""
-    first, second = (re.sub(r"[^\d.]", "", each[0].replace(",", ".")) for each in (before, row))
+    first, second = (re.sub(r"[^\d.]", "", cells[0].replace(",", ".")) for cells in (before, row))
     try:
         return float(second) > float(first)
     except ValueError:
@@ -452,50 +452,50 @@ def _ranked(data: bytes) -> list[str]:
     return [*likely, *(name for name in ENCODINGS if name not in likely)]
 
 
-def _of_text(text: str, encoding: str, told: Told) -> Cells | None:
+def _of_text(text: str, encoding: str, settings: Told) -> Cells | None:
     """The table in a text; its separator is the one by which most rows are numbers."""
     lines = [
-        (i + 1, each) for i, each in enumerate(text.splitlines())
-        if each.strip() and not _RULE.fullmatch(each)
+        (i + 1, line) for i, line in enumerate(text.splitlines())
+        if line.strip() and not _RULE.fullmatch(line)
     ]  # fmt: skip
-    ends = [i for i, (_, each) in enumerate(lines) if _END_OF_HEADER.fullmatch(each)]
+    ends = [i for i, (_, line) in enumerate(lines) if _END_OF_HEADER.fullmatch(line)]
     if ends:  # numbers above are those of the instrument
         lines = [
-            (i, f"#{each}") if n < ends[-1] else (i, each) for n, (i, each) in enumerate(lines)
+            (i, f"#{line}") if n < ends[-1] else (i, line) for n, (i, line) in enumerate(lines)
         ]
     if lines and lines[0][1].casefold().startswith("sep="):
         lines = lines[1:]
     lines = _labelled(lines)
     best: tuple[list[Row], list[Row], str] | None = None
     for separator in SEPARATORS:
-        if any(separator in each for _, each in lines):
-            rows = [(i, _split(each, separator)) for i, each in lines]
+        if any(separator in line for _, line in lines):
+            rows = [(i, _split(line, separator)) for i, line in lines]
             data = _data(rows)[1]
             if data and (best is None or len(data) > len(best[0])):
                 best = data, rows, separator
     if best is None:
         return None
     data, rows, separator = best
-    decimal = _sign((cell for _, row in data for cell in row), separator, told)
+    decimal = _sign((cell for _, row in data for cell in row), separator, settings)
     tables = _tables(rows, decimal)
     how = f"{encoding}, {SEPARATORS[separator]}, decimal {_SIGNS[decimal]}"
-    return replace(_chosen(tables, told), how=how) if tables else None
+    return replace(_chosen(tables, settings), how=how) if tables else None
 
 
 def _labelled(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
     """Lines with tabs of a log that has names in each, as in ``P: 12.3 kPa, A: 45.2 deg``."""
     if not lines or not set(":=") & set(lines[-1][1]):
         return lines
-    found = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
-    names = Counter(tuple(each[1].strip() for each in parts) for _, _, parts in found)
+    parsed = [(number, text, [*_NAMED.finditer(text)]) for number, text in lines]
+    names = Counter(tuple(match[1].strip() for match in parts) for _, _, parts in parsed)
     usual, count = names.most_common(1)[0]
     if len(usual) < 2 or 2 * count < len(lines):
         return lines
     rows = [
         (number, [text[: parts[0].start()].strip(" ->{\t,;"),
-                  *(f"{each[2]} {each[3] or ''}" for each in parts)])
-        for number, text, parts in found
-        if tuple(each[1].strip() for each in parts) == usual
+                  *(f"{match[2]} {match[3] or ''}" for match in parts)])
+        for number, text, parts in parsed
+        if tuple(match[1].strip() for match in parts) == usual
     ]  # fmt: skip
     header = ["time" if all(is_clock(cells[0]) for _, cells in rows) else "", *usual]
     return [(number, "\t".join(cells)) for number, cells in [(rows[0][0] - 1, header), *rows]]
@@ -585,22 +585,22 @@ def _summaries(rows: list[Row]) -> list[Row]:
     """Rows that are called a mean or the like, and last rows with a word where numbers stand."""
     from dolfingrip.importing.header import is_summary
 
-    found = [row for row in rows if any(map(is_summary, row[1]))]
+    summaries = [row for row in rows if any(map(is_summary, row[1]))]
     numbers = [
-        2 * sum(_is_number(cells[i]) for n, cells in rows if (n, cells) not in found)
-        > len(rows) - len(found)
+        2 * sum(_is_number(cells[i]) for n, cells in rows if (n, cells) not in summaries)
+        > len(rows) - len(summaries)
         for i in range(len(rows[0][1]))
     ]
-    if 2 * len(found) > len(rows):  # names of specimens
+    if 2 * len(summaries) > len(rows):  # names of specimens
         return []
     for row in reversed(rows):
         first = next(i for i, cell in enumerate(row[1]) if cell)
-        if row in found:
+        if row in summaries:
             continue
         if not numbers[first] or _is_number(row[1][first]) or missing(row[1][first]):
             break
-        found.append(row)
-    return sorted(found)
+        summaries.append(row)
+    return sorted(summaries)
 
 
 def _dated(rows: list[Row]) -> list[Row]:
@@ -609,7 +609,7 @@ def _dated(rows: list[Row]) -> list[Row]:
     dates = [i for i in columns if all(re.fullmatch(_DATE, cells[i]) for _, cells in rows)]
     clocks = [
         i for i in columns
-        if all((found := _CLOCK.fullmatch(cells[i])) and not found["date"] for _, cells in rows)
+        if all((match := _CLOCK.fullmatch(cells[i])) and not match["date"] for _, cells in rows)
     ]  # fmt: skip
     if len(dates) != 1 or len(clocks) != 1:
         return rows
@@ -625,8 +625,8 @@ def _with_units(header: list[str], rows: list[Row]) -> tuple[list[str], list[Row
     from dolfingrip.importing.header import calls_unit, is_unit
 
     for i in reversed(range(1, len(header))):
-        told = dict.fromkeys(cells[i] for _, cells in rows if not missing(cells[i - 1]))
-        if calls_unit(header[i]) and told and all(is_unit(t) and not _is_number(t) for t in told):
+        units = dict.fromkeys(cells[i] for _, cells in rows if not missing(cells[i - 1]))
+        if calls_unit(header[i]) and units and all(is_unit(t) and not _is_number(t) for t in units):
             header = [*header[:i], *header[i + 1 :]]
             rows = [
                 (n, [*cells[: i - 1], f"{cells[i - 1]} {cells[i]}", *cells[i + 1 :]])
@@ -645,16 +645,16 @@ def _without_units(header: list[str], rows: list[Row], decimal: str) -> tuple[li
     for i, name in enumerate(header):
         alike = {cells[i].translate(_ALIKE): cells[i] for _, cells in rows}.values()
         units = dict.fromkeys(_measure(cell)[1] for cell in alike if not missing(cell))
-        own = split(name)[1]
-        unit = own or next(filter(None, units), "")
-        ratios = {each: ratio(each, unit) if each or not own else 1.0 for each in units}
+        named_unit = split(name)[1]
+        unit = named_unit or next(filter(None, units), "")
+        ratios = {other: ratio(other, unit) if other or not named_unit else 1.0 for other in units}
         if not any(units) or None in ratios.values():
             continue
-        told = [("", "") if missing(cells[i]) else _measure(cells[i]) for _, cells in rows]
-        header = [*header[:i], name if own else f"{name} [{unit}]", *header[i + 1 :]]
+        measures = [("", "") if missing(cells[i]) else _measure(cells[i]) for _, cells in rows]
+        header = [*header[:i], name if named_unit else f"{name} [{unit}]", *header[i + 1 :]]
         rows = [
-            (n, [*cells[:i], _scaled(value, ratios.get(each) or 1.0, decimal), *cells[i + 1 :]])
-            for (n, cells), (value, each) in zip(rows, told, strict=True)
+            (n, [*cells[:i], _scaled(value, ratios.get(other) or 1.0, decimal), *cells[i + 1 :]])
+            for (n, cells), (value, other) in zip(rows, measures, strict=True)
         ]
     return header, rows
 
@@ -720,13 +720,15 @@ def _header(names: list[list[str]], width: int) -> tuple[list[str], int]:
     return joined, len(names) - at
 
 
-def _sign(texts: Iterable[str], separator: str, told: Told) -> str:
+def _sign(texts: Iterable[str], separator: str, settings: Told) -> str:
     """The decimal sign of cells, as it is told or as they tell it."""
     alike: dict[str, str] = {}
     for text in texts:
         alike.setdefault(text.translate(_ALIKE), text)
     cells = [_measure(text)[0].strip() for text in alike.values() if not re.fullmatch(_DATE, text)]
-    return told.decimal or _decimal([cell for cell in cells if _NUMBER.fullmatch(cell)], separator)
+    return settings.decimal or _decimal(
+        [cell for cell in cells if _NUMBER.fullmatch(cell)], separator
+    )
 
 
 def _decimal(cells: list[str], separator: str) -> str:

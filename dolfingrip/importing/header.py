@@ -135,8 +135,8 @@ def _pattern(word: str) -> re.Pattern[str]:
 
 @cache
 def _patterns() -> list[tuple[str, re.Pattern[str]]]:
-    told = _known()["quantities"].items()
-    return [(quantity, _pattern(word)) for quantity, words in told for word in _words(words)]
+    vocabulary = _known()["quantities"].items()
+    return [(quantity, _pattern(word)) for quantity, words in vocabulary for word in _words(words)]
 
 
 def quantities(name: str) -> list[str]:
@@ -184,7 +184,7 @@ def level(text: str) -> tuple[str, str]:
             continue
         for zero in ("gauge", "absolute"):
             if word in map(plain, _words(_known()[zero]["words"])) and any(
-                each is not None and each.is_compatible_with("kPa") for each in _bare_units(unit)
+                q is not None and q.is_compatible_with("kPa") for q in _bare_units(unit)
             ):
                 return unit, zero
     return text, ""
@@ -202,22 +202,22 @@ def _bare_units(text: str) -> tuple[Any, ...]:
     if not key and not re.match(r"[^\W\d_]|[%°‰]|10\^-?\d|1e-?\d|1/", text):  # 10 kPa is a range
         return ()
     if key and "|" in aliases[key]:
-        return tuple(_parsed(each) for each in aliases[key].split("|"))
+        return tuple(_parsed(part) for part in aliases[key].split("|"))
     exact = _parsed(aliases[key] if key else re.sub(r"(?<=[a-z])([23])$", r"**\1", text))
-    if exact is not None and any(exact.is_compatible_with(each) for each in _DIMENSIONS):
+    if exact is not None and any(exact.is_compatible_with(dimension) for dimension in _DIMENSIONS):
         return (exact,)
-    likely = [each for each in _known()["cases"]["units"].split() if each.casefold() == small]
-    return tuple(_parsed(each) for each in likely)  # PSI, Mpa: the letters' case is wrong
+    likely = [name for name in _known()["cases"]["units"].split() if name.casefold() == small]
+    return tuple(_parsed(name) for name in likely)  # PSI, Mpa: the letters' case is wrong
 
 
 def _parsed(text: str) -> Any:
     try:
-        found = (
+        q = (
             _registry().Quantity(1, text)
             if text[:1].isalpha() or text in "%°‰"
             else _registry()(text)
         )
-        return found if hasattr(found, "units") else _registry().Quantity(found)
+        return q if hasattr(q, "units") else _registry().Quantity(q)
     except Exception:  # pint raises its own errors, and those of Python's tokenizer
         return None
 
@@ -252,8 +252,8 @@ def named_by_beginning(data: bytes) -> str | None:
     Args:
         data: its bytes.
     """
-    start, known = data[:8].decode("latin-1"), _known()["beginnings"]
-    return next((said for beginning, said in known.items() if start.startswith(beginning)), None)
+    start, kinds = data[:8].decode("latin-1"), _known()["beginnings"]
+    return next((said for beginning, said in kinds.items() if start.startswith(beginning)), None)
 
 
 def calls_unit(text: str) -> bool:
@@ -283,7 +283,7 @@ def ratio(unit: str, other: str) -> float | None:
     one, two = _units(unit), _units(other)
     if len(one) != 1 or len(two) != 1 or level(unit)[1] != level(other)[1]:
         return None
-    turned = ["radian" in str(each.to_root_units().units) for each in (one[0], two[0])]
+    turned = ["radian" in str(q.to_root_units().units) for q in (one[0], two[0])]
     if turned[0] != turned[1] or not one[0].is_compatible_with(two[0]):
         return None
     return float(f"{(one[0] / two[0]).to('').magnitude:.15g}")
@@ -299,14 +299,14 @@ def factor(unit: str, target: str) -> list[float]:
     >>> factor("bar", "pressure_kPa"), factor("V", "pressure_kPa")
     ([100.0], [])
     """
-    own = _registry().Quantity(1, _unit_of(target))
-    plane = own.units == _registry().degree
-    found = []
-    for each in _units(unit):
-        turned = "radian" in str(each.to_root_units().units)
-        if each.is_compatible_with(own) and plane == turned:
-            found.append(float(each.to(own.units).magnitude))
-    return list(dict.fromkeys(round(each, 15) if each > 1e-6 else each for each in found))
+    of_target = _registry().Quantity(1, _unit_of(target))
+    plane = of_target.units == _registry().degree
+    factors = []
+    for q in _units(unit):
+        turned = "radian" in str(q.to_root_units().units)
+        if q.is_compatible_with(of_target) and plane == turned:
+            factors.append(float(q.to(of_target.units).magnitude))
+    return list(dict.fromkeys(round(number, 15) if number > 1e-6 else number for number in factors))
 
 
 def _unit_of(target: str) -> str:
@@ -328,19 +328,19 @@ def split(header: str) -> tuple[str, str]:
     two = _after(text, r"(\S+[\s_(]+\S+)")
     if two and level(two[1])[1]:  # bar (g)
         return two
-    for found in re.finditer(r"[(\[<{]\s*([^()\[\]<>{}]*(?:\([^()]*\))?)\s*[)\]>}]", text):
-        if is_unit(unit := re.sub(r"^(in|unit:?)\s+", "", found[1].strip(), flags=re.IGNORECASE)):
-            rest = f"{text[: found.start()]}{text[found.end() :]}"
-            return rest.rstrip(" _-").lstrip(" _"), unit
+    for match in re.finditer(r"[(\[<{]\s*([^()\[\]<>{}]*(?:\([^()]*\))?)\s*[)\]>}]", text):
+        if is_unit(unit := re.sub(r"^(in|unit:?)\s+", "", match[1].strip(), flags=re.IGNORECASE)):
+            name = f"{text[: match.start()]}{text[match.end() :]}"
+            return name.rstrip(" _-").lstrip(" _"), unit
     return _after(text, r"(\S+)") or (text, "")
 
 
 def _after(text: str, unit: str) -> tuple[str, str] | None:
     """Name and unit of a header that ends with it, behind a slash, ``in`` or a separator."""
     for between in (r"(.+?)\s*/\s*", r"(.+?)\s+in\s+", r"(.+?)[\s_,;:.|]+", r"(.+)[\s_,;:.|]+"):
-        found = re.fullmatch(between + unit, text)
-        if found and is_unit(found[2]) and found[2] not in "-–—1":
-            return found[1].rstrip(" _-,").lstrip(" _"), found[2]
+        match = re.fullmatch(between + unit, text)
+        if match and is_unit(match[2]) and match[2] not in "-–—1":
+            return match[1].rstrip(" _-,").lstrip(" _"), match[2]
     return None
 
 
@@ -358,29 +358,29 @@ def recognise(header: str) -> Recognised:
     if header in IGNORED:
         return Recognised(header)
     name, unit = split(header)
-    found = quantities(name)
-    if "suction" in found and "pressure" in found:
-        found.remove("pressure")
-    if "setpoint" in found:
-        found = ["setpoint"]
+    kinds = quantities(name)
+    if "suction" in kinds and "pressure" in kinds:
+        kinds.remove("pressure")
+    if "setpoint" in kinds:
+        kinds = ["setpoint"]
     if unit and _doubtful(name):
-        may_be = tuple(("", TARGETS[each]) for each in found)
+        may_be = tuple(("", TARGETS[kind]) for kind in kinds)
         return Recognised(header, (), DOUBTFUL if may_be else "", may_be)
-    small, targets = unit.casefold(), [TARGETS[each] for each in found]
+    small, targets = unit.casefold(), [TARGETS[kind] for kind in kinds]
     raw, absolute = _words(_known()["raw"]["units"]), _known()["absolute"]
-    if found and small in raw:
+    if kinds and small in raw:
         why = f"{unit} need a calibration, value = FACTOR * {unit} + OFFSET"
-        return Recognised(header, (), why, tuple(("*FACTOR+OFFSET", each) for each in targets))
+        return Recognised(header, (), why, tuple(("*FACTOR+OFFSET", kind) for kind in targets))
     bare, zero = level(unit or "kPa")
     called = set(re.findall(r"\w{2,}", plain(name))) & set(_words(absolute["words"]))
-    if (called or zero == "absolute") and found in (["pressure"], ["suction"], []):
+    if (called or zero == "absolute") and kinds in (["pressure"], ["suction"], []):
         air = float(_registry().Quantity(AIR_KPA, "kPa").to(_units(bare)[0].units).magnitude)
         why = "a pressure above vacuum; subtract that of the air"
         return Recognised(header, (), why, ((f"-{air:.5g}", f"pressure_{bare}"),))
-    if len(found) == 1 and found[0] in WITHOUT_UNIT:
+    if len(kinds) == 1 and kinds[0] in WITHOUT_UNIT:
         return Recognised(header, (ColumnReading(targets[0], unit),))
-    if found and not unit:
-        offered = [("", column) for each in found for column in _known()["columns"][each]]
+    if kinds and not unit:
+        offered = [("", column) for kind in kinds for column in _known()["columns"][kind]]
         why = "its unit is not told"
         if (said := re.search(r"[(\[<]\s*([^()\[\]<>]+?)\s*[)\]>]", header)) is not None:
             why = f"{said[1]} is no unit that is known"  # nobody shall take its numbers for others
@@ -395,19 +395,19 @@ def recognise(header: str) -> Recognised:
         return Recognised(header, readings, f"{unit} has two readings", offers)
     fitting = [t for t in TARGETS.values() if t in MEASURED and _unit_of(t) != NO_UNIT]
     fits = tuple(("", t) for t in fitting if unit and factor(unit, t))
-    if found:
-        other = [("*FACTOR", column) for each in found for column in _known()["columns"][each]]
-        why = f"{unit} is no unit of {' or '.join(found)}"
+    if kinds:
+        other = [("*FACTOR", column) for kind in kinds for column in _known()["columns"][kind]]
+        why = f"{unit} is no unit of {' or '.join(kinds)}"
         return Recognised(header, (), why, fits or tuple(other))
     return Recognised(header, (), UNNAMED if fits else "", fits)
 
 
 def _doubtful(name: str) -> bool:
     """Say if a name may be that of a scatter, a multiple or a prediction of its quantity."""
-    told = plain(name)
+    plain_name = plain(name)
     return bool(
-        re.search(r"[*×^²³√]|\b1 ?/|(?<!\w)(-|\d+ ?-|x ?\d)", told)
-        or any(_pattern(each).search(told) for each in _words(_known()["doubt"]["words"]))
+        re.search(r"[*×^²³√]|\b1 ?/|(?<!\w)(-|\d+ ?-|x ?\d)", plain_name)
+        or any(_pattern(word).search(plain_name) for word in _words(_known()["doubt"]["words"]))
     )
 
 
@@ -433,12 +433,12 @@ def told_columns(texts: Iterable[str], headers: Sequence[str]) -> dict[str, Colu
     Raises:
         ConfigError: one line.
     """
-    found = {}
+    columns = {}
     for text in texts:
         left, right = sides(text)
         header, scale, shift = _left(left, text, headers)
-        found[header] = _right(text, header, right.strip(), scale, shift)
-    return found
+        columns[header] = _right(text, header, right.strip(), scale, shift)
+    return columns
 
 
 def _left(left: str, text: str, headers: Sequence[str]) -> tuple[str, float | None, float]:
@@ -466,34 +466,34 @@ def _right(text: str, header: str, right: str, scale: float | None, shift: float
     if right in DATED:
         return ColumnReading("time_s", DATED[right])
     unit = split(header)[1]
-    name, told = split(right)
+    name, given_unit = split(right)
     # columns of which there are any number, as those of markers and single cavities' supplies
     ends = ("kPa", "mm", "per_m")
     allowed += of_any_number(dict.fromkeys([right, *(f"{name}_{end}" for end in ends)]))
     if right in allowed:
         target = right
-        told = unit if unit and factor(unit, target) else ""
+        given_unit = unit if unit and factor(unit, target) else ""
     else:
         named = [t for t in allowed if t.rpartition("_")[0] == name.replace(" ", "_") or t == name]
-        if len(named) != 1 or len(factor(told, named[0])) != 1:
+        if len(named) != 1 or len(factor(given_unit, named[0])) != 1:
             raise ConfigError(
                 f"--column {text}: {right}: {near(right, allowed)}allowed: {', '.join(allowed)}, "
                 "cavity_2_supply_kPa, marker_1_x_mm, curvature_2_per_m and the like, "
                 f"with another unit, as in pressure_psi, or {IGNORE}"
             )
         target = named[0]
-    values = factor(told, target) if told else [1.0]
+    values = factor(given_unit, target) if given_unit else [1.0]
     if len(values) > 1:
         if scale is None:
             raise ConfigError(
-                f"--column {text}: {told} has two readings; allowed: a factor, as in "
+                f"--column {text}: {given_unit} has two readings; allowed: a factor, as in "
                 f"{header}*1={target}"
             )
         values = [1.0]
     per_unit = values[0]
     return ColumnReading(
         target,
-        told or _shown(target),
+        given_unit or _shown(target),
         (1.0 if scale is None else scale) * per_unit,
         shift * per_unit,
     )

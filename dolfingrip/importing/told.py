@@ -61,7 +61,7 @@ class Told:
     @classmethod
     def of(cls, settings: Any) -> Told:
         """The settings of a command that has these among others."""
-        return cls(**{each.name: getattr(settings, each.name) for each in fields(cls)})
+        return cls(**{field.name: getattr(settings, field.name) for field in fields(cls)})
 
 
 class Question(Exception):
@@ -110,4 +110,4 @@ def sides(text: str) -> tuple[str, str]:
 
 def _quoted(text: str) -> str:
     """A text in double quotes of a shell."""
-    return '"' + "".join(f"\\{each}" if each in '\\"$`' else each for each in text) + '"'
+    return '"' + "".join(f"\\{char}" if char in '\\"$`' else char for char in text) + '"'
